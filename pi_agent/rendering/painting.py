@@ -1,0 +1,193 @@
+"""Paints moving layers over a patch of the plate, with the sensor's rows each at their own time."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.rendering.coverage import polygon_coverage
+from pi_agent.rendering.marks import Ink, mark_layers
+from pi_agent.rendering.plates import PAD_PX, Plate
+from pi_agent.rendering.projection import EDGE_CUTS, Edges, collect_edges, project
+from pi_agent.rendering.scene import FRAME_PX, Pose, Scene
+from pi_agent.tracking.mark import Mark
+
+Image = NDArray[np.float32]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A rectangle of whole pixels, in the frame's coordinates; it may reach beyond the frame by PAD_PX."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+    @property
+    def inside(self) -> tuple[slice, slice]:
+        """The frame's rows and columns that the patch covers."""
+        rows = slice(max(self.top, 0), max(min(self.top + self.height, FRAME_PX), 0))
+        return rows, slice(max(self.left, 0), max(min(self.left + self.width, FRAME_PX), 0))
+
+    @property
+    def own_inside(self) -> tuple[slice, slice]:
+        """The same pixels, counted in the patch."""
+        rows, columns = self.inside
+        return (
+            slice(rows.start - self.top, max(rows.stop - self.top, rows.start - self.top)),
+            slice(columns.start - self.left, max(columns.stop - self.left, columns.start - self.left)),
+        )
+
+
+@dataclass(frozen=True)
+class Coat:
+    """Edges that move together: in a mark's frame at a pose (mm), or in the image itself (px; no pose)."""
+
+    edges: Edges
+    pose: Pose | None = None
+    height_mm: float = 0.0
+
+    def seen(self, scene: Scene, rows: Floats, instant_s: float) -> tuple[Floats, Floats]:
+        """Ends of the edges in the image, (rows or 1, edges, 2), each row at its own time plus `instant_s`."""
+        if self.pose is None:
+            return self.edges.starts[None], self.edges.ends[None]
+        times = scene.shutter.dt_s(rows) + instant_s
+        if self.pose.is_still or scene.shutter.line_ns == 0:
+            times = times[:1]
+        points = np.concatenate([self.edges.starts, self.edges.ends])
+        views = project(points, self.pose, optics=scene.optics, height_mm=self.height_mm, dt_s=times)
+        return views[:, : len(self.edges.starts)], views[:, len(self.edges.starts) :]
+
+
+def mark_coat(scene: Scene, mark: Mark, pose: Pose, *, height_mm: float) -> Coat:
+    """A mark at a pose, ready to be painted."""
+    return Coat(_mark_edges(mark, scene.ink, scene.optics.radial != 0), pose, height_mm)
+
+
+@lru_cache(maxsize=16)
+def _mark_edges(mark: Mark, ink: Ink, bent: bool) -> Edges:
+    return collect_edges(mark_layers(mark, ink), cuts=EDGE_CUTS if bent else 1)
+
+
+@dataclass(frozen=True)
+class Quality:
+    """`fine`: sub-pixels a pixel and axis; `instants`: at most so many points in time within an exposure, `step_px` of
+    motion from one to the next.
+    """
+
+    fine: int = 4
+    instants: int = 17
+    step_px: float = 0.25
+
+
+EXACT = Quality()
+FAST = Quality(fine=1, instants=4, step_px=1.2)
+
+
+def patch_around(points: Floats, *, margin: int) -> Patch:
+    """The whole pixels around the points (…, 2), `margin` more on every side, within the padded frame."""
+    flat = points.reshape(-1, 2)
+    low = np.clip(np.floor(flat.min(axis=0)).astype(int) - margin, -PAD_PX, FRAME_PX + PAD_PX - 1)
+    high = np.clip(np.ceil(flat.max(axis=0)).astype(int) + margin + 1, low + 1, FRAME_PX + PAD_PX)
+    return Patch(int(low[0]), int(low[1]), int(high[0] - low[0]), int(high[1] - low[1]))
+
+
+def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
+    """Points in time (s, about the middle of the exposure) whose images are averaged: one for a still block."""
+    if pose.is_still or scene.shutter.exposure_ns == 0:
+        return np.zeros(1)
+    exposure_s = scene.shutter.exposure_ns * 1e-9
+    speed_mm_s = np.hypot(pose.vx_mm_s, pose.vy_mm_s) + abs(pose.yaw_rate_rad_s) * scene.mark.side_mm
+    path_px = float(speed_mm_s) * exposure_s * scene.optics.px_per_mm
+    count = int(np.clip(np.ceil(path_px / quality.step_px), 1, quality.instants))
+    return ((np.arange(count) + 0.5) / count - 0.5) * exposure_s
+
+
+def paint(
+    ground: Image,
+    coats: tuple[Coat, ...],
+    *,
+    scene: Scene,
+    patch: Patch,
+    instants: Floats,
+    quality: Quality,
+    sag_px: tuple[float, float] = (0.0, 0.0),
+) -> Image:
+    """The coats over `ground` (reflectance, patch-sized, not blurred), blurred by the lens; patch-sized."""
+    fine = quality.fine
+    base = np.repeat(np.repeat(ground, fine, axis=0), fine, axis=1) if fine > 1 else ground
+    views = [_paint_instant(base, coats, scene, patch, float(instant), fine, sag_px) for instant in instants]
+    mean = views[0] if len(views) == 1 else np.mean(views, axis=0, dtype=np.float32)
+    return shrink(blur(mean, scene.optics.blur_px * fine), fine)
+
+
+def _paint_instant(
+    base: Image,
+    coats: tuple[Coat, ...],
+    scene: Scene,
+    patch: Patch,
+    instant_s: float,
+    fine: int,
+    sag_px: tuple[float, float],
+) -> Image:
+    """One point in time: all coats' edges go through one accumulation."""
+    rows = patch.top + (np.arange(patch.height * fine) + 0.5) / fine - 0.5
+    origin = np.array([patch.left - 0.5, patch.top - 0.5]) - np.asarray(sag_px)
+    seen = [coat.seen(scene, rows, instant_s) for coat in coats]
+    times = max(len(ends[0]) for ends in seen)
+    starts, ends = (
+        np.concatenate([np.broadcast_to(part[side], (times, *part[side].shape[1:])) for part in seen], axis=1)
+        for side in (0, 1)
+    )
+    first = np.cumsum([0] + [len(coat.edges.reflectances) for coat in coats])
+    layer = np.concatenate([coat.edges.layer + begin for coat, begin in zip(coats, first, strict=False)])
+    shape = (patch.height * fine, patch.width * fine)
+    covered = polygon_coverage((starts - origin) * fine, (ends - origin) * fine, layer, layers=first[-1], shape=shape)
+    return composite(base, covered, tuple(r for coat in coats for r in coat.edges.reflectances))
+
+
+def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:
+    """The layers painted one after another over the base."""
+    image = base
+    for cover, reflectance in zip(covered, reflectances, strict=True):
+        image = image + cover * (np.float32(reflectance) - image)
+    return image
+
+
+def blur(image: Image, sigma: float) -> Image:
+    """Gaussian spread of the lens; none at 0."""
+    if sigma <= 0:
+        return image
+    size = 2 * int(np.ceil(4 * sigma)) + 1
+    return np.asarray(cv2.GaussianBlur(image, (size, size), sigma, borderType=cv2.BORDER_REPLICATE), dtype=np.float32)
+
+
+def shrink(image: Image, fine: int) -> Image:
+    """Means of fine × fine sub-pixels: the sensor's square pixels."""
+    if fine == 1:
+        return image
+    rows, columns = image.shape[0] // fine, image.shape[1] // fine
+    return image.reshape(rows, fine, columns, fine).mean(axis=(1, 3), dtype=np.float32)
+
+
+def plate_patch(plate: Plate, patch: Patch, *, sag_px: tuple[float, float]) -> Image:
+    """The plate's own reflectance under the patch, moved by whole and by fractions of a pixel."""
+    x = patch.left + PAD_PX - sag_px[0]
+    y = patch.top + PAD_PX - sag_px[1]
+    moved = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    if float(x).is_integer() and float(y).is_integer():
+        left, top = int(x), int(y)
+        inside = (
+            left >= 0 and top >= 0 and left + patch.width <= plate.shape[1] and top + patch.height <= plate.shape[0]
+        )
+        if inside:
+            return plate[top : top + patch.height, left : left + patch.width]
+    size = (patch.width, patch.height)
+    return np.asarray(
+        cv2.warpAffine(plate, moved, size, flags=flags, borderMode=cv2.BORDER_REFLECT_101), dtype=np.float32
+    )
