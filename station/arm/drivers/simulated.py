@@ -1,0 +1,100 @@
+"""The twin as an arm: set-points go out on `twin/target`, joint states come back on `twin/joints`.
+
+It has no clock and no thread: `tick(now_ns)` samples the trajectory at that very moment. So it behaves the same over
+Zenoh in real time and over the memory bus in simulated time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.bus import Received
+from shared.errors import UserError
+from shared.messages import JointState, JointTarget
+from station.arm.drivers import DriverLink, JointReading, match_joints
+from station.arm.trajectory import JointTrajectory
+
+Array = NDArray[np.float64]
+
+
+class SimulatedArm:
+    """A `Driver` that plays trajectories to the twin."""
+
+    def __init__(self, link: DriverLink) -> None:
+        self._bus = link.bus
+        self._model = link.model
+        self._order: list[int] | None = None
+        self._names: tuple[str, ...] = ()
+        self._motion: JointTrajectory | None = None
+        self._began_ns = 0
+        self._held: Array | None = None
+        self._reading: JointReading | None = None
+        self._fault = ""
+        self._bus.subscribe("twin/joints", self._receive)
+
+    def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
+        """See `Driver.start`."""
+        self._motion, self._began_ns = trajectory, now_ns
+
+    def halt(self, *, now_ns: int) -> None:
+        """See `Driver.halt`: the set-point stays where it is."""
+        if self._motion is not None:
+            self._held = self._motion.at(now_ns - self._began_ns)[0]
+            self._motion = None
+            self._send(now_ns, self._held, np.zeros_like(self._held))
+
+    def tick(self, now_ns: int) -> None:
+        """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
+        if self._motion is not None:
+            position, velocity = self._motion.at(now_ns - self._began_ns)
+            self._send(now_ns, position, velocity)
+            if now_ns - self._began_ns > self._motion.duration_ns:
+                self._held, self._motion = position, None
+        elif self._held is not None:
+            self._send(now_ns, self._held, np.zeros_like(self._held))
+
+    def _send(self, now_ns: int, position: Array, velocity: Array) -> None:
+        self._bus.publish("twin/target", JointTarget(now_ns, tuple(position.tolist()), tuple(velocity.tolist())))
+
+    def _receive(self, received: Received) -> None:
+        state = received.message
+        if not isinstance(state, JointState):
+            return
+        try:
+            order = self._joint_order(state.name)
+            self._reading = JointReading(
+                state.stamp_ns,
+                self._model.joint_names,
+                _ordered(state.position_rad, order),
+                _ordered(state.velocity_rad_s, order),
+                _ordered(state.effort_nm, order) if state.effort_nm else np.zeros(len(order)),
+            )
+        except (UserError, IndexError) as wrong:
+            self._fault = str(wrong)
+
+    def _joint_order(self, names: tuple[str, ...]) -> list[int]:
+        if names != self._names or self._order is None:
+            self._order, self._names = match_joints(self._model, names), names
+        return self._order
+
+    def read(self) -> JointReading | None:
+        """See `Driver.read`."""
+        return self._reading
+
+    def fault(self) -> str:
+        """See `Driver.fault`."""
+        return self._fault
+
+    def close(self) -> None:
+        """See `Driver.close`."""
+        self._motion = None
+
+
+def _ordered(values: tuple[float, ...], order: list[int]) -> Array:
+    return np.array(values)[order]
+
+
+def connect(link: DriverLink) -> SimulatedArm:
+    """Connect to the twin over the bus."""
+    return SimulatedArm(link)

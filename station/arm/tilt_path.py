@@ -1,0 +1,147 @@
+"""The joints' way through one tilt: from level to the steepest reachable angle at one azimuth, the pivot at rest.
+
+The way is solved once, exactly, at knots of about one degree, with its exact slope dq/dangle there; between the knots
+it is a cubic Hermite curve (the pivot then strays by less than a micrometre). A tilt is thereafter a motion of one
+number, the angle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.errors import UserError
+from station.arm.kinematics import follow, pivot_jacobian, pivot_pose, solve_rate
+from station.rig.arm_model import ArmModel, transform
+from station.rig.tilt import tilt_rotation, tilting_axis
+
+Array = NDArray[np.float64]
+MAX_ANGLE_RAD = math.radians(67.5)  # the paper's safe maximum
+_KNOT_RAD = math.radians(1.0)
+_SINGULAR = 20.0  # rad of joint travel per rad of tilt: beyond it the arm is swinging round, not tilting
+_HOME_TOLERANCE_RAD = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltPath:
+    """Joint angles as a function of the tilt angle, from 0 to `reach_rad`; `limit` says what ends it there.
+
+    `angles_rad` (k,), `joints_rad` (k, n), `slopes` (k, n) = dq/dangle.
+    """
+
+    azimuth_rad: float
+    angles_rad: Array
+    joints_rad: Array
+    slopes: Array
+    limit: str
+
+    @property
+    def reach_rad(self) -> float:
+        """The steepest reachable angle."""
+        return float(self.angles_rad[-1])
+
+    def at(self, angles_rad: Array) -> tuple[Array, Array]:
+        """Joint angles (m, n) and dq/dangle (m, n) at the angles (m,), which are clipped to the path."""
+        x = np.clip(angles_rad, 0.0, self.reach_rad)
+        k = np.clip(np.searchsorted(self.angles_rad, x, side="right") - 1, 0, max(len(self.angles_rad) - 2, 0))
+        if len(self.angles_rad) < 2:
+            return np.repeat(self.joints_rad, len(x), axis=0), np.repeat(self.slopes, len(x), axis=0)
+        h = (self.angles_rad[k + 1] - self.angles_rad[k])[:, None]
+        u = (x - self.angles_rad[k])[:, None] / h
+        q0, q1, m0, m1 = self.joints_rad[k], self.joints_rad[k + 1], self.slopes[k] * h, self.slopes[k + 1] * h
+        chord = q1 - q0
+        a, b = m0 + m1 - 2 * chord, 3 * chord - 2 * m0 - m1
+        return q0 + u * (m0 + u * (b + u * a)), (m0 + u * (2 * b + 3 * u * a)) / h
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltStage:
+    """An arm set up for tilting: `home_rad` holds the plate level, its axes along the world's, the pivot at `pivot_m`.
+
+    `world_from_base` is (4, 4), `pivot_m` is (3,) in the world.
+    """
+
+    model: ArmModel
+    world_from_base: Array
+    home_rad: Array
+
+    @property
+    def pivot_m(self) -> Array:
+        """The centre of rotation in the world, (3,)."""
+        return (self.world_from_base @ pivot_pose(self.model, self.home_rad))[:3, 3]
+
+    def pivot_target(self, angle_rad: float, *, azimuth_rad: float) -> Array:
+        """base_from_pivot, (4, 4), of the tilted plate."""
+        world_from_pivot = np.eye(4)
+        world_from_pivot[:3, :3] = tilt_rotation(angle_rad, azimuth_rad=azimuth_rad)
+        world_from_pivot[:3, 3] = self.pivot_m
+        return np.linalg.inv(self.world_from_base) @ world_from_pivot
+
+
+def tilt_stage(
+    model: ArmModel, *, base_xyz_m: Sequence[float], base_yaw_rad: float, home_rad: Sequence[float]
+) -> TiltStage:
+    """Set up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
+
+    `home_rad` must hold the plate level and along the world's axes to 0.05 rad; what is left is corrected here.
+    Raises UserError when it does not.
+    """
+    if len(home_rad) != len(model.joints):
+        raise UserError(f"The home pose has {len(home_rad)} angles; {model.name} has {len(model.joints)} joints.")
+    world_from_base = transform(base_xyz_m, (0.0, 0.0, base_yaw_rad))
+    rough = TiltStage(model=model, world_from_base=world_from_base, home_rad=np.array(home_rad, dtype=np.float64))
+    home, error = follow(model, rough.home_rad, rough.pivot_target(0.0, azimuth_rad=0.0))
+    moved = float(np.max(np.abs(home - rough.home_rad)))
+    if error > 1e-9 or moved > _HOME_TOLERANCE_RAD:
+        raise UserError(
+            f"The home pose of {model.name} does not hold the plate level and along the world's axes (a joint is "
+            f"{math.degrees(moved):.1f} degrees off): run `station arm plan` and copy the pose that it finds."
+        )
+    return TiltStage(model=model, world_from_base=world_from_base, home_rad=home)
+
+
+def tilt_path(stage: TiltStage, *, azimuth_rad: float, max_angle_rad: float = MAX_ANGLE_RAD) -> TiltPath:
+    """Follow one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it."""
+    model, axis = stage.model, stage.world_from_base[:3, :3].T @ tilting_axis(azimuth_rad)
+    twist = np.concatenate([np.zeros(3), axis])
+    q, angle, limit = stage.home_rad, 0.0, "the maximum asked for"
+    angles: list[float] = []
+    joints: list[Array] = []
+    slopes: list[Array] = []
+    for angle in np.linspace(0.0, max_angle_rad, 1 + max(1, math.ceil(max_angle_rad / _KNOT_RAD))):
+        guess = q + slopes[-1] * (angle - angles[-1]) if slopes else q
+        q, error = follow(model, guess, stage.pivot_target(angle, azimuth_rad=azimuth_rad), iterations=3)
+        slope = solve_rate(pivot_jacobian(model, q)[1], twist)
+        if reason := _obstacle(model, q, slope=slope, error=float(error)):
+            limit = reason
+            break
+        angles.append(float(angle))
+        joints.append(q)
+        slopes.append(slope)
+    if not angles:
+        raise UserError(f"The arm cannot stand level: {limit}.")
+    return TiltPath(
+        azimuth_rad=azimuth_rad,
+        angles_rad=np.array(angles),
+        joints_rad=np.array(joints),
+        slopes=np.array(slopes),
+        limit=limit,
+    )
+
+
+def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
+    """Why the arm cannot take this pose, or nothing."""
+    if not error < 1e-7:
+        return "the pose is out of the arm's reach"
+    if np.max(np.abs(slope)) > _SINGULAR:
+        return "the arm is at a singular pose and would swing round"
+    for joint, angle in zip(model.joints, q, strict=True):
+        if joint.lower_rad is not None and angle < joint.lower_rad:
+            return f"{joint.name} is at its lower limit of {math.degrees(joint.lower_rad):.0f} degrees"
+        if joint.upper_rad is not None and angle > joint.upper_rad:
+            return f"{joint.name} is at its upper limit of {math.degrees(joint.upper_rad):.0f} degrees"
+    return ""

@@ -1,0 +1,195 @@
+"""Smooth motions between tilt angles: jerk-limited in the angle (ruckig), and in the joints by the tilt path.
+
+The motion is planned in the tilt angle, a single number, and mapped to joints by a `TiltPath`; so the pivot rests
+during the whole motion and the block feels no linear acceleration. A motion that would need much more joint travel
+than its tilt explains is not planned at all (the arm would be swinging round).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from ruckig import ControlInterface, InputParameter, Result, Ruckig
+from ruckig import Trajectory as RuckigTrajectory
+
+from shared.errors import UserError
+from station.arm.tilt_path import TiltPath
+from station.rig.arm_model import ArmModel
+
+Array = NDArray[np.float64]
+PERIOD_NS = 10_000_000
+_SMALLEST_STEP_RAD = 1e-6
+
+
+class Profile(Protocol):
+    """The tilt angle over time, as ruckig gives it."""
+
+    duration: float
+
+    def at_time(self, time: float, /) -> tuple[list[float], list[float], list[float]]:
+        """Angle, rate and acceleration, each in a list of one, at a time in seconds."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTrajectory:
+    """Joint set-points over time: `times_ns` (m,) from 0, `position_rad` (m, n), `velocity_rad_s` (m, n)."""
+
+    times_ns: NDArray[np.int64]
+    position_rad: Array
+    velocity_rad_s: Array
+
+    @property
+    def duration_ns(self) -> int:
+        """How long the motion takes."""
+        return int(self.times_ns[-1])
+
+    def at(self, elapsed_ns: int) -> tuple[Array, Array]:
+        """Position and velocity (n,) at a time after the start (cubic Hermite); the ends hold outside the motion."""
+        if elapsed_ns <= 0:
+            return self.position_rad[0], self.velocity_rad_s[0]
+        if elapsed_ns >= self.times_ns[-1]:
+            return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
+        k = int(self.times_ns.searchsorted(elapsed_ns, side="right")) - 1
+        h = float(self.times_ns[k + 1] - self.times_ns[k]) * 1e-9
+        u = (elapsed_ns - float(self.times_ns[k])) * 1e-9 / h
+        q0, q1, v0, v1 = *self.position_rad[k : k + 2], *self.velocity_rad_s[k : k + 2]
+        a, b = (v0 + v1) * h - 2 * (q1 - q0), 3 * (q1 - q0) - (2 * v0 + v1) * h
+        return q0 + u * (h * v0 + u * (b + u * a)), v0 + u * (2 * b + 3 * u * a) / h
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltLimits:
+    """Limits of the tilt itself: the plate's rate, angular acceleration and jerk, and what one step may take.
+
+    `max_travel` is joint travel in rad per rad of tilt; more means that the arm would swing round.
+    `joint_share` is the share of a joint's own limits that a planned motion may use.
+    """
+
+    max_rate_rad_s: float = math.radians(20.0)
+    max_acceleration_rad_s2: float = 1.0
+    max_jerk_rad_s3: float = 10.0
+    max_travel: float = 12.0
+    joint_share: float = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltState:
+    """The tilt angle and its derivatives at one moment."""
+
+    angle_rad: float = 0.0
+    rate_rad_s: float = 0.0
+    acceleration_rad_s2: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltMotion:
+    """A planned motion: the joints' trajectory and the profile of the angle that it came from."""
+
+    path: TiltPath
+    trajectory: JointTrajectory
+    profile: Profile
+
+    def state(self, elapsed_ns: int) -> TiltState:
+        """Where the tilt is at a time after the start."""
+        seconds = min(max(elapsed_ns * 1e-9, 0.0), self.profile.duration)
+        angle, rate, acceleration = self.profile.at_time(seconds)
+        return TiltState(angle_rad=angle[0], rate_rad_s=rate[0], acceleration_rad_s2=acceleration[0])
+
+
+def plan_tilt(
+    model: ArmModel, path: TiltPath, *, start: TiltState, angle_rad: float, rate_rad_s: float, limits: TiltLimits
+) -> TiltMotion:
+    """Plan the motion along `path` from `start` to rest at `angle_rad`, at most as fast as `rate_rad_s`.
+
+    The rate is lowered where a joint could not keep up. Raises UserError when the angle is beyond the path's reach
+    or the arm would swing round.
+    """
+    if not (math.isfinite(angle_rad) and math.isfinite(rate_rad_s) and rate_rad_s > 0):
+        raise UserError(f"Expected a finite angle and a positive rate, got {angle_rad} rad at {rate_rad_s} rad/s.")
+    if not -_SMALLEST_STEP_RAD <= angle_rad <= path.reach_rad + _SMALLEST_STEP_RAD:
+        raise UserError(
+            f"The tilt of {math.degrees(angle_rad):.2f} degrees at azimuth {math.degrees(path.azimuth_rad):.1f} is out "
+            f"of reach: it must lie between 0 and {math.degrees(path.reach_rad):.2f} degrees, where {path.limit}."
+        )
+    _refuse_swing(path, low=min(start.angle_rad, angle_rad), high=max(start.angle_rad, angle_rad), limits=limits)
+    rate, acceleration, jerk = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
+    profile = _angle_profile(start, angle_rad, rate=min(rate, rate_rad_s), acceleration=acceleration, jerk=jerk)
+    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile)
+
+
+def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMotion:
+    """Plan to stop the tilt as soon as the limits allow, wherever that is."""
+    request = _request(start, limits.max_rate_rad_s, limits.max_acceleration_rad_s2, limits.max_jerk_rad_s3)
+    request.control_interface = ControlInterface.Velocity
+    request.target_velocity = [0.0]
+    profile = _calculate(request)
+    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile)
+
+
+def _refuse_swing(path: TiltPath, *, low: float, high: float, limits: TiltLimits) -> None:
+    inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
+    travel = float(np.max(np.abs(path.slopes[inside]), initial=0.0))
+    if travel > limits.max_travel:
+        raise UserError(
+            f"The tilt at azimuth {math.degrees(path.azimuth_rad):.1f} degrees would swing the arm round: a joint "
+            f"would turn {travel:.1f} times as far as the plate (at most {limits.max_travel:.1f})."
+        )
+
+
+def _slowest_joint(
+    model: ArmModel, path: TiltPath, *, start: TiltState, angle_rad: float, limits: TiltLimits
+) -> tuple[float, float, float]:
+    """Rate, acceleration and jerk of the tilt that every joint can follow between two angles."""
+    low, high = sorted((start.angle_rad, angle_rad))
+    inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
+    slope = np.maximum(np.max(np.abs(path.slopes[inside]), axis=0, initial=0.0), 1e-9)
+    share = limits.joint_share
+    rate = min(limits.max_rate_rad_s, share * float(np.min(model.max_velocity_rad_s / slope)))
+    # The joints' acceleration is slope x angular acceleration + curvature x rate^2: each gets its part.
+    bend = np.abs(np.gradient(path.slopes, path.angles_rad, axis=0))[inside] if len(path.angles_rad) > 1 else slope
+    bend = np.maximum(np.max(bend, axis=0, initial=0.0), 1e-9)
+    rate = min(rate, math.sqrt(0.5 * share * float(np.min(model.max_acceleration_rad_s2 / bend))))
+    acceleration = min(
+        limits.max_acceleration_rad_s2, 0.5 * share * float(np.min(model.max_acceleration_rad_s2 / slope))
+    )
+    jerk = min(limits.max_jerk_rad_s3, share * float(np.min(model.max_jerk_rad_s3 / slope)))
+    return rate, acceleration, jerk
+
+
+def _angle_profile(start: TiltState, angle_rad: float, *, rate: float, acceleration: float, jerk: float) -> Profile:
+    request = _request(start, rate, acceleration, jerk)
+    request.target_position = [angle_rad]
+    return _calculate(request)
+
+
+def _request(start: TiltState, rate: float, acceleration: float, jerk: float) -> Any:
+    request: Any = InputParameter(1)  # ruckig has no types; only this function and the next touch it
+    request.current_position = [start.angle_rad]
+    request.current_velocity = [start.rate_rad_s]
+    request.current_acceleration = [start.acceleration_rad_s2]
+    request.max_velocity, request.max_acceleration, request.max_jerk = [rate], [acceleration], [jerk]
+    return request
+
+
+def _calculate(request: Any) -> Profile:
+    profile: Any = RuckigTrajectory(1)
+    result = Ruckig(1).calculate(request, profile)
+    if result not in (Result.Working, Result.Finished):
+        raise UserError(f"No smooth motion was found from the arm's present state ({result}).")
+    return profile
+
+
+def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
+    """The profile sampled every `PERIOD_NS` and mapped to joints; the last sample is at rest."""
+    count = max(1, math.ceil(profile.duration * 1e9 / PERIOD_NS)) + 1
+    times_ns = np.arange(count, dtype=np.int64) * PERIOD_NS
+    samples = [profile.at_time(min(i * PERIOD_NS * 1e-9, profile.duration)) for i in range(count)]
+    angles = np.array([sample[0][0] for sample in samples])
+    rates = np.array([sample[1][0] for sample in samples])
+    position, slope = path.at(angles)
+    return JointTrajectory(times_ns=times_ns, position_rad=position, velocity_rad_s=slope * rates[:, None])

@@ -1,0 +1,61 @@
+"""The `[arm]` table of rig.toml: which arm, where it stands, and how far it may be trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from shared.config import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class GateSettings:
+    """The `[arm.gate]` table: the limits of the safety gate.
+
+    A joint may use `velocity_share` and `acceleration_share` of the model's limits. The measured pose may be
+    `follow_tolerance_deg` away from the commanded one for `follow_timeout_s`. Without the station's heartbeat for
+    `heartbeat_timeout_s` the arm holds, and `level_after_s` later it levels at `level_rate_deg_s`. The pivot may stray
+    `pivot_tolerance_m`, one command may turn a joint by `max_joint_step_deg`.
+    """
+
+    max_tilt_deg: float = 68.0
+    pivot_tolerance_m: float = 0.003
+    velocity_share: float = 1.0
+    acceleration_share: float = 1.0
+    max_joint_step_deg: float = 200.0
+    start_tolerance_deg: float = 2.0
+    follow_tolerance_deg: float = 2.0
+    follow_timeout_s: float = 0.3
+    silence_timeout_s: float = 0.5
+    settle_tolerance_deg: float = 0.3
+    settle_timeout_s: float = 3.0
+    heartbeat_timeout_s: float = 1.0
+    level_after_s: float = 5.0
+    level_rate_deg_s: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"expected a positive number for '{name}', got {value}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmSettings:
+    """The `[arm]` table. `model` is a name in station/rig/models or a file; `driver` a name in station/arm/drivers.
+
+    The base stands upright at `base_xyz_m`, turned by `base_yaw_deg`; the world's axes are the level plate's.
+    `home_deg` holds the plate level (empty: the model's own home pose). `rate_deg_s` is the tilt rate of a command
+    that names none. `pivot_above_plate_m` replaces the model's when it is given. `options` goes to the driver.
+    """
+
+    model: str = "jaco2_spherical"
+    driver: str = "simulated"
+    base_xyz_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    base_yaw_deg: float = 0.0
+    home_deg: tuple[float, ...] = ()
+    rate_deg_s: float = 5.0
+    state_rate_hz: float = 100.0
+    pivot_above_plate_m: float | None = None
+    armed: bool = True
+    gate: GateSettings = field(default_factory=GateSettings)
+    options: Table = field(default_factory=lambda: Table({}))
