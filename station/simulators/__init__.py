@@ -1,0 +1,1 @@
+"""Simulated rigs: the exact planar slider and the MuJoCo twin."""

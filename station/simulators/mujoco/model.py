@@ -1,0 +1,223 @@
+"""The MuJoCo models of the twin: arm, plate, foam border, camera mount and block, built from the arm's description.
+
+Three models share the joints of the arm. In `welded` the block is a part of the plate (it sticks, so nothing else may
+happen); in `free` it lies on the plate by contact; in `bordered` its edges can touch the foam, too. The world picks.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from station.rig.arm_model import ArmModel, transform
+from station.simulators.mujoco.contact import EXACT, Contact
+from station.simulators.mujoco.specimen import Block, Plate
+
+FLOATS = NDArray[np.float64]
+FOOT_RADIUS_M = 0.0005
+"""The block stands on eight small spheres, one at each corner: four analytic contacts instead of a box on a box."""
+FOAM_SEGMENTS = 24
+FOAM_IMPEDANCE = 0.05
+"""Constraint impedance of the foam: small, so that it is a spring beside the rigid contact, not a wall."""
+SERVO_STIFFNESS = 2.0e4
+SERVO_DAMPING = 400.0
+GEAR_INERTIA = 1.0
+"""The servo of each joint (Nm/rad, Nm s/rad) and the rotor inertia seen through the gear (kg m²): about 20 Hz, close
+to critically damped, so that set-points are followed within milliseconds and nothing rings."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """What is built: the arm, where it stands (world_from_base, (4, 4)), and what lies on its plate."""
+
+    arm: ArmModel
+    world_from_base: FLOATS
+    block: Block
+    plate: Plate
+    contact: Contact = EXACT
+    step_s: float = 0.002
+
+
+def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
+    """One compiled MjModel: with the block as a part of the plate, or on it by contact, within reach of the foam or not."""
+    spec = mujoco.MjSpec()
+    _options(spec, scene)
+    plate = _add_plate(_add_arm(spec, scene), scene)
+    parent = plate if welded else spec.worldbody
+    block = parent.add_body(name="block", pos=[0, 0, scene.block.side_m / 2])
+    if not welded:
+        block.add_freejoint(name="block")
+        _add_pairs(spec, scene, bordered=bordered)
+    _add_block(block, scene.block)
+    return spec.compile()
+
+
+def _options(spec: Any, scene: Scene) -> None:
+    spec.modelname = f"repose twin, {scene.arm.name}"
+    spec.option.timestep = scene.step_s
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC if scene.contact.elliptic else mujoco.mjtCone.mjCONE_PYRAMIDAL
+    spec.option.impratio = scene.contact.impratio
+    # The solver stops by a share of the whole arm's inertia: a block of half a gram would never be solved for.
+    spec.option.tolerance = scene.contact.tolerance
+
+
+def _add_arm(spec: Any, scene: Scene) -> Any:
+    """The chain of hinge joints with their servos; returns the last link's body."""
+    arm = scene.arm
+    base = scene.world_from_base
+    body = spec.worldbody.add_body(name="base", pos=base[:3, 3], quat=quaternion(base[:3, :3]))
+    _add_capsule(body, arm.base_capsule, arm.base_mass_kg)
+    for joint in arm.joints:
+        origin = transform(joint.origin_xyz_m, joint.origin_rpy_rad)
+        body = body.add_body(name=joint.name, pos=origin[:3, 3], quat=quaternion(origin[:3, :3]), gravcomp=1)
+        hinge = body.add_joint(
+            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=GEAR_INERTIA
+        )
+        hinge.actfrclimited = True
+        hinge.actfrcrange = [-joint.max_effort_nm, joint.max_effort_nm]
+        hinge.actgravcomp = True
+        _add_capsule(body, joint.link_capsule, joint.link_mass_kg)
+        _add_servo(spec, joint.name)
+    return body
+
+
+def _add_servo(spec: Any, joint: str) -> None:
+    """Two actuators, both driven by the wanted velocity.
+
+    The first integrates it inside the C loop and pulls towards that position; the second damps the difference from
+    it. So a set-point stream becomes straight ramps without stairs, and a steady ramp is followed without lag.
+    """
+    spring = spec.add_actuator(name=f"{joint} position", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    spring.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+    spring.gainprm[0] = SERVO_STIFFNESS
+    spring.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    spring.biasprm[1] = -SERVO_STIFFNESS
+    damper = spec.add_actuator(name=f"{joint} velocity", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    damper.gainprm[0] = SERVO_DAMPING
+    damper.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    damper.biasprm[2] = -SERVO_DAMPING
+
+
+def _add_capsule(body: Any, capsule: Any, mass_kg: float) -> None:
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        fromto=[*capsule.from_m, *capsule.to_m],
+        size=[capsule.radius_m, 0, 0],
+        mass=mass_kg,
+        rgba=[0.75, 0.75, 0.78, 1],
+        **UNTOUCHABLE,
+    )
+
+
+def _add_plate(link: Any, scene: Scene) -> Any:
+    """The plate on the flange, with foam, fiducials and the camera's mount; returns its body."""
+    plate, arm = scene.plate, scene.arm
+    pose = transform(arm.flange_xyz_m, arm.flange_rpy_rad) @ arm.flange_from_plate
+    body = link.add_body(name="plate", pos=pose[:3, 3], quat=quaternion(pose[:3, :3]), gravcomp=1)
+    half, thick = plate.side_m / 2, plate.thickness_m / 2
+    _add_box(body, "plate", (half, half, thick), (0, 0, -thick), plate.mass_kg, (0.8, 0.7, 0.5, 1))
+    _add_foam(body, plate)
+    _add_camera(body, plate)
+    for number, (x, y) in enumerate(plate.fiducials_m):
+        body.add_site(name=f"fiducial {number}", pos=[x, y, plate.foam_height_m], size=[0.002, 0.002, 0.0001])
+    body.add_site(name="pivot", pos=[0, 0, arm.pivot_above_plate_m], size=[0.001, 0.001, 0.001])
+    return body
+
+
+def _add_foam(body: Any, plate: Plate) -> None:
+    """The border: straight segments round the circular cutout, their inner faces tangent to it."""
+    turn = 2 * math.pi / FOAM_SEGMENTS
+    radial, height = 0.005, plate.foam_height_m / 2
+    along = (plate.cutout_radius_m + 2 * radial) * math.tan(turn / 2)
+    for number in range(FOAM_SEGMENTS):
+        angle, radius = number * turn, plate.cutout_radius_m + radial
+        geom = _add_box(
+            body,
+            f"foam {number}",
+            (radial, along, height),
+            (radius * math.cos(angle), radius * math.sin(angle), height),
+            0.0,
+            (0.95, 0.95, 0.95, 1),
+        )
+        geom.quat = [math.cos(angle / 2), 0, 0, math.sin(angle / 2)]
+
+
+def _add_camera(body: Any, plate: Plate) -> None:
+    """Two posts and a bar that carry the camera at a fixed offset above the plate (Fig. 2a)."""
+    half, top = plate.side_m / 2, plate.camera_height_m
+    for number, x in enumerate((-half, half)):
+        _add_box(body, f"post {number}", (0.003, 0.003, top / 2), (x, half, top / 2), 0.005, (0.6, 0.45, 0.3, 1))
+    _add_box(
+        body, "camera mount", (half, half / 2, 0.004), (0, half / 2, top), plate.camera_mass_kg, (0.3, 0.3, 0.3, 1)
+    )
+    body.add_camera(name="camera", pos=[0, 0, top], fovy=45)
+
+
+def _add_block(body: Any, block: Block) -> None:
+    """The cube: its inertia, its looks, its eight feet and the four bumpers that meet the foam at mid-height."""
+    half = block.side_m / 2
+    body.mass, body.inertia = block.mass_kg, [block.mass_kg * block.side_m**2 / 6] * 3
+    body.ipos, body.iquat, body.explicitinertial = [0, 0, 0], [1, 0, 0, 0], True
+    _add_box(body, "block", (half, half, half), (0, 0, 0), 0.0, (0.5, 0.5, 0.55, 1))
+    _add_box(body, "mark", (0.8 * half, 0.8 * half, 1e-5), (0, 0, half), 0.0, (0.05, 0.05, 0.2, 1))
+    body.add_site(name="mark", pos=[0, 0, half])
+    for number, (x, y, z) in enumerate((x, y, z) for z in (-1, 1) for x in (-1, 1) for y in (-1, 1)):
+        _add_ball(body, f"foot {number}", (x * half, y * half, z * (half - FOOT_RADIUS_M)))
+    inset = half - FOOT_RADIUS_M / math.sqrt(2)
+    for number, (x, y) in enumerate((x, y) for x in (-1, 1) for y in (-1, 1)):
+        _add_ball(body, f"bumper {number}", (x * inset, y * inset, 0))
+
+
+def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
+    contact = scene.contact
+    for foot in range(8):
+        pair = spec.add_pair(name=f"foot {foot}", geomname1="plate", geomname2=f"foot {foot}", condim=3)
+        pair.solref, pair.solimp = contact.solref, contact.solimp
+    if not bordered:
+        return
+    solref, mu = _foam(scene), scene.plate.foam_mu
+    for bumper in range(4):
+        for segment in range(FOAM_SEGMENTS):
+            pair = spec.add_pair(geomname1=f"foam {segment}", geomname2=f"bumper {bumper}", condim=3)
+            pair.solref, pair.friction = solref, [mu, mu, 0.005, 1e-4, 1e-4]
+            pair.solimp = [FOAM_IMPEDANCE, FOAM_IMPEDANCE, 0.001, 0.5, 2]
+
+
+def _foam(scene: Scene) -> list[float]:
+    """MuJoCo's direct solref of a spring and damper between the block and the foam.
+
+    With constant impedance d the constraint acts as the acceleration −d (b v + k r / d²) of the block, so the wanted
+    stiffness K and damping 2 z sqrt(K m) give k = K d / m and b = 2 z sqrt(K / m) / d.
+    """
+    plate, mass = scene.plate, scene.block.mass_kg
+    stiffness = plate.foam_stiffness_n_m * FOAM_IMPEDANCE / mass
+    damping = 2 * plate.foam_damping * math.sqrt(plate.foam_stiffness_n_m / mass)
+    return [-stiffness, -damping]
+
+
+def _add_box(body: Any, name: str, half: Any, pos: Any, mass_kg: float, rgba: Any) -> Any:
+    return body.add_geom(
+        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=pos, mass=mass_kg, rgba=rgba, **UNTOUCHABLE
+    )
+
+
+def _add_ball(body: Any, name: str, pos: Any) -> None:
+    size = [FOOT_RADIUS_M, 0, 0]
+    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, pos=pos, mass=0.0, **UNTOUCHABLE)
+
+
+# Only the explicit pairs collide; a geom's own friction would otherwise be combined by MuJoCo's rule (the maximum).
+UNTOUCHABLE = cast("dict[str, Any]", {"contype": 0, "conaffinity": 0})
+
+
+def quaternion(rotation: FLOATS) -> FLOATS:
+    """The unit quaternion (w, x, y, z) of a rotation matrix, (3, 3)."""
+    result = np.empty(4)
+    mujoco.mju_mat2Quat(result, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
+    return result

@@ -1,0 +1,57 @@
+"""From a stream of joint set-points to the velocities that the servos in the MuJoCo model are given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+FLOATS = NDArray[np.float64]
+CATCH_UP_S = 0.02
+"""Time constant with which a difference between set-point and servo is made up for."""
+STALE_NS = 50_000_000
+"""A set-point is carried on at its velocity for so long; when no newer one comes, the joint stops there."""
+SETTLED_RAD = 1e-6
+
+
+class Servo:
+    """The wanted motion of the joints, continued between set-points, so that their stairs do not shake the block."""
+
+    def __init__(self, joint_start_rad: FLOATS, *, now_ns: int) -> None:
+        self._position = joint_start_rad.copy()
+        self._velocity = np.zeros_like(joint_start_rad)
+        self._moving = False
+        self._stamp_ns = now_ns
+        self._wanted_velocity = np.zeros_like(joint_start_rad)
+        self.settled = False
+        self.jerk_rad_s: FLOATS = np.zeros_like(joint_start_rad)
+        """By how much the wanted velocity changed with the last command, (n,)."""
+
+    def set_target(self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int) -> None:
+        """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,)."""
+        position, velocity = np.array(position_rad, dtype=np.float64), np.array(velocity_rad_s, dtype=np.float64)
+        self._stamp_ns = stamp_ns
+        self._moving = bool(velocity.any())
+        if not self._moving and not self._velocity.any() and np.array_equal(position, self._position):
+            return
+        self._position, self._velocity = position, velocity
+        self.settled = False
+
+    def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:
+        """Writes the servos' wanted velocities for the coming time steps into `ctrl`, (2n,); `act` is where they are."""
+        wanted = self._position - act
+        if self._moving:
+            ahead_ns = now_ns - self._stamp_ns
+            wanted += self._velocity * (min(max(ahead_ns, 0), STALE_NS) * 1e-9)
+        self.settled = not self._moving and bool(np.abs(wanted).max() < SETTLED_RAD)
+        if self.settled:
+            wanted[:] = 0.0
+        else:
+            wanted /= CATCH_UP_S
+            if self._moving and now_ns - self._stamp_ns < STALE_NS:
+                wanted += self._velocity
+        self.jerk_rad_s = wanted - self._wanted_velocity
+        self._wanted_velocity = wanted
+        ctrl[0::2] = wanted
+        ctrl[1::2] = wanted

@@ -1,0 +1,405 @@
+"""The twin's world: an arm that follows joint set-points, and a block that sticks to its plate until the right angle.
+
+Most of a session nothing slips, and the world does not compute what cannot happen (`savings`):
+- while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
+  and time is skipped;
+- while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model); contact is simulated from there on;
+- the foam is looked at only when the block could reach it before the next look.
+A test compares onsets with and without these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from station.rig.arm_model import ArmModel
+from station.simulators.mujoco import grip, model
+from station.simulators.mujoco.contact import EXACT, Contact
+from station.simulators.mujoco.engine import ContactEngine, Engine
+from station.simulators.mujoco.servo import Servo
+from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
+
+FLOATS = NDArray[np.float64]
+STEP_NS = 2_000_000
+LOOK = 5
+"""Time steps between two looks at the block (10 ms)."""
+LETS_GO, GRIPS = 0.95, 0.93
+"""Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
+LEANING = 0.8
+"""The same two, times this, for a block that leans on the foam, whose force is known less exactly."""
+RESTING = 0.99
+REST_S = 0.05
+QUIET_M = 1e-6
+QUIET_TURN = 1e-5
+"""At rest means: moved and turned less than this in each look of the last `REST_S`."""
+SLIDE_M = 1e-3
+"""A slide is at least so long; what comes to rest after one is a new contact with a new draw of friction."""
+STILL_RAD_S = 1e-6
+LEVEL_ENOUGH = 0.5
+"""Utilisation below which a hand lets go of the block that it places."""
+ABSENT_M = -1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """The arm's joints: rad, rad/s, Nm; each (n,)."""
+
+    position_rad: tuple[float, ...]
+    velocity_rad_s: tuple[float, ...]
+    effort_nm: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlatePose:
+    """world_from_plate as a rotation matrix (3, 3) and a quaternion (w, x, y, z), and the pivot in the world (m)."""
+
+    rotation: FLOATS
+    quaternion: tuple[float, ...]
+    pivot: FLOATS
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """plate_from_block: position in m and quaternion (w, x, y, z)."""
+
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+    @property
+    def yaw_rad(self) -> float:
+        """The block's turn about the plate's normal."""
+        w, x, y, z = self.quaternion
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+class TwinWorld:
+    """Arm, plate and block in MuJoCo, driven by `set_target` and `advance`; the same live and in lockstep.
+
+    The world's z is up; the arm's base is the world unless `world_from_base` (4, 4) says otherwise. Whatever is random
+    comes from `rng`: the same seed and the same calls give the same numbers.
+    """
+
+    def __init__(
+        self,
+        arm: ArmModel,
+        *,
+        friction: Friction,
+        rng: np.random.Generator,
+        joint_start_rad: Sequence[float],
+        block: Block | None = None,
+        plate: Plate | None = None,
+        start_ns: int = 0,
+        world_from_base: FLOATS | None = None,
+        contact: Contact = EXACT,
+        savings: bool = True,
+    ) -> None:
+        self.arm, self.friction = arm, friction
+        self.block, self.plate = block or Block(), plate or Plate()
+        base = np.eye(4) if world_from_base is None else world_from_base
+        scene = model.Scene(arm=arm, world_from_base=base, block=self.block, plate=self.plate, contact=contact)
+        n = self._n = len(arm.joints)
+        self._welded = Engine(model.build(scene, welded=True), joints=n)
+        self._free = ContactEngine(model.build(scene, welded=False), joints=n, friction=friction)
+        self._bordered = ContactEngine(model.build(scene, welded=False, bordered=True), joints=n, friction=friction)
+        self._engine: Engine = self._welded
+        start = np.array(joint_start_rad, dtype=np.float64)
+        self._welded.qpos[:] = self._welded.act[:] = start
+        self._servo = Servo(start, now_ns=start_ns)
+        self._reach = _reach_m(arm)
+        self._motion = grip.PlateMotion()
+        self._rng, self._savings = rng, savings
+        self._time_ns = self._asked_ns = start_ns
+        self.lost = 0
+        """How often the block left the plate and was put back on its centre."""
+        self.place_block(0.0, 0.0, 0.0)
+
+    # -- driving
+
+    def set_target(
+        self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int | None = None
+    ) -> None:
+        """Wants the joints at `position_rad` (n,) at `stamp_ns` (default: now), moving on at `velocity_rad_s` (n,).
+
+        Raises:
+            ValueError: if there are not as many numbers as joints.
+        """
+        if len(position_rad) != self._n or len(velocity_rad_s) != self._n:
+            raise ValueError(f"expected {self._n} joints, got {len(position_rad)} and {len(velocity_rad_s)}")
+        self._servo.set_target(position_rad, velocity_rad_s, stamp_ns=self._asked_ns if stamp_ns is None else stamp_ns)
+        self._resting = self._resting and self._servo.settled
+
+    def advance(self, to_ns: int) -> None:
+        """Lets simulated time pass until `to_ns`; what is read afterwards is the state at that very time."""
+        if self._resting:
+            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
+            self._asked_ns = max(to_ns, self._asked_ns)
+            return
+        while (steps := (to_ns - self._time_ns) // STEP_NS) > 0:
+            if self._resting:
+                self._time_ns += steps * STEP_NS
+                break
+            self._look_ahead(count := min(steps, LOOK))
+            self._engine.step(count)
+            self._time_ns += count * STEP_NS
+            self._look(count * STEP_NS * 1e-9)
+        self._asked_ns = max(to_ns, self._asked_ns)
+        self._poses = None
+
+    def place_block(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Lays the block on the plate, by a hand that lets go once the plate is level enough: a new contact.
+
+        Raises:
+            ValueError: if the block would not lie within the foam's cutout.
+        """
+        half = self.block.side_m / 2
+        if math.hypot(x_m, y_m) + half * math.sqrt(2) > self.plate.cutout_radius_m:
+            raise ValueError(f"expected a place within {self.plate.cutout_radius_m} m of the centre, got {x_m}, {y_m}")
+        self.block_present = True
+        self._rel = Pose((x_m, y_m, half), (math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)))
+        self._pending: FrictionDraw | None = None
+        self._use(self.friction.draw(self._rng))
+        self._weld()
+        self._held, self._anchor, self._leaning = True, self._rel.position, (0.0, 0.0)
+
+    def remove_block(self) -> None:
+        """Takes the block off the plate; `place_block` brings it back."""
+        self._weld()
+        self._welded.model.body_mass[self._welded.block] = 1e-9
+        self._held, self.block_present = True, False
+        self._rel = Pose((0.0, 0.0, ABSENT_M), (1.0, 0.0, 0.0, 0.0))
+
+    # -- reading
+
+    @property
+    def time_ns(self) -> int:
+        """The time that the world was last advanced to."""
+        return self._asked_ns
+
+    @property
+    def friction_now(self) -> FrictionDraw:
+        """The truth: the friction of the present contact."""
+        return self._draw
+
+    @property
+    def block_at_rest(self) -> bool:
+        """Whether the block lies still on the plate."""
+        return self._engine is self._welded or self._quiet_s >= REST_S
+
+    def joints(self) -> Joints:
+        """The arm's joints now."""
+        engine, n = self._engine, self._n
+        velocity = engine.qvel[:n]
+        position = engine.qpos[:n] + velocity * self._ahead_s()
+        effort: FLOATS = engine.data.qfrc_actuator[:n]
+        return Joints(tuple(position.tolist()), tuple(velocity.tolist()), tuple(effort.tolist()))
+
+    def plate_pose(self) -> PlatePose:
+        """Where the plate is now."""
+        data, plate = self._bodies(), self._engine.plate
+        rotation: FLOATS = data.xmat[plate].reshape(3, 3).copy()
+        pivot: FLOATS = data.xpos[plate] + rotation[:, 2] * self.arm.pivot_above_plate_m
+        return PlatePose(rotation, tuple(data.xquat[plate].tolist()), pivot)
+
+    def block_pose(self) -> Pose:
+        """Where the block is on the plate now; at z = −1 m when there is none."""
+        if self._engine is self._welded:
+            return self._rel
+        return _relative(self._bodies(), self._engine)
+
+    # -- within
+
+    def _ahead_s(self) -> float:
+        """How far the time asked for is ahead of the last whole step."""
+        return 0.0 if self._resting else (self._asked_ns - self._time_ns) * 1e-9
+
+    def _bodies(self) -> object:
+        if self._poses is None:
+            self._poses = self._engine.poses_after(self._ahead_s())
+        return self._poses
+
+    def _look_ahead(self, count: int) -> None:
+        """Commands the servos for the coming steps; a sudden command frees the block before it is carried out."""
+        engine, servo = self._engine, self._servo
+        servo.command(engine.ctrl, engine.act, now_ns=self._time_ns)
+        if engine is self._welded and not self._held:
+            shove = float(np.abs(servo.jerk_rad_s) @ self._reach) / (count * STEP_NS * 1e-9)
+            if shove > self._slack:
+                self._unweld()
+
+    def _look(self, seconds: float) -> None:
+        """What the block does after some steps: sticks, slides, comes to rest, leaves."""
+        engine = self._engine
+        engine.update_poses()
+        data = engine.data
+        if engine is not self._welded:
+            self._follow(seconds)
+        acceleration = self._motion.acceleration(data.xpos[engine.block].tolist(), seconds=seconds)
+        force = grip.needed(data.xmat[engine.plate].tolist(), acceleration)
+        used = self._utilisation(force, self._draw)
+        if self._engine is self._welded:
+            self._mind_grip(force, used)
+        elif self._quiet_s >= REST_S:
+            self._mind_rest(force, used)
+        still = self._servo.settled and float(np.abs(engine.qvel[: self._n]).max()) < STILL_RAD_S
+        stuck = self._held or (self.block_at_rest and used < RESTING)
+        self._resting = self._savings and still and stuck and self._engine is engine
+
+    def _mind_grip(self, force: grip.Three, used: float) -> None:
+        """A block that is a part of the plate: let go when it could slip."""
+        if not self.block_present:
+            return
+        if self._held:
+            if used < LEVEL_ENOUGH:
+                self._held = False
+                self._unweld()
+            return
+        self._renew(force)
+        limit = self._limit(LETS_GO)
+        self._slack = grip.slack(force, self._draw, share=limit)
+        if used > limit:
+            self._unweld()
+
+    def _mind_rest(self, force: grip.Three, used: float) -> None:
+        """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
+        if math.dist(self._anchor, self._rel.position) >= SLIDE_M:
+            self._anchor = self._rel.position
+            self._pending = self.friction.draw(self._rng)
+        self._renew(force)
+        self._leaning = self._foam_force()
+        used = max(used, self._utilisation(force, self._draw))
+        if self._savings and used < self._limit(GRIPS):
+            self._slack = grip.slack(force, self._draw, share=self._limit(LETS_GO))
+            self._weld()
+
+    def _renew(self, force: grip.Three) -> None:
+        """A new draw takes effect once it holds the block where it lies.
+
+        Were it to act at once, a block that stopped on a still tilted plate would slide again whenever the draw is
+        low, and draw again: the low draws would be lost, and the friction of the runs would not be the one set.
+        """
+        if self._pending and self._utilisation(force, self._pending) < GRIPS:
+            self._use(self._pending)
+            self._pending = None
+
+    def _utilisation(self, force: grip.Three, friction: FrictionDraw) -> float:
+        yaw = self._rel.yaw_rad
+        axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
+        used = grip.utilisation(force, friction, axis_rad=axis, block_yaw_rad=yaw)
+        x, y = self._leaning
+        if x or y:  # the foam carries some of it, or pushes: either must do
+            relieved = (force[0] - x, force[1] - y, force[2])
+            used = max(used, grip.utilisation(relieved, friction, axis_rad=axis, block_yaw_rad=yaw))
+        return used
+
+    def _limit(self, share: float) -> float:
+        return share * (LEANING if any(self._leaning) else 1.0)
+
+    def _use(self, draw: FrictionDraw) -> None:
+        self._draw = draw
+        self._free.set_friction(draw)
+        self._bordered.set_friction(draw)
+
+    def _follow(self, seconds: float) -> None:
+        """Takes note of where a free block is, whether it lies still, and whether it can reach the foam."""
+        before, self._rel = self._rel, _relative(self._engine.data, self._engine)
+        moved = math.dist(before.position, self._rel.position)
+        turned = math.dist(before.quaternion, self._rel.quaternion)
+        looks = seconds * 1e9 / (LOOK * STEP_NS)
+        quiet = moved < QUIET_M * looks and turned < QUIET_TURN * looks
+        self._quiet_s = self._quiet_s + seconds if quiet else 0.0
+        if not quiet:
+            self._leaning = (0.0, 0.0)
+        x, y, z = self._rel.position
+        reach = math.hypot(x, y) + self.block.side_m * math.sqrt(0.5) + 2 * moved + 1e-3
+        if reach > self.plate.side_m or z < 0:
+            self._pick_up()
+        elif (wanted := self._bordered if reach > self.plate.cutout_radius_m else self._free) is not self._engine:
+            wanted.take(self._engine)
+            wanted.update_poses()
+            self._engine = wanted
+
+    def _pick_up(self) -> None:
+        """The block has left the plate: somebody puts it back."""
+        self.lost += 1
+        self.place_block(0.0, 0.0, 0.0)
+
+    def _weld(self) -> None:
+        """Makes the block a part of the plate where it is."""
+        welded = self._welded
+        if self._engine is not welded:
+            welded.take(self._engine)
+            self._engine = welded
+        welded.model.body_mass[welded.block] = self.block.mass_kg
+        welded.model.body_pos[welded.block] = self._rel.position
+        welded.model.body_quat[welded.block] = self._rel.quaternion
+        welded.update_poses()
+        self._quiet_s, self._slack = REST_S, 0.0
+        self._resting, self._poses = False, None
+
+    def _unweld(self) -> None:
+        """Makes the block a body of its own again, moving with the plate."""
+        welded, free = self._welded, self._free
+        data, n = welded.data, self._n
+        mujoco.mj_fwdPosition(welded.model, data)
+        mujoco.mj_comVel(welded.model, data)
+        speed = np.empty(6)
+        mujoco.mj_objectVelocity(welded.model, data, mujoco.mjtObj.mjOBJ_XBODY, welded.block, speed, 0)
+        free.take(welded)
+        free.qpos[n : n + 3] = data.xpos[welded.block]
+        free.qpos[n + 3 : n + 7] = data.xquat[welded.block]
+        free.qvel[n : n + 3] = speed[3:]
+        free.qvel[n + 3 : n + 6] = data.xmat[welded.block].reshape(3, 3).T @ speed[:3]
+        free.data.qacc_warmstart[n:] = 0.0
+        self._engine, self._quiet_s, self._poses = free, 0.0, None
+        if math.hypot(*self._rel.position[:2]) + self.block.side_m + 1e-3 > self.plate.cutout_radius_m:
+            self._bordered.take(free)
+            self._engine = self._bordered
+
+    def _foam_force(self) -> tuple[float, float]:
+        """What the foam pushes the block with, per mass, along the plate (m/s², plate frame)."""
+        if self._engine is not self._bordered:
+            return (0.0, 0.0)
+        push = _force_from_foam(self._bordered) / self.block.mass_kg
+        return (float(push[0]), float(push[1]))
+
+
+def _relative(data: object, engine: Engine) -> Pose:
+    """plate_from_block from the bodies' poses in the world."""
+    plate, block = engine.plate, engine.block
+    xpos, xquat = data.xpos, data.xquat  # pyright: ignore[reportAttributeAccessIssue] (MuJoCo's MjData)
+    place = data.xmat[plate].reshape(3, 3).T @ (xpos[block] - xpos[plate])  # pyright: ignore[reportAttributeAccessIssue]
+    inverse, turn = np.empty(4), np.empty(4)
+    mujoco.mju_negQuat(inverse, xquat[plate])
+    mujoco.mju_mulQuat(turn, inverse, xquat[block])
+    x, y, z = place.tolist()
+    w, i, j, k = (turn if turn[0] >= 0 else -turn).tolist()
+    return Pose((x, y, z), (w, i, j, k))
+
+
+def _force_from_foam(engine: Engine) -> FLOATS:
+    """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
+    data, total, wrench = engine.data, np.zeros(3), np.empty(6)
+    names = engine.model.geom
+    for number, contact in enumerate(data.contact):
+        first = names(contact.geom1).name
+        second = names(contact.geom2).name
+        if not (first.startswith("foam") or second.startswith("foam")):
+            continue
+        mujoco.mj_contactForce(engine.model, data, number, wrench)
+        # The contact frame's normal points from the first geom to the second, and so does the force on the second.
+        force = contact.frame.reshape(3, 3).T @ wrench[:3]
+        total += force if first.startswith("foam") else -force
+    return data.xmat[engine.plate].reshape(3, 3).T @ total
+
+
+def _reach_m(arm: ArmModel) -> FLOATS:
+    """An upper bound of the distance from each joint's axis to the block, (n,), m."""
+    spans = [math.hypot(*joint.origin_xyz_m) for joint in arm.joints[1:]]
+    spans.append(math.hypot(*arm.flange_xyz_m) + math.hypot(*arm.plate_xyz_m) + 0.1)
+    return np.cumsum(spans[::-1])[::-1].copy()
