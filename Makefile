@@ -1,0 +1,45 @@
+# Two commands: `make run` (the simulated rig, end to end) and `make test`. Both set up .venv from the lock first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SAMPLES ?= 5
+SEED ?= 1
+
+.PHONY: run test lint setup lock bench clean
+
+run: setup
+	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
+
+test: setup lint
+	$(BIN)/pytest
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+	$(BIN)/basedpyright
+
+setup: $(VENV)/.ready
+
+# The stamp holds nothing: it is newer than the lock when the environment matches the lock.
+$(VENV)/.ready: requirements.lock pyproject.toml
+	@echo "Setting up $(VENV) from requirements.lock (about two minutes the first time, nothing afterwards)"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "Repose needs Python 3.11 or newer; $(PYTHON) is older. Try: make PYTHON=python3.11"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || sh deploy/ensure_venv.sh $(PYTHON)
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+	@echo "Ready. The commands are $(BIN)/station and $(BIN)/pi-agent."
+
+# Pins every dependency of every platform with its hash; needs uv, which users do not.
+lock:
+	uv pip compile --python-version 3.11 --universal --generate-hashes --all-extras --group dev --no-header -q \
+	  pyproject.toml -o requirements.lock
+
+bench: setup
+	$(BIN)/pytest -m benchmark tests/benchmarks -s
+
+clean:
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis

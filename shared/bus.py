@@ -1,0 +1,99 @@
+"""What a process sees of the bus. Behind it stand Zenoh (`zenoh_bus`) or plain calls in one process (`memory_bus`).
+
+Handlers run on the thread that calls `poll`, in order of arrival, so a process needs no locks. Only the recorder takes
+messages on the receiving thread (`direct=True`), and there it may do nothing but enqueue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from shared import topics, wire
+from shared.messages import Message
+
+
+class Received:
+    """A message as it arrived: payload and object are derived from each other when first asked for."""
+
+    __slots__ = ("_message", "_payload", "receive_ns", "topic")
+
+    def __init__(
+        self, topic: str, *, receive_ns: int, payload: bytes | None = None, message: Message | None = None
+    ) -> None:
+        self.topic = topic
+        self.receive_ns = receive_ns
+        self._payload = payload
+        self._message = message
+
+    @property
+    def message(self) -> Message:
+        """The message; raises UserError when the payload does not parse."""
+        if self._message is None:
+            self._message = wire.decode(topics.topic(self.topic).message, self._payload or b"")
+        return self._message
+
+    @property
+    def payload(self) -> bytes:
+        """The bytes as they were sent."""
+        if self._payload is None:
+            assert self._message is not None
+            self._payload = wire.encode(self._message)
+        return self._payload
+
+
+@dataclass(frozen=True, slots=True)
+class Missed:
+    """Messages of a recovered topic that could not be recovered."""
+
+    topic: str
+    count: int
+    receive_ns: int
+
+
+Handler = Callable[[Received], None]
+MissHandler = Callable[[Missed], None]
+Server = Callable[[Message], Message]
+ReplyHandler = Callable[[Message | None], None]
+"""Gets the reply, or None when nobody answered in time."""
+
+
+class Bus(Protocol):
+    """The bus of one rig as one process sees it."""
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Sends a message to whoever subscribes; the topic's traffic class decides how."""
+        ...
+
+    def subscribe(
+        self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
+    ) -> None:
+        """Calls `handler` for every message of a topic; `**` means every topic (no recovery of lost ones then)."""
+        ...
+
+    def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
+        """Answers a service; `direct` answers on the receiving thread (clock pings want that)."""
+        ...
+
+    def request(
+        self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
+    ) -> None:
+        """Asks a service; the answer comes to `on_reply` during a later `poll`, or at once with `direct`."""
+        ...
+
+    def announce(self, name: str) -> None:
+        """Says that the process `name` is alive, until the bus is closed or the process dies."""
+        ...
+
+    def alive(self) -> frozenset[str]:
+        """The names of the processes that are alive."""
+        ...
+
+    def poll(self, timeout_s: float = 0.0) -> int:
+        """Runs the handlers of what has arrived, waiting up to `timeout_s` for the first; returns how many."""
+        ...
+
+    def close(self) -> None:
+        """Leaves the bus. Never called from a handler."""
+        ...

@@ -1,0 +1,48 @@
+"""The clocks that processes are driven by: the system's, or a simulated one."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Tells the time in nanoseconds since the epoch."""
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the epoch."""
+        ...
+
+
+class SystemClock:
+    """The system's time at the start, carried on by the monotonic clock, so that it never steps back."""
+
+    def __init__(self) -> None:
+        self._epoch_ns = time.time_ns() - time.monotonic_ns()
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the epoch."""
+        return self._epoch_ns + time.monotonic_ns()
+
+    def from_monotonic_ns(self, monotonic_ns: int) -> int:
+        """A CLOCK_MONOTONIC stamp (camera sensors give these) on this clock."""
+        return self._epoch_ns + monotonic_ns
+
+
+SIMULATION_EPOCH_NS = 1_600_000_000_000_000_000
+"""Where simulated time begins (September 2020): a fixed date, so that the same seed gives the same bytes."""
+
+
+class SimulatedClock:
+    """A clock that moves only when it is told to."""
+
+    def __init__(self, start_ns: int = SIMULATION_EPOCH_NS) -> None:
+        self._now_ns = start_ns
+
+    def now_ns(self) -> int:
+        """Nanoseconds since the epoch."""
+        return self._now_ns
+
+    def advance_to(self, now_ns: int) -> None:
+        """Moves on to `now_ns`; time never goes back, an earlier time is ignored."""
+        self._now_ns = max(self._now_ns, now_ns)

@@ -1,0 +1,155 @@
+"""TOML files into frozen dataclasses, strictly: an unknown or wrongly typed key is named with its file and line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import types
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from shared.errors import UserError
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a TOML file that still knows where it stands, so that whoever reads it can point at a line.
+
+    A dataclass field of this type keeps its table unread: the plug-in that it configures parses it.
+    """
+
+    values: dict[str, Any]
+    file: str = "(built in)"
+    text: str = ""
+    path: tuple[str, ...] = ()
+
+    def error(self, key: str, expected: str, got: str) -> UserError:
+        """The error that names file, line and key."""
+        line = _line_of(self.text, (*self.path, key))
+        where = f"{self.file}, line {line}" if line else self.file
+        name = ".".join((*self.path, key))
+        return UserError(f"{where}: expected {expected} for '{name}', got {got}")
+
+    def child(self, key: str) -> Table:
+        """The table under `key` (empty if there is none)."""
+        value = self.values.get(key, {})
+        if not isinstance(value, dict):
+            raise self.error(key, "a table", repr(value))
+        return Table(value, self.file, self.text, (*self.path, key))  # pyright: ignore[reportUnknownArgumentType]
+
+
+def load_table(path: Path) -> Table:
+    """Reads a TOML file.
+
+    Raises:
+        UserError: if the file is missing or not TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        return Table(tomllib.loads(text), str(path), text)
+    except OSError as error:
+        raise UserError(f"Expected a TOML file at {path}, but it cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: expected TOML, got something else: {error}") from error
+
+
+def parse(cls: type[T], table: Table) -> T:
+    """Fills the dataclass `cls` from a table; absent keys keep their defaults, tables nest.
+
+    Raises:
+        UserError: for an unknown key, a wrong type, a missing key without default, or a value that `cls` refuses
+            (a ValueError from its `__post_init__`).
+    """
+    specs: dict[str, Field[Any]] = {spec.name: spec for spec in fields(cls)}  # pyright: ignore[reportArgumentType]
+    for key in table.values:
+        if key not in specs:
+            raise table.error(key, f"one of {', '.join(sorted(specs))}", "an unknown key")
+    hints = get_type_hints(cls)
+    values: dict[str, Any] = {}
+    for name, spec in specs.items():
+        if name in table.values:
+            values[name] = _convert(hints[name], table, name)
+        elif spec.default is MISSING and spec.default_factory is MISSING:
+            raise table.error(name, _describe(hints[name]), "nothing: the key is missing")
+    try:
+        return cls(**values)
+    except ValueError as error:
+        where = f"[{'.'.join(table.path)}]" if table.path else "top level"
+        raise UserError(f"{table.file}, {where}: {error}") from error
+
+
+def _convert(hint: Any, table: Table, key: str) -> Any:
+    value = table.values[key]
+    if hint is Table:
+        return table.child(key)
+    if is_dataclass(hint):
+        return parse(hint, table.child(key))  # pyright: ignore[reportArgumentType]
+    if (converted := _as(hint, value)) is not None:
+        return converted
+    raise table.error(key, _describe(hint), f"{value!r}")
+
+
+def _as(hint: Any, value: Any) -> Any:
+    """The value as `hint`, or None if it is not one (TOML has no null, so None is free)."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        found = (_as(option, value) for option in arguments if option is not type(None))
+        return next((item for item in found if item is not None), None)
+    if origin is tuple:
+        return _as_tuple(arguments, value)
+    if origin is dict:
+        return value if isinstance(value, dict) else None
+    if origin is not None:  # Literal
+        return value if value in arguments else None
+    if hint is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    return value if type(value) is hint else None
+
+
+def _as_tuple(arguments: tuple[Any, ...], value: Any) -> tuple[Any, ...] | None:
+    if not isinstance(value, list):
+        return None
+    items: list[Any] = value  # pyright: ignore[reportUnknownVariableType]
+    open_ended = arguments[-1] is Ellipsis
+    if not open_ended and len(items) != len(arguments):
+        return None
+    hints = [arguments[0]] * len(items) if open_ended else list(arguments)
+    converted = [_as(hint, item) for hint, item in zip(hints, items, strict=True)]
+    return None if any(item is None for item in converted) else tuple(converted)
+
+
+def _describe(hint: Any) -> str:
+    names = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", Table: "a table"}
+    if hint in names:
+        return names[hint]
+    arguments = [argument for argument in get_args(hint) if argument is not type(None)]
+    if get_origin(hint) is tuple:
+        size = "" if arguments[-1] is Ellipsis else f"{len(arguments)} "
+        return f"a list of {size}values, each {_describe(arguments[0])}"
+    if get_origin(hint) in (Union, types.UnionType):
+        return " or ".join(_describe(argument) for argument in arguments)
+    if arguments:
+        return "one of " + ", ".join(repr(argument) for argument in arguments)
+    return "a table"
+
+
+def _line_of(text: str, path: tuple[str, ...]) -> int:
+    """The line of a key, 1-based; of its table's header if the key is not there; 0 if neither is found."""
+    *table, key = path
+    current: list[str] = []
+    header_line = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line):
+            current = [part.strip().strip("\"'") for part in header.group(1).split(".")]
+            if current == [*table, key]:
+                return number
+            header_line = number if current == table else header_line
+        elif (found := re.match(r"\s*([A-Za-z0-9_.\"'-]+)\s*=", line)) and [
+            *current,
+            *(part.strip("\"' ") for part in found.group(1).split(".")),
+        ] == [*table, key]:
+            return number
+    return header_line

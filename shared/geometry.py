@@ -1,0 +1,129 @@
+"""Rotations, the plate frame and the camera's view of it.
+
+Quaternions are (w, x, y, z), unit, and rotate from the frame after `_from_` to the one before it. The plate frame is
+right-handed: origin at the plate's centre on its surface, x along the image's +x, z out of the plate (up when level,
+towards the camera), and so y along the image's −y, because rows of an image run downwards. That one change of sign
+stands in the homography `plate_from_pixel` and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shared.messages import CameraGeometry
+
+Array = NDArray[np.float64]
+Quaternion = tuple[float, float, float, float]
+
+
+def quaternion_from_matrix(rotation: Array) -> Quaternion:
+    """The unit quaternion (w ≥ 0) of a rotation matrix (3, 3), by Shepperd's method: stable at every angle."""
+    m = rotation
+    choices = np.array([m[0, 0] + m[1, 1] + m[2, 2], m[0, 0], m[1, 1], m[2, 2]])
+    largest = int(np.argmax(choices))
+    if largest == 0:
+        q = np.array([1 + choices[0], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = np.empty(4)
+        q[0] = m[k, j] - m[j, k]
+        q[1 + i] = 1 + m[i, i] - m[j, j] - m[k, k]
+        q[1 + j] = m[j, i] + m[i, j]
+        q[1 + k] = m[k, i] + m[i, k]
+    q *= math.copysign(1.0, q[0]) / np.linalg.norm(q)
+    return cast(Quaternion, tuple(q.tolist()))
+
+
+def matrix_from_quaternion(q: ArrayLike) -> Array:
+    """The rotation matrix (3, 3) of a quaternion, which need not be normalised."""
+    w, x, y, z = np.asarray(q, dtype=float) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def tilt_of(qw: float, qx: float, qy: float, qz: float) -> float:
+    """Angle in radians between the plate's normal and the world's up, from world_from_plate."""
+    # z of the normal is 1 − 2 (x² + y²); the half-angle form keeps its accuracy near level, where arccos loses it.
+    norm = math.sqrt(qw * qw + qx * qx + qy * qy + qz * qz)
+    return 2.0 * math.asin(min(1.0, math.hypot(qx, qy) / norm))
+
+
+def downhill_of(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float]:
+    """Unit vector in the plate (plate frame) that points down the steepest line; (0, 0) when level."""
+    down_x, down_y = -2.0 * (qx * qz - qw * qy), -2.0 * (qy * qz + qw * qx)
+    length = math.hypot(down_x, down_y)
+    return (down_x / length, down_y / length) if length > 1e-9 else (0.0, 0.0)
+
+
+def euler_of(qw: float, qx: float, qy: float, qz: float) -> tuple[float, float, float]:
+    """Roll, pitch and yaw (rad) with world_from_plate = Rz(yaw) Ry(pitch) Rx(roll), as ROS and the paper use them."""
+    roll = math.atan2(2 * (qw * qx + qy * qz), 1 - 2 * (qx * qx + qy * qy))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (qw * qy - qz * qx))))
+    yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+    return roll, pitch, yaw
+
+
+def plate_from_pixel(*, px_per_m: float, centre_px: tuple[float, float]) -> Array:
+    """The homography (3, 3) of a camera that looks straight down: metres in the plate frame from pixels."""
+    scale = 1.0 / px_per_m
+    return np.array([[scale, 0.0, -scale * centre_px[0]], [0.0, -scale, scale * centre_px[1]], [0.0, 0.0, 1.0]])
+
+
+def apply_homography(homography: Array, points: ArrayLike) -> Array:
+    """Maps points (n, 2)."""
+    xy = np.asarray(points, dtype=float)
+    mapped = xy @ homography[:, :2].T + homography[:, 2]
+    return mapped[:, :2] / mapped[:, 2:]
+
+
+def corners_on_plate(corners_px: ArrayLike, geometry: CameraGeometry) -> Array:
+    """Plate coordinates (n, 2) in metres of points of the mark, seen at n pixels (n, 2).
+
+    A ray through the pinhole meets the plate's plane further out than the mark's, which is `mark_height_m` above it.
+    """
+    homography = np.reshape(geometry.plate_from_pixel, (3, 3))
+    on_plate = apply_homography(homography, corners_px)
+    if geometry.mark_height_m == 0.0:
+        return on_plate
+    foot = np.array([geometry.camera_x_m, geometry.camera_y_m])
+    return foot + (on_plate - foot) * (1.0 - geometry.mark_height_m / geometry.camera_height_m)
+
+
+def pixels_of_mark(points_m: ArrayLike, geometry: CameraGeometry) -> Array:
+    """The pixels (n, 2) at which points of the mark's plane (n, 2, plate frame, metres) are seen."""
+    foot = np.array([geometry.camera_x_m, geometry.camera_y_m])
+    points = np.asarray(points_m, dtype=float)
+    if geometry.mark_height_m:
+        points = foot + (points - foot) / (1.0 - geometry.mark_height_m / geometry.camera_height_m)
+    return apply_homography(np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3))), points)
+
+
+def mark_corners(*, side_m: float, aspect: float = 1.0) -> Array:
+    """The mark's corners (4, 2) in the block's frame, metres, in their fixed order.
+
+    Clockwise as the camera sees them, from the upper left one when the block's yaw is zero: in the plate frame, whose
+    y runs up the image, (−, +), (+, +), (+, −), (−, −).
+    """
+    half_x, half_y = 0.5 * side_m, 0.5 * side_m * aspect
+    return np.array([[-half_x, half_y], [half_x, half_y], [half_x, -half_y], [-half_x, -half_y]])
+
+
+def block_pose_of(corners_px: ArrayLike, geometry: CameraGeometry) -> tuple[float, float, float]:
+    """The block's x, y (m) and yaw (rad) in the plate frame from its mark's four corners (4, 2): least squares."""
+    seen = corners_on_plate(np.reshape(corners_px, (4, 2)), geometry)
+    model = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
+    centre = seen.mean(axis=0)
+    offset = seen - centre
+    cosine = float(np.sum(model * offset))
+    sine = float(np.sum(model[:, 0] * offset[:, 1] - model[:, 1] * offset[:, 0]))
+    return float(centre[0]), float(centre[1]), math.atan2(sine, cosine)

@@ -1,0 +1,69 @@
+"""The bus within one process: messages are passed as objects, at once, in simulated time."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from shared import topics
+from shared.bus import Handler, MissHandler, Received, ReplyHandler, Server
+from shared.clock import Clock
+from shared.messages import Message
+
+
+class MemoryBus:
+    """A `Bus` without a network. `publish` calls the handlers itself, so `poll` has nothing to do."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._handlers: dict[str, list[Handler]] = defaultdict(list)
+        self._servers: dict[str, Server] = {}
+        self._alive: set[str] = set()
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Hands the message to every subscriber before it returns."""
+        handlers, everything = self._handlers.get(topic), self._handlers.get("**")
+        if not handlers and not everything:
+            return
+        received = Received(topic, receive_ns=self._clock.now_ns(), message=message)
+        for handler in (*(handlers or ()), *(everything or ())):
+            handler(received)
+
+    def subscribe(
+        self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
+    ) -> None:
+        """See `Bus.subscribe`; nothing is ever missed here."""
+        del direct, on_miss
+        if topic != "**":
+            topics.topic(topic)
+        self._handlers[topic].append(handler)
+
+    def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
+        """See `Bus.serve`."""
+        del direct
+        self._servers[topics.SERVICES[service].name] = server
+
+    def request(
+        self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
+    ) -> None:
+        """See `Bus.request`; the answer comes before this returns."""
+        del timeout_s, direct
+        server = self._servers.get(topics.SERVICES[service].name)
+        on_reply(server(message) if server else None)
+
+    def announce(self, name: str) -> None:
+        """See `Bus.announce`."""
+        self._alive.add(name)
+
+    def alive(self) -> frozenset[str]:
+        """See `Bus.alive`."""
+        return frozenset(self._alive)
+
+    def poll(self, timeout_s: float = 0.0) -> int:
+        """Nothing waits here."""
+        del timeout_s
+        return 0
+
+    def close(self) -> None:
+        """Forgets everybody."""
+        self._handlers.clear()
+        self._servers.clear()

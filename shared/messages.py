@@ -1,0 +1,338 @@
+"""Every measurement that crosses a process boundary, as frozen dataclasses.
+
+The bus payload, the schema in a recording and the view are derived from these classes (see `shared.wire`). The order
+of the fields is their protobuf number, so this file is append-only: a field is added at the end of its class, never
+renamed, moved or given another meaning. Times are nanoseconds; units stand in the names. `repose.` is their package.
+
+Every field has a default, because protobuf gives one to whatever a sender left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+Floats = tuple[float, ...]
+Ints = tuple[int, ...]
+Strings = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """Base of all messages; `PACKAGE` is the protobuf package that the class belongs to."""
+
+    PACKAGE: ClassVar[str] = "repose"
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerCorners(Message):
+    """Where one marker's corners were in one frame: the measurement itself.
+
+    `corners_px` is x0 y0 x1 y1 x2 y2 x3 y3, in a fixed order by identity; OpenCV's pixel coordinates (the centre of
+    the top-left pixel is (0, 0), x right, y down). `sigma_px` is one corner's standard deviation in x and in y.
+    `corner_dt_ns` is each corner's own mid-exposure relative to `capture_ns`.
+    """
+
+    capture_ns: int = 0
+    seq: int = 0
+    corners_px: Floats = ()
+    sigma_px: float = 0.0
+    residual_px: float = 0.0
+    exposure_ns: int = 0
+    corner_dt_ns: Ints = ()
+    found: bool = False
+    reason: str = ""
+    marker_id: int = 0
+    boot_id: int = 0
+    """Tells one life of the agent from the next: `seq` starts anew with it."""
+    tipped: bool = False
+    """The mark looks foreshortened: the block is tipping over, which is not sliding."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockPose(Message):
+    """Pose of the block in the plate frame (plate_from_block), for blocks followed by another tracker."""
+
+    stamp_ns: int = 0
+    seq: int = 0
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    qw: float = 1.0
+    qx: float = 0.0
+    qy: float = 0.0
+    qz: float = 0.0
+    sigma_m: float = 0.0
+    sigma_rad: float = 0.0
+    found: bool = False
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PlatformState(Message):
+    """Attitude of the plate (world_from_plate; world z is up), its rate in the plate frame, and the pivot."""
+
+    stamp_ns: int = 0
+    qw: float = 1.0
+    qx: float = 0.0
+    qy: float = 0.0
+    qz: float = 0.0
+    wx: float = 0.0
+    wy: float = 0.0
+    wz: float = 0.0
+    px: float = 0.0
+    py: float = 0.0
+    pz: float = 0.0
+    frame_id: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class JointState(Message):
+    """What the arm's joints measured."""
+
+    stamp_ns: int = 0
+    name: Strings = ()
+    position_rad: Floats = ()
+    velocity_rad_s: Floats = ()
+    effort_nm: Floats = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TiltCommand(Message):
+    """What the arm was asked for: tilt to `angle_rad` about the axis at `azimuth_rad` (the paper's β)."""
+
+    stamp_ns: int = 0
+    run: int = 0
+    direction: int = 0
+    azimuth_rad: float = 0.0
+    angle_rad: float = 0.0
+    step: int = 0
+    rate_rad_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunEvent(Message):
+    """A phase of a run began: one of `PHASES`."""
+
+    stamp_ns: int = 0
+    run: int = 0
+    phase: str = ""
+    reason: str = ""
+    step: int = 0
+    """The tilt step that STEP_BEGIN and STEP_END speak of; zero otherwise."""
+
+
+PHASES = tuple("LEVEL DWELL REFERENCE TILT SLIP SETTLE RETURN DONE ABORTED STEP_BEGIN STEP_END SYNC".split())
+
+
+@dataclass(frozen=True, slots=True)
+class Sample(Message):
+    """One run's result: the paper's Table II and what is needed beyond it."""
+
+    run: int = 0
+    start_ns: int = 0
+    slip_ns: int = 0
+    detect_ns: int = 0
+    euler_rad: Floats = ()
+    reference_corners_px: Floats = ()
+    corner_variance_px2: Floats = ()
+    post_corners_px: Floats = ()
+    direction: int = 0
+    azimuth_rad: float = 0.0
+    dwell_s: float = 0.0
+    tilt_rate_rad_s: float = 0.0
+    onset_angle_rad: float = 0.0
+    onset_sigma_rad: float = 0.0
+    flags: Strings = ()
+    plate_mount_rad: float = 0.0
+    block_mass_kg: float = 0.0
+    block_area_m2: float = 0.0
+    object: str = ""
+    plate: str = ""
+    temperature_c: float = 0.0
+    relative_humidity: float = 0.0
+    censored: bool = False
+    previous_direction: int = -1
+    rest_ns: int = 0
+    step_from_rad: float = 0.0
+    step_to_rad: float = 0.0
+    start_x_m: float = 0.0
+    start_y_m: float = 0.0
+    start_yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class AngleReading(Message):
+    """One reading of another angle sensor; the gravity unit vector is in the plate frame (zeros: unknown)."""
+
+    stamp_ns: int = 0
+    source: str = ""
+    angle_rad: float = 0.0
+    gravity_x: float = 0.0
+    gravity_y: float = 0.0
+    gravity_z: float = 0.0
+    sigma_rad: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Environment(Message):
+    """The air around the rig."""
+
+    stamp_ns: int = 0
+    temperature_c: float = 0.0
+    relative_humidity: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ClockOffset(Message):
+    """Station clock minus agent clock, measured by round trips."""
+
+    stamp_ns: int = 0
+    agent: str = ""
+    offset_ns: int = 0
+    sigma_ns: int = 0
+    rtt_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class AgentStatus(Message):
+    """How the camera agent is doing; `fault` is one clear sentence, or empty."""
+
+    stamp_ns: int = 0
+    frames: int = 0
+    dropped: int = 0
+    queue: int = 0
+    exposure_ns: int = 0
+    gain: float = 0.0
+    temperature_c: float = 0.0
+    cpu_percent: float = 0.0
+    version: str = ""
+    fault: str = ""
+    rate_hz: float = 0.0
+    boot_id: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ArmReply(Message):
+    """The arm agent's answer to a command; `reason` says why it was refused."""
+
+    accepted: bool = False
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmStop(Message):
+    """Stop the arm where it is, now."""
+
+    stamp_ns: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionReport(Message):
+    """One commanded motion as it was executed: `begin_ns` when it began, `end_ns` zero until it has ended.
+
+    `run` and `step` are the command's; `fault` is empty or says why the motion was stopped.
+    """
+
+    stamp_ns: int = 0
+    run: int = 0
+    step: int = 0
+    begin_ns: int = 0
+    end_ns: int = 0
+    fault: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat(Message):
+    """The station is alive and wants the arm to go on obeying (`armed`)."""
+
+    stamp_ns: int = 0
+    armed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ClockPing(Message):
+    """Asks an agent for its clock."""
+
+    station_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ClockPong(Message):
+    """The agent's clock when it answered."""
+
+    station_ns: int = 0
+    agent_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRequest(Message):
+    """Asks the camera agent for every full frame of the coming (or the last, if buffered) stretch of time."""
+
+    from_ns: int = 0
+    to_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class FrameReply(Message):
+    """How many frames the agent will send; `reason` says why none."""
+
+    frames: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class JointTarget(Message):
+    """Joint set-points for the twin."""
+
+    stamp_ns: int = 0
+    position_rad: Floats = ()
+    velocity_rad_s: Floats = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TwinScene(Message):
+    """The twin's truth: world_from_plate attitude and pivot, plate_from_block pose, and the friction drawn.
+
+    Only the synthetic camera may read it; measuring, analysing and diagnosing code may not.
+    """
+
+    stamp_ns: int = 0
+    qw: float = 1.0
+    qx: float = 0.0
+    qy: float = 0.0
+    qz: float = 0.0
+    px: float = 0.0
+    py: float = 0.0
+    pz: float = 0.0
+    block_x_m: float = 0.0
+    block_y_m: float = 0.0
+    block_z_m: float = 0.0
+    block_qw: float = 1.0
+    block_qx: float = 0.0
+    block_qy: float = 0.0
+    block_qz: float = 0.0
+    mu: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CameraGeometry(Message):
+    """What turns pixels into places on the plate; the calibration that foxglove.CameraCalibration has no room for.
+
+    `plate_from_pixel` is the homography (9 numbers, row by row) from undistorted pixels to metres in the plate's
+    plane. The mark lies `mark_height_m` above that plane and the camera's pinhole `camera_height_m`, both of which
+    the parallax needs. `corner_sigma_px` is the noise found in calibration (the paper's estimated variance).
+    """
+
+    stamp_ns: int = 0
+    plate_from_pixel: Floats = ()
+    mm_per_px: float = 0.0
+    marker_side_m: float = 0.0
+    marker_aspect: float = 1.0
+    mark_height_m: float = 0.0
+    camera_x_m: float = 0.0
+    camera_y_m: float = 0.0
+    camera_height_m: float = 0.0
+    corner_sigma_px: float = 0.0
+    source: str = ""

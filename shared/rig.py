@@ -1,0 +1,139 @@
+"""rig.toml: what a rig consists of. Both sides read it; each plug-in's own table is read by the plug-in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from shared.config import Table, load_table, parse
+
+PROCESSES = ("camera", "arm", "twin", "station")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BusConfig:
+    """`[bus]`: the endpoint that each process listens on; the others connect to it. An empty one does not exist."""
+
+    camera: str = "tcp/127.0.0.1:7447"
+    arm: str = "tcp/127.0.0.1:7448"
+    twin: str = ""
+    station: str = "tcp/127.0.0.1:7450"
+
+    def endpoint(self, process: str) -> tuple[str, ...]:
+        """Where `process` listens: one endpoint or none."""
+        value = getattr(self, process, "")
+        return (value,) if value else ()
+
+    def peers(self, process: str) -> tuple[str, ...]:
+        """Where `process` connects to: the endpoints of those before it, so that every pair has one link."""
+        before = PROCESSES[: PROCESSES.index(process)] if process in PROCESSES else PROCESSES
+        return tuple(endpoint for name in before for endpoint in self.endpoint(name))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraConfig:
+    """`[camera]`: `driver` is a file in pi_agent/cameras; its own settings are the table `[camera.options]`.
+
+    `px_per_mm` and `height_mm` (pinhole above the plate) are the nominal view, which a calibration replaces.
+    `plate_rate_hz`: how often the plate's fiducial is reported. `status_hz`, `preview_hz`: as they say.
+    """
+
+    driver: str = "synthetic"
+    width_px: int = 600
+    height_px: int = 600
+    rate_hz: float = 90.0
+    exposure_ms: float = 2.0
+    gain: float = 1.0
+    preview_hz: float = 12.0
+    jpeg_quality: int = 80
+    plate_rate_hz: float = 15.0
+    px_per_mm: float = 6.0
+    height_mm: float = 300.0
+    calibration: str = ""
+    options: Table = field(default_factory=lambda: Table({}))
+
+    def __post_init__(self) -> None:
+        _positive(self, "width_px", "height_px", "rate_hz", "exposure_ms", "px_per_mm", "height_mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MarkConfig:
+    """`[mark]`: the mark on the block. `aspect` is its second side over the first, `margin` the white rim in sides."""
+
+    side_mm: float = 10.0
+    aspect: float = 1.0
+    margin: float = 0.0
+    feature: Literal["none", "dot", "notch", "tag"] = "none"
+    tag_dictionary: str = "APRILTAG_16h5"
+    tag_id: int = 0
+
+    def __post_init__(self) -> None:
+        _positive(self, "side_mm", "aspect")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateConfig:
+    """`[plate]`: the plate under test. `mount_deg` is how it is turned in its mount; fiducials sit in its corners."""
+
+    material: str = "steel"
+    side_m: float = 0.1
+    opening_m: float = 0.09
+    mount_deg: float = 0.0
+    fiducial_side_mm: float = 4.0
+    fiducial_place_mm: float = 42.0
+
+    def __post_init__(self) -> None:
+        _positive(self, "side_m", "opening_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlockConfig:
+    """`[block]`: the object under test, a box of length × width × height with its mark on top."""
+
+    name: str = "block"
+    material: str = "steel"
+    size_m: tuple[float, float, float] = (0.01, 0.01, 0.01)
+    mass_kg: float = 0.008
+
+    def __post_init__(self) -> None:
+        if min(self.size_m) <= 0 or self.mass_kg <= 0:
+            raise ValueError(f"expected positive size_m and mass_kg, got {self.size_m} and {self.mass_kg}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigConfig:
+    """A rig file. `id` names the rig on the bus and has no default; `arm` and `twin` are read by the station."""
+
+    id: str
+    bus: BusConfig = field(default_factory=BusConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    mark: MarkConfig = field(default_factory=MarkConfig)
+    plate: PlateConfig = field(default_factory=PlateConfig)
+    block: BlockConfig = field(default_factory=BlockConfig)
+    arm: Table = field(default_factory=lambda: Table({}))
+    twin: Table = field(default_factory=lambda: Table({}))
+    text: str = ""
+    """The file itself, word by word: every recording carries it."""
+
+    def __post_init__(self) -> None:
+        if not self.id or set(self.id) & set("/*$#? "):
+            raise ValueError(f"expected an id of letters, digits, '-' and '_', got '{self.id}'")
+
+
+def load_rig(path: Path) -> RigConfig:
+    """Reads a rig file.
+
+    Raises:
+        UserError: naming file, line and key of what is wrong.
+    """
+    table = load_table(path)
+    return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
+
+
+def _positive(config: object, *names: str) -> None:
+    for name in names:
+        value = getattr(config, name)
+        if not (math.isfinite(value) and value > 0):
+            raise ValueError(f"expected a positive number for '{name}', got {value}")

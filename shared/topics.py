@@ -1,0 +1,127 @@
+"""The one table of everything on the bus: it drives publishing, recording, rates and tests.
+
+A topic is the bus key without the rig's prefix: `repose/<rig id>/camera/corners` carries `camera/corners`, and is
+recorded as `/camera/corners`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from shared import foxglove
+from shared import messages as m
+from shared.errors import UserError
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """A class of service on the bus.
+
+    `priority` is Zenoh's number (1 highest, 7 lowest); messages of one priority share a pipeline, so classes that may
+    block stand apart from those that drop. `cache` samples are kept for recovery after a cut link (0: not recovered).
+    """
+
+    name: str
+    priority: int
+    drop: bool
+    cache: int = 0
+
+
+STOP = Traffic("stop", priority=1, drop=False)
+COMMAND = Traffic("command", priority=2, drop=False)
+STATE = Traffic("state", priority=3, drop=True)
+CORNERS = Traffic("corners", priority=4, drop=False, cache=2700)  # 30 s at 90 Hz
+EVENT = Traffic("event", priority=5, drop=False, cache=1000)
+STATUS = Traffic("status", priority=6, drop=True)
+IMAGE = Traffic("image", priority=7, drop=True)
+
+Sender = Literal["camera", "arm", "station", "twin", "any"]
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """One line of the table; `rate_hz` is nominal, 0 means on change."""
+
+    name: str
+    message: type[m.Message]
+    traffic: Traffic
+    sender: Sender
+    rate_hz: float
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """A question with an answer; `server` is the process that answers."""
+
+    name: str
+    request: type[m.Message]
+    reply: type[m.Message]
+    traffic: Traffic
+    server: Sender
+    meaning: str
+
+
+_TOPICS = (
+    Topic("camera/corners", m.MarkerCorners, CORNERS, "camera", 90, "the block's marker, every frame"),
+    Topic("camera/plate", m.MarkerCorners, CORNERS, "camera", 10, "a fiducial fixed to the plate"),
+    Topic("camera/image", foxglove.CompressedImage, IMAGE, "camera", 12, "preview, or every frame on request"),
+    Topic("camera/calibration", foxglove.CameraCalibration, STATUS, "camera", 1, "intrinsics and distortion"),
+    Topic("camera/geometry", m.CameraGeometry, STATUS, "camera", 1, "what turns pixels into places on the plate"),
+    Topic("camera/status", m.AgentStatus, STATUS, "camera", 1, "how the camera agent is doing"),
+    Topic("camera/overlay", foxglove.PointCloud, IMAGE, "camera", 12, "the corners, drawn over the image by viewers"),
+    Topic("block/pose", m.BlockPose, CORNERS, "any", 90, "the block by another tracker"),
+    Topic("arm/joints", m.JointState, STATE, "arm", 100, "the arm's joints as measured"),
+    Topic("arm/platform", m.PlatformState, STATE, "arm", 100, "the plate's attitude by forward kinematics"),
+    Topic("arm/command", m.TiltCommand, EVENT, "station", 0, "what the arm was asked for"),
+    Topic("arm/motion", m.MotionReport, EVENT, "arm", 0, "begin and end of each motion as executed"),
+    Topic("environment", m.Environment, STATUS, "any", 1, "temperature and humidity"),
+    Topic("session/event", m.RunEvent, EVENT, "station", 0, "phases of a run"),
+    Topic("session/sample", m.Sample, EVENT, "station", 0, "one run's result"),
+    Topic("session/heartbeat", m.Heartbeat, COMMAND, "station", 10, "the station is alive"),
+    Topic("clock", m.ClockOffset, STATUS, "station", 1, "agent clocks against the station's"),
+    Topic("tf", foxglove.FrameTransforms, STATUS, "station", 30, "world > platform > camera, block"),
+    Topic("log", foxglove.Log, EVENT, "any", 0, "one line an event, warnings and errors"),
+    Topic("twin/target", m.JointTarget, STATE, "arm", 100, "joint set-points for the twin"),
+    Topic("twin/joints", m.JointState, STATE, "twin", 200, "the twin's joints"),
+    Topic("truth/scene", m.TwinScene, STATE, "twin", 200, "what the synthetic camera may see"),
+)
+_SERVICES = (
+    Service("arm/command", m.TiltCommand, m.ArmReply, COMMAND, "arm", "tilt the plate"),
+    Service("arm/stop", m.ArmStop, m.ArmReply, STOP, "arm", "emergency stop"),
+    Service("camera/clock", m.ClockPing, m.ClockPong, STATUS, "camera", "the camera agent's clock"),
+    Service("arm/clock", m.ClockPing, m.ClockPong, STATUS, "arm", "the arm agent's clock"),
+    Service("camera/frames", m.FrameRequest, m.FrameReply, COMMAND, "camera", "full frames around an event"),
+)
+
+TOPICS = {topic.name: topic for topic in _TOPICS}
+SERVICES = {service.name: service for service in _SERVICES}
+ANGLE_PREFIX = "angle/"
+
+
+def topic(name: str) -> Topic:
+    """The table's line for a topic; `angle/<source>` is made on demand, because users add sources.
+
+    Raises:
+        UserError: if there is no such topic.
+    """
+    if name in TOPICS:
+        return TOPICS[name]
+    if name.startswith(ANGLE_PREFIX) and len(name) > len(ANGLE_PREFIX):
+        return Topic(name, m.AngleReading, STATE, "any", 0, "another angle sensor")
+    raise UserError(
+        f"Expected a topic of shared/topics.py, got '{name}'; known are {', '.join(TOPICS)}, angle/<source>"
+    )
+
+
+def capture_ns(message: m.Message) -> int:
+    """When the message happened, in nanoseconds, by the clock of its sender."""
+    if isinstance(message, m.MarkerCorners):
+        return message.capture_ns
+    if isinstance(message, m.Sample):
+        return message.detect_ns
+    if isinstance(message, foxglove.FrameTransforms):
+        return message.transforms[0].timestamp.ns if message.transforms else 0
+    stamp = getattr(message, "timestamp", None)
+    return stamp.ns if isinstance(stamp, foxglove.Timestamp) else getattr(message, "stamp_ns", 0)

@@ -1,0 +1,179 @@
+"""Dataclass to protobuf and back: the payload on the bus and the schema in a recording, both derived from the class.
+
+There are no .proto files. A class becomes a protobuf descriptor at first use; the number of a field is its position
+in the class, unless its metadata says otherwise (`shared.foxglove`).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from dataclasses import Field, dataclass, fields
+from functools import cache
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
+
+from shared.errors import UserError
+from shared.foxglove import ENUMS, Timestamp
+from shared.messages import Message
+
+M = TypeVar("M", bound=Message)
+_Proto = descriptor_pb2.FieldDescriptorProto
+_SCALARS = {int: "int64", float: "double", bool: "bool", str: "string", bytes: "bytes"}
+_POOL = descriptor_pool.DescriptorPool()
+_POOL.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)  # pyright: ignore[reportArgumentType]  # bytes it is
+
+
+@dataclass(frozen=True, slots=True)
+class _Slot:
+    """One field of a message class, read once."""
+
+    name: str
+    number: int
+    repeated: bool
+    kind: type[Any]
+    wire_kind: str
+
+    @property
+    def nested(self) -> bool:
+        return issubclass(self.kind, Message)
+
+
+@cache
+def _slots(cls: type[Message]) -> tuple[_Slot, ...]:
+    hints = get_type_hints(cls)
+    return tuple(_slot(spec, position, hints[spec.name]) for position, spec in enumerate(fields(cls), start=1))
+
+
+def _slot(spec: Field[Any], position: int, hint: Any) -> _Slot:
+    repeated = get_origin(hint) is tuple
+    kind: type[Any] = get_args(hint)[0] if repeated else hint
+    number = spec.metadata.get("number", position)
+    return _Slot(spec.name, number, repeated, kind, spec.metadata.get("kind") or _SCALARS.get(kind, "message"))
+
+
+def schema_name(cls: type[Message]) -> str:
+    """The protobuf full name, e.g. `repose.MarkerCorners`."""
+    return f"{cls.PACKAGE}.{cls.__name__}"
+
+
+def _file_name(cls: type[Message]) -> str:
+    if cls is Timestamp:
+        return timestamp_pb2.DESCRIPTOR.name
+    return schema_name(cls).replace(".", "/") + ".proto"
+
+
+def _nested(cls: type[Message]) -> list[type[Message]]:
+    return list(dict.fromkeys(slot.kind for slot in _slots(cls) if slot.nested))
+
+
+def _file_descriptor(cls: type[Message]) -> descriptor_pb2.FileDescriptorProto:
+    file = descriptor_pb2.FileDescriptorProto(name=_file_name(cls), package=cls.PACKAGE, syntax="proto3")
+    file.dependency.extend(_file_name(kind) for kind in _nested(cls))
+    message = file.message_type.add(name=cls.__name__)
+    for slot in _slots(cls):
+        _describe(slot, message, schema_name(cls))
+    return file
+
+
+def _describe(slot: _Slot, message: descriptor_pb2.DescriptorProto, owner: str) -> None:
+    label = _Proto.LABEL_REPEATED if slot.repeated else _Proto.LABEL_OPTIONAL
+    spec = message.field.add(name=slot.name, number=slot.number, label=label)
+    if slot.nested:
+        spec.type, spec.type_name = _Proto.TYPE_MESSAGE, "." + schema_name(slot.kind)
+    elif slot.wire_kind.startswith("enum:"):
+        name = slot.wire_kind.removeprefix("enum:")
+        enum = message.enum_type.add(name="Level" if name == "LogLevel" else name)
+        for number, value in enumerate(ENUMS[name]):
+            enum.value.add(name=value, number=number)
+        spec.type, spec.type_name = _Proto.TYPE_ENUM, f".{owner}.{enum.name}"
+    else:
+        spec.type = getattr(_Proto, "TYPE_" + slot.wire_kind.upper())
+
+
+@cache
+def _proto_class(cls: type[Message]) -> Any:
+    if cls is not Timestamp:
+        for kind in _nested(cls):
+            _proto_class(kind)
+        _POOL.Add(_file_descriptor(cls))
+    return message_factory.GetMessageClass(_POOL.FindMessageTypeByName(schema_name(cls)))
+
+
+@cache
+def schema(cls: type[Message]) -> bytes:
+    """The serialized FileDescriptorSet of a message and of all that it contains, as MCAP wants it."""
+    files: dict[str, descriptor_pb2.FileDescriptorProto] = {}
+    _collect_files(cls, files)
+    return descriptor_pb2.FileDescriptorSet(file=list(files.values())).SerializeToString(deterministic=True)
+
+
+def _collect_files(cls: type[Message], files: dict[str, descriptor_pb2.FileDescriptorProto]) -> None:
+    for kind in _nested(cls):
+        _collect_files(kind, files)
+    if cls is Timestamp:
+        file = descriptor_pb2.FileDescriptorProto.FromString(timestamp_pb2.DESCRIPTOR.serialized_pb)
+        files.setdefault(file.name, file)
+    else:
+        files.setdefault(_file_name(cls), _file_descriptor(cls))
+
+
+def _values_of(names: tuple[str, ...]) -> Callable[[Message], tuple[Any, ...]]:
+    if len(names) == 1:
+        first = operator.attrgetter(names[0])
+        return lambda message: (first(message),)
+    return operator.attrgetter(*names)
+
+
+@cache
+def _builder(cls: type[Message]) -> Callable[[Message], Any]:
+    """A function that turns a dataclass into a protobuf object; flat messages, the frequent ones, take a short path."""
+    slots, proto = _slots(cls), _proto_class(cls)
+    names = tuple(slot.name for slot in slots)
+    values = _values_of(names)
+    if not any(slot.nested for slot in slots):
+        return lambda message: proto(**dict(zip(names, values(message), strict=True)))
+    return lambda message: proto(**{slot.name: _to_proto(slot, getattr(message, slot.name)) for slot in slots})
+
+
+def _to_proto(slot: _Slot, value: Any) -> Any:
+    if not slot.nested:
+        return value
+    build = _builder(slot.kind)
+    return [build(item) for item in value] if slot.repeated else build(value)
+
+
+def encode(message: Message) -> bytes:
+    """The protobuf payload of a message; the same message gives the same bytes."""
+    return _builder(type(message))(message).SerializeToString(deterministic=True)
+
+
+def decode(cls: type[M], payload: bytes) -> M:
+    """The message in a payload.
+
+    Raises:
+        UserError: if the payload is not a protobuf of this class.
+    """
+    try:
+        proto = _proto_class(cls).FromString(payload)
+    except Exception as error:
+        raise UserError(
+            f"Expected a {schema_name(cls)} of {len(payload)} bytes, got something that does not parse ({error}); "
+            "is every process of the same version?"
+        ) from error
+    return _from_proto(cls, proto)
+
+
+def _from_proto(cls: type[M], proto: Any) -> M:
+    values: dict[str, Any] = {}
+    for slot in _slots(cls):
+        value = getattr(proto, slot.name)
+        if slot.nested:
+            value = (
+                tuple(_from_proto(slot.kind, item) for item in value)
+                if slot.repeated
+                else _from_proto(slot.kind, value)
+            )
+        values[slot.name] = tuple(value) if slot.repeated else value
+    return cls(**values)

@@ -1,0 +1,260 @@
+"""The bus over Zenoh: the only module that knows the library.
+
+Every process listens on its own explicit endpoint and connects to the others'; multicast and gossip are off, so two
+rigs on one network never take each other's commands. Corners and events go through Zenoh's advanced publisher and
+subscriber (cache, heartbeat, recovery): a cut link or a restarted station loses none of them. Zenoh's callbacks only
+enqueue; `poll` runs the handlers on the caller's thread.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import queue
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import zenoh
+from zenoh import ext
+
+from shared import topics, wire
+from shared.bus import Handler, Missed, MissHandler, Received, ReplyHandler, Server
+from shared.clock import Clock, SystemClock
+from shared.errors import UserError
+from shared.messages import Message
+
+_ALIVE = "@alive"
+_LEASE_MS = 1000
+_PRIORITIES = (
+    zenoh.Priority.REAL_TIME,
+    zenoh.Priority.INTERACTIVE_HIGH,
+    zenoh.Priority.INTERACTIVE_LOW,
+    zenoh.Priority.DATA_HIGH,
+    zenoh.Priority.DATA,
+    zenoh.Priority.DATA_LOW,
+    zenoh.Priority.BACKGROUND,
+)
+
+
+def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
+    settings: dict[str, Any] = {
+        "mode": "peer",
+        "listen/endpoints": list(listen),
+        "connect/endpoints": list(connect),
+        # A missing peer is retried in the background; it never keeps a process from starting.
+        "connect/timeout_ms": 0,
+        "connect/exit_on_failure": False,
+        "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "timestamping/enabled": True,
+        "transport/link/tx/lease": _LEASE_MS,
+    }
+    config = zenoh.Config()
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+class ZenohBus:
+    """A `Bus` for one rig. Close it, or use it as a context manager: otherwise the process hangs at its end."""
+
+    def __init__(
+        self, rig_id: str, *, listen: Sequence[str] = (), connect: Sequence[str] = (), clock: Clock | None = None
+    ) -> None:
+        """Opens the session.
+
+        Raises:
+            UserError: if the rig has no id or an endpoint cannot be listened on.
+        """
+        if not rig_id or "/" in rig_id or "*" in rig_id:
+            raise UserError(f"Expected a rig id without '/' and '*' in the rig file (id = \"…\"), got '{rig_id}'")
+        self._prefix = f"repose/{rig_id}"
+        self._clock = clock or SystemClock()
+        self._inbox: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._publishers: dict[str, Any] = {}
+        self._entities: list[Any] = []
+        self._alive: dict[str, int] = {}
+        self._taken: list[Callable[[], None]] = []
+        try:
+            self._session = zenoh.open(_config(listen, connect))
+        except zenoh.ZError as error:
+            raise UserError(
+                f"Expected to listen on {', '.join(listen) or 'nothing'}, but Zenoh refused ({error}); "
+                "is the same process already running, or the address not this machine's?"
+            ) from error
+        watcher = self._session.liveliness().declare_subscriber(
+            f"{self._prefix}/{_ALIVE}/*", self._on_alive, history=True
+        )
+        self._entities.append(watcher)
+
+    def __enter__(self) -> ZenohBus:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the bus."""
+        self.close()
+
+    def _key(self, name: str) -> str:
+        return f"{self._prefix}/{name}"
+
+    def _on_alive(self, sample: zenoh.Sample) -> None:
+        name = str(sample.key_expr).rsplit("/", 1)[-1]
+        change = 1 if sample.kind == zenoh.SampleKind.PUT else -1
+        self._alive[name] = max(self._alive.get(name, 0) + change, 0)
+
+    # --- streams -----------------------------------------------------------------------------------------------------
+
+    def publish(self, topic: str, message: Message) -> None:
+        """See `Bus.publish`."""
+        publisher = self._publishers.get(topic) or self._declare_publisher(topic)
+        publisher.put(wire.encode(message))
+
+    def _declare_publisher(self, name: str) -> Any:
+        traffic = topics.topic(name).traffic
+        options: dict[str, Any] = {
+            "priority": _PRIORITIES[traffic.priority - 1],
+            "congestion_control": zenoh.CongestionControl.DROP if traffic.drop else zenoh.CongestionControl.BLOCK,
+        }
+        if traffic.cache:
+            publisher = ext.declare_advanced_publisher(
+                self._session,
+                self._key(name),
+                cache=ext.CacheConfig(traffic.cache),
+                sample_miss_detection=ext.MissDetectionConfig(heartbeat=0.5, sporadic_heartbeat=None),
+                publisher_detection=True,
+                **options,
+            )
+        else:
+            publisher = self._session.declare_publisher(self._key(name), **options)
+        self._publishers[name] = publisher
+        return publisher
+
+    def subscribe(
+        self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
+    ) -> None:
+        """See `Bus.subscribe`."""
+        callback = self._receiver(handler, direct=direct)
+        if topic == "**" or not topics.topic(topic).traffic.cache:
+            self._entities.append(self._session.declare_subscriber(self._key(topic), callback))
+            return
+        subscriber = ext.declare_advanced_subscriber(
+            self._session,
+            self._key(topic),
+            callback,
+            history=ext.HistoryConfig(detect_late_publishers=True),
+            recovery=ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
+        )
+        self._entities.append(subscriber)
+        if on_miss is not None:
+            self._entities.append(subscriber.sample_miss_listener(self._miss_receiver(topic, on_miss, direct=direct)))
+
+    def _receiver(self, handler: Handler, *, direct: bool) -> Callable[[zenoh.Sample], None]:
+        skip = len(self._prefix) + 1
+
+        def callback(sample: zenoh.Sample) -> None:
+            name = str(sample.key_expr)[skip:]
+            if name.startswith(_ALIVE):
+                return
+            received = Received(name, receive_ns=self._clock.now_ns(), payload=sample.payload.to_bytes())
+            if direct:
+                handler(received)
+            else:
+                self._inbox.put(lambda: handler(received))
+
+        return callback
+
+    def _miss_receiver(self, topic: str, on_miss: MissHandler, *, direct: bool) -> Callable[[ext.Miss], None]:
+        def callback(miss: ext.Miss) -> None:
+            missed = Missed(topic, count=miss.nb, receive_ns=self._clock.now_ns())
+            if direct:
+                on_miss(missed)
+            else:
+                self._inbox.put(lambda: on_miss(missed))
+
+        return callback
+
+    # --- services ----------------------------------------------------------------------------------------------------
+
+    def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
+        """See `Bus.serve`."""
+        line, key = topics.SERVICES[service], self._key(service)
+
+        def answer(query: zenoh.Query) -> None:
+            with query:
+                payload = query.payload.to_bytes() if query.payload else b""
+                with contextlib.suppress(zenoh.ZError):  # the asker is gone
+                    query.reply(key, wire.encode(server(wire.decode(line.request, payload))))
+
+        def callback(query: zenoh.Query) -> None:
+            if direct:
+                answer(query)
+            else:
+                self._inbox.put(lambda: answer(query))
+
+        self._entities.append(self._session.declare_queryable(key, callback))
+
+    def request(
+        self, service: str, message: Message, on_reply: ReplyHandler, *, timeout_s: float = 1.0, direct: bool = False
+    ) -> None:
+        """See `Bus.request`."""
+        line = topics.SERVICES[service]
+        answered: list[bool] = []
+
+        def deliver(reply: Message | None) -> None:
+            if answered:
+                return
+            answered.append(True)
+            if direct:
+                on_reply(reply)
+            else:
+                self._inbox.put(lambda: on_reply(reply))
+
+        def on_sample(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                deliver(wire.decode(line.reply, reply.ok.payload.to_bytes()))
+
+        # The second callable runs when the query is over, answered or not.
+        handler = zenoh.handlers.Callback(on_sample, lambda: deliver(None))
+        self._session.get(
+            self._key(service),
+            handler,
+            payload=wire.encode(message),
+            timeout=timeout_s,
+            priority=_PRIORITIES[line.traffic.priority - 1],
+            congestion_control=zenoh.CongestionControl.BLOCK,
+        )
+
+    # --- presence ----------------------------------------------------------------------------------------------------
+
+    def announce(self, name: str) -> None:
+        """See `Bus.announce`."""
+        self._entities.append(self._session.liveliness().declare_token(f"{self._prefix}/{_ALIVE}/{name}"))
+
+    def alive(self) -> frozenset[str]:
+        """See `Bus.alive`."""
+        return frozenset(name for name, count in list(self._alive.items()) if count > 0)
+
+    # --- life --------------------------------------------------------------------------------------------------------
+
+    def poll(self, timeout_s: float = 0.0) -> int:
+        """See `Bus.poll`. What arrives while the handlers run waits for the next call, so this always returns."""
+        with contextlib.suppress(queue.Empty):
+            self._taken.append(self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait())
+            for _ in range(self._inbox.qsize()):
+                self._taken.append(self._inbox.get_nowait())
+        taken, self._taken = self._taken, []
+        for run in taken:
+            run()
+        return len(taken)
+
+    def close(self) -> None:
+        """See `Bus.close`."""
+        for entity in [*self._entities, *self._publishers.values()]:
+            with contextlib.suppress(zenoh.ZError):
+                entity.undeclare()
+        self._entities.clear()
+        self._publishers.clear()
+        with contextlib.suppress(zenoh.ZError):
+            self._session.close()

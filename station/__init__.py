@@ -1,0 +1,1 @@
+"""The laptop's side: arm, sampling, recording, views, analysis."""
