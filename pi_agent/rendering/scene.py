@@ -80,7 +80,7 @@ class Glare:
 
 @dataclass(frozen=True)
 class Shadow:
-    """A half-plane in shadow: points with `x cos a + y sin a > offset_px` keep `light` of theirs; `soft_px` wide edge."""
+    """A half-plane in shadow: points with `x cos a + y sin a > offset_px` keep `light` of theirs; soft by `soft_px`."""
 
     angle_rad: float
     offset_px: float
