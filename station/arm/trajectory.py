@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -48,18 +49,27 @@ class JointTrajectory:
         """How long the motion takes."""
         return int(self.times_ns[-1])
 
+    @cached_property
+    def cubics(self) -> Array:
+        """Coefficients of the cubic Hermite pieces, (m - 1, 4, n), in the share 0 to 1 of the piece's time."""
+        h = np.diff(self.times_ns)[:, None] * 1e-9
+        q0, q1 = self.position_rad[:-1], self.position_rad[1:]
+        v0, v1 = self.velocity_rad_s[:-1] * h, self.velocity_rad_s[1:] * h
+        return np.stack([q0, v0, 3 * (q1 - q0) - 2 * v0 - v1, v0 + v1 - 2 * (q1 - q0)], axis=1)
+
     def at(self, elapsed_ns: int) -> tuple[Array, Array]:
-        """Position and velocity (n,) at a time after the start (cubic Hermite); the ends hold outside the motion."""
+        """Position and velocity (n,) at a time after the start; outside the motion its ends hold."""
         if elapsed_ns <= 0:
             return self.position_rad[0], self.velocity_rad_s[0]
         if elapsed_ns >= self.times_ns[-1]:
             return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
         k = int(self.times_ns.searchsorted(elapsed_ns, side="right")) - 1
-        h = float(self.times_ns[k + 1] - self.times_ns[k]) * 1e-9
-        u = (elapsed_ns - float(self.times_ns[k])) * 1e-9 / h
-        q0, q1, v0, v1 = *self.position_rad[k : k + 2], *self.velocity_rad_s[k : k + 2]
-        a, b = (v0 + v1) * h - 2 * (q1 - q0), 3 * (q1 - q0) - (2 * v0 + v1) * h
-        return q0 + u * (h * v0 + u * (b + u * a)), v0 + u * (2 * b + 3 * u * a) / h
+        began_ns, end_ns = self.times_ns[k : k + 2].tolist()
+        h = (end_ns - began_ns) * 1e-9
+        u = (elapsed_ns - began_ns) / (end_ns - began_ns)
+        weights = np.array([[1.0, u, u * u, u * u * u], [0.0, 1 / h, 2 * u / h, 3 * u * u / h]])
+        position, velocity = weights.dot(self.cubics[k])
+        return position, velocity
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -136,6 +136,16 @@ class ArmModel:
         return np.array(fixed), np.array(sine), np.array(cosine)
 
     @cached_property
+    def joint_axes(self) -> Array:
+        """Axes of the joints in their own frames, homogeneous directions (n, 4)."""
+        return np.array([(*joint.axis, 0.0) for joint in self.joints])
+
+    @cached_property
+    def last_from_pivot(self) -> Array:
+        """The pivot in the frame of the last link, (4, 4)."""
+        return self.last_from_flange @ self.flange_from_pivot
+
+    @cached_property
     def last_from_flange(self) -> Array:
         """The flange in the frame of the last link, (4, 4)."""
         return transform(self.flange_xyz_m, self.flange_rpy_rad)

@@ -1,0 +1,257 @@
+"""The arm agent: commands come in from the bus, pass planner and gate, and reach the driver; state goes out.
+
+`tick(now_ns)` drives everything, in real time by `station.arm.loop` and in simulated time by the lockstep scheduler.
+The agent goes on watching, holding and levelling when the station is gone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.bus import Bus, Received
+from shared.errors import UserError
+from shared.foxglove import Log, Timestamp
+from shared.messages import ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
+from station.arm.attitude import platform_state
+from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
+from station.arm.gate import Action, SafetyGate
+from station.arm.tilter import Plan, Tilter
+from station.rig.arm_settings import ArmSettings
+
+Array = NDArray[np.float64]
+INFO, WARNING, ERROR = 2, 3, 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Motion:
+    """A motion under way: the plan, when it began (agent's clock), and the command that it answers."""
+
+    plan: Plan
+    began_ns: int
+    run: int
+    step: int
+    own_order: bool = False
+    """Holding or levelling after a lost heartbeat."""
+
+    @property
+    def end_ns(self) -> int:
+        """When the last set-point is due."""
+        return self.began_ns + self.plan.motion.trajectory.duration_ns
+
+
+class ArmAgent:
+    """Joins one arm to the bus. Build it with `arm_agent`."""
+
+    def __init__(self, bus: Bus, *, tilter: Tilter, driver: Driver, gate: SafetyGate, settings: ArmSettings) -> None:
+        self._bus = bus
+        self._tilter = tilter
+        self._driver = driver
+        self._gate = gate
+        self._settings = settings
+        self._now_ns = 0
+        self._published_ns = -1
+        self._due_ns = 0
+        self._reading: JointReading | None = None
+        self._pending: _Motion | None = None
+        self._motion: _Motion | None = None
+        self._said = ""
+        bus.serve("arm/command", self._on_command)
+        bus.serve("arm/stop", self._on_stop)
+        bus.subscribe("session/heartbeat", self._on_heartbeat)
+        bus.announce("arm")
+
+    # --- from the bus -------------------------------------------------------------------------------------------------
+
+    def _on_heartbeat(self, received: Received) -> None:
+        if isinstance(received.message, Heartbeat):
+            self._gate.heartbeat(received.message, now_ns=self._now_ns)
+
+    def _on_stop(self, message: Message) -> ArmReply:
+        self.stop(message.reason if isinstance(message, ArmStop) else "")
+        return ArmReply(accepted=True)
+
+    def stop(self, reason: str) -> None:
+        """Emergency stop, by the bus or by a signal: hold at once, until the station disarms and arms again."""
+        self._gate.stop(reason, now_ns=self._now_ns)
+        self._halt(f"emergency stop: {reason or 'no reason given'}")
+
+    def _on_command(self, message: Message) -> ArmReply:
+        if not isinstance(message, TiltCommand):
+            return ArmReply(reason="Expected a TiltCommand.")
+        try:
+            self._accept(message)
+        except UserError as refused:
+            self._log(WARNING, f"command refused: {refused}")
+            return ArmReply(reason=str(refused))
+        return ArmReply(accepted=True)
+
+    def _accept(self, command: TiltCommand) -> None:
+        """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
+        if reason := self._gate.readiness(now_ns=self._now_ns):
+            raise UserError(reason)
+        self._require_pose()
+        rate = command.rate_rad_s or math.radians(self._settings.rate_deg_s)
+        plan = self._tilter.plan(command, elapsed_ns=self._elapsed_ns(), rate_rad_s=rate)
+        if reason := self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading):
+            raise UserError(reason)
+        self._pending = _Motion(plan=plan, began_ns=0, run=command.run, step=command.step)
+
+    def _require_pose(self) -> None:
+        """Before the first motion: find out at which tilt the arm stands."""
+        if self._tilter.located:
+            return
+        if self._reading is None:
+            raise UserError("The arm does not report its joints: check its power, cable and driver.")
+        self._tilter.locate(self._reading.position_rad)
+
+    def _elapsed_ns(self) -> int:
+        return self._now_ns - self._motion.began_ns if self._motion else 0
+
+    # --- time ---------------------------------------------------------------------------------------------------------
+
+    def tick(self, now_ns: int) -> None:
+        """Everything that is due at `now_ns`: begin what was accepted, watch, drive, publish."""
+        self._now_ns = now_ns
+        self._begin_pending()
+        self._driver.tick(now_ns)
+        self._reading = self._driver.read()
+        self._watch()
+        self._finish()
+        self._publish_state()
+
+    def _begin_pending(self) -> None:
+        if self._pending is None:
+            return
+        if self._motion is not None:
+            why = self._said if self._pending.own_order else "replaced by the next command"
+            self._report(self._motion, end_ns=self._now_ns, fault=why)
+        self._motion = replace(self._pending, began_ns=self._now_ns)
+        self._pending = None
+        self._tilter.begin(self._motion.plan)
+        self._driver.start(self._motion.plan.motion.trajectory, now_ns=self._now_ns)
+        self._report(self._motion)
+
+    def _commanded(self) -> Array | None:
+        """Where the joints should have been when they were read; None when nothing moves."""
+        if self._motion is None or self._reading is None:
+            return None
+        elapsed = min(self._reading.stamp_ns, self._now_ns) - self._motion.began_ns
+        return self._motion.plan.motion.trajectory.at(elapsed)[0]
+
+    def _watch(self) -> None:
+        verdict = self._gate.watch(now_ns=self._now_ns, reading=self._reading, commanded=self._commanded())
+        if fault := self._driver.fault():
+            self._halt(fault)
+        elif verdict.action is Action.HALT:
+            self._halt(verdict.reason)
+        elif verdict.action is Action.HOLD:
+            self._hold(verdict.reason)
+        elif verdict.action is Action.LEVEL:
+            self._level(verdict.reason)
+        else:
+            self._said = ""
+
+    def _halt(self, reason: str) -> None:
+        """Stop the motion under way at once, where it is, and say why; nothing if nothing moves."""
+        self._pending = None
+        if self._motion is None:
+            return
+        motion, self._motion = self._motion, None
+        self._driver.halt(now_ns=self._now_ns)
+        self._tilter.halt(elapsed_ns=self._now_ns - motion.began_ns)
+        self._report(motion, end_ns=self._now_ns, fault=reason)
+        self._log(ERROR, f"motion stopped: {reason}")
+
+    def _hold(self, reason: str) -> None:
+        """Bring a commanded motion to rest smoothly, on the gate's order."""
+        if self._motion is None or self._motion.own_order:
+            return
+        self._say_once(reason)
+        self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()))
+
+    def _level(self, reason: str) -> None:
+        """Bring the plate back to level slowly, on the gate's order."""
+        if self._motion is not None or not self._tilter.located or self._tilter.state(0).angle_rad < 1e-4:
+            return
+        self._say_once(reason)
+        rate = math.radians(self._settings.gate.level_rate_deg_s)
+        self._obey(self._tilter.plan(TiltCommand(direction=-1), elapsed_ns=0, rate_rad_s=rate))
+
+    def _obey(self, plan: Plan) -> None:
+        """Begin a motion of the gate's own at the next tick; halt if it may not be."""
+        fault = self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading, own_order=True)
+        if fault:
+            self._halt(fault)
+            self._say_once(fault)
+        else:
+            self._pending = _Motion(plan=plan, began_ns=0, run=-1, step=0, own_order=True)
+
+    def _finish(self) -> None:
+        """End the motion once the arm has arrived and rests, or say that it has not."""
+        motion = self._motion
+        if motion is None or self._reading is None or self._now_ns < motion.end_ns:
+            return
+        goal = motion.plan.motion.trajectory.position_rad[-1]
+        away = float(np.abs(self._reading.position_rad - goal).max())
+        speed = float(np.abs(self._reading.velocity_rad_s).max())
+        if self._reading.stamp_ns < motion.end_ns or not (
+            away <= math.radians(self._settings.gate.settle_tolerance_deg) and speed <= _REST_RAD_S
+        ):
+            if self._now_ns - motion.end_ns > self._settings.gate.settle_timeout_s * 1e9:
+                self._halt(f"the arm did not come to rest: {math.degrees(away):.2f} degrees from its goal")
+            return
+        self._motion = None
+        self._tilter.halt(elapsed_ns=motion.end_ns - motion.began_ns)
+        self._report(motion, end_ns=self._now_ns)
+
+    # --- to the bus ---------------------------------------------------------------------------------------------------
+
+    def _publish_state(self) -> None:
+        reading = self._reading
+        if reading is None or reading.stamp_ns <= self._published_ns:
+            return
+        self._published_ns = reading.stamp_ns
+        position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
+        effort = tuple(reading.effort_nm.tolist())
+        self._bus.publish("arm/joints", JointState(reading.stamp_ns, reading.names, position, velocity, effort))
+        self._bus.publish("arm/platform", platform_state(self._tilter.stage, reading))
+
+    def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
+        self._bus.publish(
+            "arm/motion",
+            MotionReport(self._now_ns, motion.run, motion.step, motion.began_ns, end_ns, fault),
+        )
+
+    def _say_once(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._log(WARNING, text)
+
+    def _log(self, level: int, text: str) -> None:
+        stamp = Timestamp.from_ns(self._now_ns)
+        self._bus.publish("log", Log(timestamp=stamp, level=level, message=text, name="arm"))
+
+    def close(self) -> None:
+        """Hold the arm and let go of the driver."""
+        self._halt("the arm agent ends")
+        self._driver.close()
+
+
+_REST_RAD_S = math.radians(0.5)
+
+
+def arm_agent(bus: Bus, settings: ArmSettings, *, driver: Driver | None = None) -> ArmAgent:
+    """The agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
+
+    Raises UserError with one sentence when they do not fit.
+    """
+    tilter = Tilter.from_settings(settings)
+    if driver is None:
+        link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options)
+        driver = load_driver(settings.driver, link=link)
+    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.armed)
+    return ArmAgent(bus, tilter=tilter, driver=driver, gate=gate, settings=settings)

@@ -1,0 +1,185 @@
+"""The safety gate: it stands before every driver and decides what may move, and when the arm must hold or level.
+
+A pure object without clock or I/O: it is told the time, the heartbeats, the stops and what the arm measured, and it
+answers. It is read-only until the station's heartbeat asks for arming and the rig allows it. An emergency stop stays
+in force until the station disarms and arms again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.messages import Heartbeat
+from station.arm.drivers import JointReading
+from station.arm.limits import trajectory_fault
+from station.arm.tilt_path import TiltStage
+from station.arm.trajectory import JointTrajectory
+from station.rig.arm_settings import GateSettings
+
+Array = NDArray[np.float64]
+_FUTURE_NS = 200_000_000  # a heartbeat from further ahead is a wrong clock, not a live station
+
+
+class Action(Enum):
+    """What the arm must do now: nothing special, halt at once, come to rest smoothly and hold, or level slowly."""
+
+    NONE = "none"
+    HALT = "halt"
+    HOLD = "hold"
+    LEVEL = "level"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The gate's order at one moment, and why."""
+
+    action: Action
+    reason: str = ""
+
+
+_GO = Verdict(Action.NONE)
+
+
+class SafetyGate:
+    """Decides about every motion of one arm; `may_arm` is the rig's own permission."""
+
+    def __init__(self, stage: TiltStage, *, settings: GateSettings, may_arm: bool) -> None:
+        self._stage = stage
+        self._settings = settings
+        self._may_arm = may_arm
+        self._now_ns = 0
+        self._beat_ns: int | None = None
+        self._armed = False
+        self._stopped = ""
+        self._stamp_ns = -1
+        self._fresh_ns = 0
+        self._off_since_ns: int | None = None
+
+    @property
+    def armed(self) -> bool:
+        """Whether the station asked for motion, the rig allows it, and no stop is in force."""
+        return self._armed and self._may_arm and not self._stopped
+
+    # --- what happens -------------------------------------------------------------------------------------------------
+
+    def heartbeat(self, message: Heartbeat, *, now_ns: int) -> None:
+        """The station's sign of life; it counts by its own stamp, so that one that was held up proves nothing."""
+        self._see(now_ns)
+        if message.stamp_ns > self._now_ns + _FUTURE_NS or (self._beat_ns or 0) > message.stamp_ns:
+            return
+        self._beat_ns = message.stamp_ns
+        if not message.armed:
+            self._stopped = ""  # disarming acknowledges a stop
+        self._armed = message.armed
+
+    def stop(self, reason: str, *, now_ns: int) -> None:
+        """Emergency stop: in force until the station disarms and arms again."""
+        self._see(now_ns)
+        self._stopped = reason or "emergency stop"
+
+    # --- what is allowed ----------------------------------------------------------------------------------------------
+
+    def readiness(self, *, now_ns: int) -> str:
+        """Why no command may move the arm now, in one sentence; nothing when one may."""
+        late = now_ns < self._now_ns
+        self._see(now_ns)
+        if late:
+            return "The arm's clock stepped back: motion waits until it has caught up."
+        if self._stopped:
+            return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
+        if not self._may_arm:
+            return "The arm is read-only: set armed = true in the [arm] table of rig.toml to let it move."
+        if self._beat_lost():
+            return "The arm hears no heartbeat of the station: it moves only while `station run` is alive."
+        if not self._armed:
+            return "The arm is not armed: the station's heartbeat does not ask for it."
+        return ""
+
+    def check(
+        self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
+    ) -> str:
+        """Why this trajectory may not start now; nothing when it may.
+
+        Holding and levelling after a lost heartbeat are the gate's own orders: they need no arming, and obey all
+        other rules.
+        """
+        if not own_order and (reason := self.readiness(now_ns=now_ns)):
+            return reason
+        if own_order and self._stopped:
+            return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
+        if fault := trajectory_fault(trajectory, stage=self._stage, settings=self._settings):
+            return f"The motion is refused: {fault}."
+        return self._start_fault(trajectory, reading)
+
+    def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None) -> str:
+        if reading is None or self._silent():
+            return "The arm does not report its joints: check its power, cable and driver."
+        away = np.abs(trajectory.position_rad[0] - reading.position_rad)
+        joint = int(np.argmax(np.nan_to_num(away, nan=np.inf)))
+        if not away[joint] <= math.radians(self._settings.start_tolerance_deg):
+            return (
+                f"The motion is refused: {self._stage.model.joints[joint].name} is {math.degrees(away[joint]):.1f} "
+                f"degrees from where the motion begins (at most {self._settings.start_tolerance_deg:.1f})."
+            )
+        return ""
+
+    # --- what must be -------------------------------------------------------------------------------------------------
+
+    def watch(self, *, now_ns: int, reading: JointReading | None, commanded: Array | None) -> Verdict:
+        """The order of this moment. `commanded` (n,) is where the joints should have been at the reading's stamp.
+
+        `commanded` is None while nothing is commanded; then silence and pose are of no concern.
+        """
+        late = now_ns < self._now_ns
+        self._see(now_ns)
+        if reading is not None and reading.stamp_ns > self._stamp_ns:
+            self._stamp_ns, self._fresh_ns = reading.stamp_ns, self._now_ns
+        if self._stopped:
+            return Verdict(Action.HALT, self._stopped)
+        if late and now_ns < self._now_ns - _FUTURE_NS:
+            return Verdict(Action.HALT, "the arm's clock stepped back")
+        if commanded is not None and (fault := self._following_fault(reading, commanded)):
+            return Verdict(Action.HALT, fault)
+        if commanded is None:
+            self._off_since_ns = None
+        return self._station_verdict()
+
+    def _station_verdict(self) -> Verdict:
+        if self._beat_ns is None or not self._beat_lost():
+            return _GO
+        silent_ns = self._now_ns - self._beat_ns
+        if silent_ns > (self._settings.heartbeat_timeout_s + self._settings.level_after_s) * 1e9:
+            return Verdict(Action.LEVEL, "the station's heartbeat is lost: levelling slowly")
+        return Verdict(Action.HOLD, "the station's heartbeat is lost: holding")
+
+    def _following_fault(self, reading: JointReading | None, commanded: Array) -> str:
+        if reading is None or self._silent():
+            return "the arm no longer reports its joints"
+        if reading.position_rad.shape != commanded.shape:
+            return f"the arm reports {len(reading.position_rad)} joints, expected {len(commanded)}"
+        away = np.abs(reading.position_rad - commanded)
+        joint = int(away.argmax())  # a NaN counts as the largest
+        if away[joint] <= math.radians(self._settings.follow_tolerance_deg):
+            self._off_since_ns = None
+            return ""
+        if self._off_since_ns is None:
+            self._off_since_ns = self._now_ns
+        if self._now_ns - self._off_since_ns < self._settings.follow_timeout_s * 1e9:
+            return ""
+        return (
+            f"{self._stage.model.joints[joint].name} is {math.degrees(away[joint]):.1f} degrees from where it should be"
+        )
+
+    def _see(self, now_ns: int) -> None:
+        self._now_ns = max(self._now_ns, now_ns)
+
+    def _silent(self) -> bool:
+        return self._stamp_ns < 0 or self._now_ns - self._fresh_ns > self._settings.silence_timeout_s * 1e9
+
+    def _beat_lost(self) -> bool:
+        return self._beat_ns is None or self._now_ns - self._beat_ns > self._settings.heartbeat_timeout_s * 1e9
