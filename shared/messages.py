@@ -122,7 +122,10 @@ class RunEvent(Message):
     """The tilt step that STEP_BEGIN and STEP_END speak of; zero otherwise."""
 
 
-PHASES = tuple("LEVEL DWELL REFERENCE TILT SLIP SETTLE RETURN DONE ABORTED STEP_BEGIN STEP_END SYNC".split())
+PHASES = (
+    *("LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE", "ABORTED"),
+    *("STEP_BEGIN", "STEP_END", "SYNC"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,10 +217,13 @@ class AgentStatus(Message):
 
 @dataclass(frozen=True, slots=True)
 class ArmReply(Message):
-    """The arm agent's answer to a command; `reason` says why it was refused."""
+    """The arm agent's answer to a command; `reason` says why it was refused. `run` and `step` are the command's."""
 
     accepted: bool = False
     reason: str = ""
+    stamp_ns: int = 0
+    run: int = 0
+    step: int = 0
 
 
 @dataclass(frozen=True, slots=True)

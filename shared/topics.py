@@ -75,6 +75,7 @@ _TOPICS = (
     Topic("arm/joints", m.JointState, STATE, "arm", 100, "the arm's joints as measured"),
     Topic("arm/platform", m.PlatformState, STATE, "arm", 100, "the plate's attitude by forward kinematics"),
     Topic("arm/command", m.TiltCommand, EVENT, "station", 0, "what the arm was asked for"),
+    Topic("arm/reply", m.ArmReply, EVENT, "station", 0, "what the arm answered, or that it did not"),
     Topic("arm/motion", m.MotionReport, EVENT, "arm", 0, "begin and end of each motion as executed"),
     Topic("environment", m.Environment, STATUS, "any", 1, "temperature and humidity"),
     Topic("session/event", m.RunEvent, EVENT, "station", 0, "phases of a run"),

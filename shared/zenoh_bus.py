@@ -9,8 +9,10 @@ enqueue; `poll` runs the handlers on the caller's thread.
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import queue
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -76,6 +78,10 @@ class ZenohBus:
         self._entities: list[Any] = []
         self._alive: dict[str, int] = {}
         self._taken: list[Callable[[], None]] = []
+        self._handlers: dict[str, list[tuple[Handler, bool]]] = {}
+        self._arrival = threading.Lock()
+        self._last_receive_ns = 0
+        self._recovering: dict[str, Any] = {}
         try:
             self._session = zenoh.open(_config(listen, connect))
         except zenoh.ZError as error:
@@ -135,7 +141,16 @@ class ZenohBus:
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:
         """See `Bus.subscribe`."""
-        callback = self._receiver(handler, direct=direct)
+        known = self._handlers.setdefault(topic, [])
+        known.append((handler, direct))
+        if len(known) == 1:
+            self._declare_subscriber(topic)
+        if on_miss is not None and topic in self._recovering:
+            callback = self._miss_receiver(topic, on_miss, direct=direct)
+            self._entities.append(self._recovering[topic].sample_miss_listener(callback))
+
+    def _declare_subscriber(self, topic: str) -> None:
+        callback = self._receiver(topic)
         if topic == "**" or not topics.topic(topic).traffic.cache:
             self._entities.append(self._session.declare_subscriber(self._key(topic), callback))
             return
@@ -146,22 +161,30 @@ class ZenohBus:
             history=ext.HistoryConfig(detect_late_publishers=True),
             recovery=ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
         )
+        self._recovering[topic] = subscriber
         self._entities.append(subscriber)
-        if on_miss is not None:
-            self._entities.append(subscriber.sample_miss_listener(self._miss_receiver(topic, on_miss, direct=direct)))
 
-    def _receiver(self, handler: Handler, *, direct: bool) -> Callable[[zenoh.Sample], None]:
-        skip = len(self._prefix) + 1
+    def _receiver(self, topic: str) -> Callable[[zenoh.Sample], None]:
+        """One callback for all handlers of a topic.
+
+        Zenoh may call from several threads. Under the lock every message gets a later stamp than the one before, and
+        takes its place in every queue, so that a recording sorted by receive time is exactly what the handlers saw.
+        """
+        skip, handlers = len(self._prefix) + 1, self._handlers[topic]
 
         def callback(sample: zenoh.Sample) -> None:
             name = str(sample.key_expr)[skip:]
             if name.startswith(_ALIVE):
                 return
-            received = Received(name, receive_ns=self._clock.now_ns(), payload=sample.payload.to_bytes())
-            if direct:
-                handler(received)
-            else:
-                self._inbox.put(lambda: handler(received))
+            payload = sample.payload.to_bytes()
+            with self._arrival:
+                self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
+                received = Received(name, receive_ns=self._last_receive_ns, payload=payload)
+                for handler, direct in tuple(handlers):
+                    if direct:
+                        handler(received)
+                    else:
+                        self._inbox.put(functools.partial(handler, received))
 
         return callback
 

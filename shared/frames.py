@@ -1,0 +1,207 @@
+"""The frames of a rig by name, and the messages by which viewers line image, plate and block up.
+
+    world ── platform ─┬─ camera
+                       └─ block
+
+`world` has z up and the arm's base at its origin. `platform` is the plate frame of `shared.geometry`. `camera` is an
+optical frame: origin in the pinhole, x right and y down in the image, z forward. `block` has its origin in the middle
+of the block's box, its axes parallel to the plate's when the block's yaw is zero.
+
+Viewers put `/camera/image`, `/camera/calibration` and `/camera/overlay` over each other because all three carry the
+frame id `camera`, and put them into the scene because `/tf` has world > platform > camera. Pixels outside of this
+module follow OpenCV (the centre of the top-left pixel is (0, 0)); viewers put (0, 0) at that pixel's outer corner, so
+`overlay` adds the half pixel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shared import foxglove
+from shared.geometry import Array, matrix_from_quaternion, quaternion_from_matrix
+from shared.messages import BlockPose, CameraGeometry, PlatformState
+
+WORLD = "world"
+PLATFORM = "platform"
+CAMERA = "camera"
+BLOCK = "block"
+
+PIXEL_CENTRE = 0.5
+"""What a viewer's pixel coordinates have over OpenCV's."""
+
+OVERLAY_RGBA = (255, 60, 200, 255)
+_FLOAT32, _UINT8 = 7, 1
+_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgba", "u1", 4)])
+_POINT_FIELDS = (
+    *(foxglove.PackedElementField(name=name, offset=4 * i, type=_FLOAT32) for i, name in enumerate("xyz")),
+    *(
+        foxglove.PackedElementField(name=name, offset=12 + i, type=_UINT8)
+        for i, name in enumerate(("red", "green", "blue", "alpha"))
+    ),
+)
+
+
+def transform(
+    *, parent: str, child: str, xyz_m: ArrayLike, quaternion_wxyz: ArrayLike, stamp_ns: int
+) -> foxglove.FrameTransform:
+    """parent_from_child as a message; translation and rotation are always set."""
+    x, y, z = (float(value) for value in np.asarray(xyz_m, dtype=float))
+    qw, qx, qy, qz = (float(value) for value in np.asarray(quaternion_wxyz, dtype=float))
+    return foxglove.FrameTransform(
+        timestamp=foxglove.Timestamp.from_ns(stamp_ns),
+        parent_frame_id=parent,
+        child_frame_id=child,
+        translation=foxglove.Vector3(x=x, y=y, z=z),
+        rotation=foxglove.Quaternion(x=qx, y=qy, z=qz, w=qw),
+    )
+
+
+def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> Array:
+    """The plate's centre (3,) in the world, metres: the pivot is `pivot_above_plate_m` along the plate's normal."""
+    normal = matrix_from_quaternion((state.qw, state.qx, state.qy, state.qz))[:, 2]
+    return np.array([state.px, state.py, state.pz]) - pivot_above_plate_m * normal
+
+
+def platform_transform(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> foxglove.FrameTransform:
+    """world > platform from the arm's own account of it."""
+    return transform(
+        parent=WORLD,
+        child=PLATFORM,
+        xyz_m=plate_origin(state, pivot_above_plate_m=pivot_above_plate_m),
+        quaternion_wxyz=(state.qw, state.qx, state.qy, state.qz),
+        stamp_ns=state.stamp_ns,
+    )
+
+
+def pinhole_of(geometry: CameraGeometry) -> Array:
+    """K (3, 3) of a camera that looks straight down at the plate, for rigs without measured intrinsics.
+
+    The focal length is the pinhole's height times the pixels per metre, the principal point the pixel at the camera's
+    foot.
+    """
+    pixel_from_plate = np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
+    at = pixel_from_plate @ (geometry.camera_x_m, geometry.camera_y_m, 1.0)
+    px_per_m = math.sqrt(abs(np.linalg.det(pixel_from_plate[:2, :2]))) / abs(pixel_from_plate[2, 2])
+    focal_px = geometry.camera_height_m * px_per_m
+    return np.array([[focal_px, 0.0, at[0] / at[2]], [0.0, focal_px, at[1] / at[2]], [0.0, 0.0, 1.0]])
+
+
+def camera_pose(geometry: CameraGeometry, *, K: ArrayLike) -> tuple[Array, Array]:  # noqa: N803 (the field's name)
+    """platform_from_camera: rotation (3, 3) and the pinhole's place (3,) in the plate frame, metres.
+
+    With pixel_from_plate ~ K [r1 r2 t] (Zhang 2000, section 2), r1 and r2 made orthonormal by singular values.
+    """
+    columns = np.linalg.inv(np.reshape(K, (3, 3))) @ np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
+    columns /= math.copysign(np.linalg.norm(columns[:, :2]) / math.sqrt(2.0), columns[2, 2])
+    left, _, right = np.linalg.svd(np.column_stack([columns[:, :2], np.cross(columns[:, 0], columns[:, 1])]))
+    camera_from_plate = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    return camera_from_plate.T, -camera_from_plate.T @ columns[:, 2]
+
+
+def camera_transform(
+    geometry: CameraGeometry,
+    *,
+    K: ArrayLike | None = None,  # noqa: N803 (the field's name)
+    stamp_ns: int | None = None,
+) -> foxglove.FrameTransform:
+    """platform > camera; without K the camera is taken to look straight down (`pinhole_of`)."""
+    rotation, place = camera_pose(geometry, K=pinhole_of(geometry) if K is None else K)
+    return transform(
+        parent=PLATFORM,
+        child=CAMERA,
+        xyz_m=place,
+        quaternion_wxyz=quaternion_from_matrix(rotation),
+        stamp_ns=geometry.stamp_ns if stamp_ns is None else stamp_ns,
+    )
+
+
+def block_transform(
+    *, x_m: float, y_m: float, yaw_rad: float, height_m: float, stamp_ns: int
+) -> foxglove.FrameTransform:
+    """platform > block for a block of `height_m` that stands on the plate (`shared.geometry.block_pose_of`)."""
+    return transform(
+        parent=PLATFORM,
+        child=BLOCK,
+        xyz_m=(x_m, y_m, 0.5 * height_m),
+        quaternion_wxyz=(math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)),
+        stamp_ns=stamp_ns,
+    )
+
+
+def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:
+    """platform > block as another tracker saw it; its z is that of the block's middle."""
+    return transform(
+        parent=PLATFORM,
+        child=BLOCK,
+        xyz_m=(pose.x, pose.y, pose.z),
+        quaternion_wxyz=(pose.qw, pose.qx, pose.qy, pose.qz),
+        stamp_ns=pose.stamp_ns,
+    )
+
+
+def tf(*transforms: foxglove.FrameTransform) -> foxglove.FrameTransforms:
+    """The message of topic `tf`."""
+    return foxglove.FrameTransforms(transforms=transforms)
+
+
+def calibration(
+    *,
+    width_px: int,
+    height_px: int,
+    K: ArrayLike,  # noqa: N803 (the field's name)
+    distortion: Sequence[float] = (),
+    stamp_ns: int,
+) -> foxglove.CameraCalibration:
+    """The message of topic `camera/calibration`; `distortion` is OpenCV's k1 k2 p1 p2 k3, empty for none."""
+    k = np.reshape(np.asarray(K, dtype=float), (3, 3))
+    return foxglove.CameraCalibration(
+        timestamp=foxglove.Timestamp.from_ns(stamp_ns),
+        frame_id=CAMERA,
+        width=width_px,
+        height=height_px,
+        distortion_model="plumb_bob",
+        D=tuple(float(value) for value in distortion) or (0.0,) * 5,
+        K=tuple(k.ravel().tolist()),
+        R=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        P=tuple(np.column_stack([k, np.zeros(3)]).ravel().tolist()),
+    )
+
+
+def image(data: bytes, *, stamp_ns: int, encoding: str = "jpeg") -> foxglove.CompressedImage:
+    """The message of topic `camera/image`."""
+    return foxglove.CompressedImage(
+        timestamp=foxglove.Timestamp.from_ns(stamp_ns), frame_id=CAMERA, data=data, format=encoding
+    )
+
+
+def overlay(
+    corners_px: ArrayLike,
+    *,
+    K: ArrayLike,  # noqa: N803 (the field's name)
+    depth_m: float,
+    stamp_ns: int,
+    rgba: tuple[int, int, int, int] = OVERLAY_RGBA,
+) -> foxglove.PointCloud:
+    """The message of topic `camera/overlay`: pixels (n, 2) as points in the camera's frame, on the plane at `depth_m`.
+
+    They are put there with K alone, because viewers show the image as it was taken, with its distortion. No corners
+    give an empty cloud, which wipes the last one away.
+    """
+    pixels = np.reshape(np.asarray(corners_px, dtype=float), (-1, 2)) + PIXEL_CENTRE
+    k = np.reshape(np.asarray(K, dtype=float), (3, 3))
+    points = np.zeros(len(pixels), dtype=_POINT)
+    points["x"] = (pixels[:, 0] - k[0, 2]) / k[0, 0] * depth_m
+    points["y"] = (pixels[:, 1] - k[1, 2]) / k[1, 1] * depth_m
+    points["z"] = depth_m
+    points["rgba"] = rgba
+    return foxglove.PointCloud(
+        timestamp=foxglove.Timestamp.from_ns(stamp_ns),
+        frame_id=CAMERA,
+        point_stride=_POINT.itemsize,
+        fields=_POINT_FIELDS,
+        data=points.tobytes(),
+    )
