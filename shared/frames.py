@@ -48,7 +48,7 @@ _POINT_FIELDS = (
 def transform(
     *, parent: str, child: str, xyz_m: ArrayLike, quaternion_wxyz: ArrayLike, stamp_ns: int
 ) -> foxglove.FrameTransform:
-    """parent_from_child as a message; translation and rotation are always set."""
+    """The pose parent_from_child as a message; translation and rotation are always set."""
     x, y, z = (float(value) for value in np.asarray(xyz_m, dtype=float))
     qw, qx, qy, qz = (float(value) for value in np.asarray(quaternion_wxyz, dtype=float))
     return foxglove.FrameTransform(
@@ -67,7 +67,7 @@ def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> A
 
 
 def platform_transform(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> foxglove.FrameTransform:
-    """world > platform from the arm's own account of it."""
+    """The transform world > platform from the arm's own account of it."""
     return transform(
         parent=WORLD,
         child=PLATFORM,
@@ -90,8 +90,8 @@ def pinhole_of(geometry: CameraGeometry) -> Array:
     return np.array([[focal_px, 0.0, at[0] / at[2]], [0.0, focal_px, at[1] / at[2]], [0.0, 0.0, 1.0]])
 
 
-def camera_pose(geometry: CameraGeometry, *, K: ArrayLike) -> tuple[Array, Array]:  # noqa: N803 (the field's name)
-    """platform_from_camera: rotation (3, 3) and the pinhole's place (3,) in the plate frame, metres.
+def camera_pose(geometry: CameraGeometry, *, K: ArrayLike) -> tuple[Array, Array]:
+    """The pose platform_from_camera: rotation (3, 3) and the pinhole's place (3,) in the plate frame, metres.
 
     With pixel_from_plate ~ K [r1 r2 t] (Zhang 2000, section 2), r1 and r2 made orthonormal by singular values.
     """
@@ -105,10 +105,10 @@ def camera_pose(geometry: CameraGeometry, *, K: ArrayLike) -> tuple[Array, Array
 def camera_transform(
     geometry: CameraGeometry,
     *,
-    K: ArrayLike | None = None,  # noqa: N803 (the field's name)
+    K: ArrayLike | None = None,
     stamp_ns: int | None = None,
 ) -> foxglove.FrameTransform:
-    """platform > camera; without K the camera is taken to look straight down (`pinhole_of`)."""
+    """The transform platform > camera; without K the camera is taken to look straight down (`pinhole_of`)."""
     rotation, place = camera_pose(geometry, K=pinhole_of(geometry) if K is None else K)
     return transform(
         parent=PLATFORM,
@@ -122,7 +122,7 @@ def camera_transform(
 def block_transform(
     *, x_m: float, y_m: float, yaw_rad: float, height_m: float, stamp_ns: int
 ) -> foxglove.FrameTransform:
-    """platform > block for a block of `height_m` that stands on the plate (`shared.geometry.block_pose_of`)."""
+    """The transform platform > block for a block of `height_m` that stands on the plate (`shared.geometry.block_pose_of`)."""
     return transform(
         parent=PLATFORM,
         child=BLOCK,
@@ -133,7 +133,7 @@ def block_transform(
 
 
 def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:
-    """platform > block as another tracker saw it; its z is that of the block's middle."""
+    """The transform platform > block as another tracker saw it; its z is that of the block's middle."""
     return transform(
         parent=PLATFORM,
         child=BLOCK,
@@ -152,7 +152,7 @@ def calibration(
     *,
     width_px: int,
     height_px: int,
-    K: ArrayLike,  # noqa: N803 (the field's name)
+    K: ArrayLike,
     distortion: Sequence[float] = (),
     stamp_ns: int,
 ) -> foxglove.CameraCalibration:
@@ -181,7 +181,7 @@ def image(data: bytes, *, stamp_ns: int, encoding: str = "jpeg") -> foxglove.Com
 def overlay(
     corners_px: ArrayLike,
     *,
-    K: ArrayLike,  # noqa: N803 (the field's name)
+    K: ArrayLike,
     depth_m: float,
     stamp_ns: int,
     rgba: tuple[int, int, int, int] = OVERLAY_RGBA,
