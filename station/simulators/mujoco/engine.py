@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.specimen import Friction, FrictionDraw
 
 FLOATS = NDArray[np.float64]
@@ -23,8 +23,8 @@ class Engine:
 
     def __init__(self, model: Any, *, joints: int) -> None:
         self.model = model
-        self.data = mujoco.MjData(model)
-        self.scratch = mujoco.MjData(model)
+        self.data = mj.MjData(model)
+        self.scratch = mj.MjData(model)
         self.joints = joints
         self.qpos: FLOATS = self.data.qpos
         self.qvel: FLOATS = self.data.qvel
@@ -47,11 +47,11 @@ class Engine:
 
     def step(self, count: int) -> None:
         """Advances by `count` time steps."""
-        mujoco.mj_step(self.model, self.data, count)
+        mj.mj_step(self.model, self.data, count)
 
     def update_poses(self) -> None:
         """Makes the bodies' poses those of the present state (a step leaves them one step old)."""
-        mujoco.mj_kinematics(self.model, self.data)
+        mj.mj_kinematics(self.model, self.data)
 
     def poses_after(self, seconds: float) -> Any:
         """Data whose body poses are those of the present state, carried on for less than a step at its velocity."""
@@ -59,8 +59,8 @@ class Engine:
             self.update_poses()
             return self.data
         self.scratch.qpos[:] = self.qpos
-        mujoco.mj_integratePos(self.model, self.scratch.qpos, self.qvel, seconds)
-        mujoco.mj_kinematics(self.model, self.scratch)
+        mj.mj_integratePos(self.model, self.scratch.qpos, self.qvel, seconds)
+        mj.mj_kinematics(self.model, self.scratch)
         return self.scratch
 
 
@@ -100,6 +100,18 @@ class ContactEngine(Engine):
                 axis = data.xmat[self._carrier].reshape(3, 3) @ self._axis
                 set_tangents(frame, axis)
 
+    def force_from_foam(self) -> FLOATS:
+        """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
+        data, total, wrench = self.data, np.zeros(3), np.empty(6)
+        for number, contact in enumerate(data.contact):
+            if self._plate_geom in contact.geom:
+                continue
+            mj.mj_contactForce(self.model, data, number, wrench)
+            # The contact's normal points from its first geom to its second, and so does the force on the second.
+            force = contact.frame.reshape(3, 3).T @ wrench[:3]
+            total += force if self.model.geom_bodyid[contact.geom[1]] == self.block else -force
+        return data.xmat[self.plate].reshape(3, 3).T @ total
+
 
 def set_tangents(frame: FLOATS, axis: FLOATS) -> None:
     """Overwrites the tangents of a contact frame, (9,): the first is `axis`, (3,), laid into the contact's plane."""
@@ -119,19 +131,19 @@ def step_in_stages(model: Any, data: Any, after_collision: Any) -> None:
 
     Without the call it gives the same bits as `mj_step`; a test holds it to that.
     """
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_camlight(model, data)
-    mujoco.mj_makeM(model, data)
-    mujoco.mj_factorM(model, data)
-    mujoco.mj_collision(model, data)
+    mj.mj_kinematics(model, data)
+    mj.mj_comPos(model, data)
+    mj.mj_camlight(model, data)
+    mj.mj_makeM(model, data)
+    mj.mj_factorM(model, data)
+    mj.mj_collision(model, data)
     after_collision()
-    mujoco.mj_makeConstraint(model, data)
-    mujoco.mj_island(model, data)
-    mujoco.mj_transmission(model, data)
-    mujoco.mj_projectConstraint(model, data)
-    mujoco.mj_fwdVelocity(model, data)
-    mujoco.mj_fwdActuation(model, data)
-    mujoco.mj_fwdAcceleration(model, data)
-    mujoco.mj_fwdConstraint(model, data)
-    mujoco.mj_Euler(model, data)
+    mj.mj_makeConstraint(model, data)
+    mj.mj_island(model, data)
+    mj.mj_transmission(model, data)
+    mj.mj_projectConstraint(model, data)
+    mj.mj_fwdVelocity(model, data)
+    mj.mj_fwdActuation(model, data)
+    mj.mj_fwdAcceleration(model, data)
+    mj.mj_fwdConstraint(model, data)
+    mj.mj_Euler(model, data)

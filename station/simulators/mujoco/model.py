@@ -10,11 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import Any, cast
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from station.rig.arm_model import ArmModel, transform
+from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.specimen import Block, Plate
 
@@ -44,10 +44,10 @@ class Scene:
 
 
 def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
-    """One compiled MjModel: with the block as a part of the plate, or on it by contact, within reach of the foam or not."""
-    spec = mujoco.MjSpec()
+    """One compiled MjModel: the block is a part of the plate, or lies on it by contact, within reach of the foam or not."""
+    spec = mj.MjSpec()
     _options(spec, scene)
-    plate = _add_plate(_add_arm(spec, scene), scene)
+    plate = _add_plate(_add_arm(spec, scene), scene, foam=bordered)
     parent = plate if welded else spec.worldbody
     block = parent.add_body(name="block", pos=[0, 0, scene.block.side_m / 2])
     if not welded:
@@ -60,8 +60,8 @@ def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
 def _options(spec: Any, scene: Scene) -> None:
     spec.modelname = f"repose twin, {scene.arm.name}"
     spec.option.timestep = scene.step_s
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC if scene.contact.elliptic else mujoco.mjtCone.mjCONE_PYRAMIDAL
+    spec.option.integrator = mj.mjtIntegrator.mjINT_EULER
+    spec.option.cone = mj.mjtCone.mjCONE_ELLIPTIC if scene.contact.elliptic else mj.mjtCone.mjCONE_PYRAMIDAL
     spec.option.impratio = scene.contact.impratio
     # The solver stops by a share of the whole arm's inertia: a block of half a gram would never be solved for.
     spec.option.tolerance = scene.contact.tolerance
@@ -76,9 +76,7 @@ def _add_arm(spec: Any, scene: Scene) -> Any:
     for joint in arm.joints:
         origin = transform(joint.origin_xyz_m, joint.origin_rpy_rad)
         body = body.add_body(name=joint.name, pos=origin[:3, 3], quat=quaternion(origin[:3, :3]), gravcomp=1)
-        hinge = body.add_joint(
-            name=joint.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=GEAR_INERTIA
-        )
+        hinge = body.add_joint(name=joint.name, type=mj.mjtJoint.mjJNT_HINGE, axis=joint.axis, armature=GEAR_INERTIA)
         hinge.actfrclimited = True
         hinge.actfrcrange = [-joint.max_effort_nm, joint.max_effort_nm]
         hinge.actgravcomp = True
@@ -93,20 +91,20 @@ def _add_servo(spec: Any, joint: str) -> None:
     The first integrates it inside the C loop and pulls towards that position; the second damps the difference from
     it. So a set-point stream becomes straight ramps without stairs, and a steady ramp is followed without lag.
     """
-    spring = spec.add_actuator(name=f"{joint} position", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    spring.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+    spring = spec.add_actuator(name=f"{joint} position", target=joint, trntype=mj.mjtTrn.mjTRN_JOINT)
+    spring.dyntype = mj.mjtDyn.mjDYN_INTEGRATOR
     spring.gainprm[0] = SERVO_STIFFNESS
-    spring.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    spring.biastype = mj.mjtBias.mjBIAS_AFFINE
     spring.biasprm[1] = -SERVO_STIFFNESS
-    damper = spec.add_actuator(name=f"{joint} velocity", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    damper = spec.add_actuator(name=f"{joint} velocity", target=joint, trntype=mj.mjtTrn.mjTRN_JOINT)
     damper.gainprm[0] = SERVO_DAMPING
-    damper.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    damper.biastype = mj.mjtBias.mjBIAS_AFFINE
     damper.biasprm[2] = -SERVO_DAMPING
 
 
 def _add_capsule(body: Any, capsule: Any, mass_kg: float) -> None:
     body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        type=mj.mjtGeom.mjGEOM_CAPSULE,
         fromto=[*capsule.from_m, *capsule.to_m],
         size=[capsule.radius_m, 0, 0],
         mass=mass_kg,
@@ -115,14 +113,15 @@ def _add_capsule(body: Any, capsule: Any, mass_kg: float) -> None:
     )
 
 
-def _add_plate(link: Any, scene: Scene) -> Any:
-    """The plate on the flange, with foam, fiducials and the camera's mount; returns its body."""
+def _add_plate(link: Any, scene: Scene, *, foam: bool) -> Any:
+    """The plate on the flange, with fiducials, the camera's mount and, if wanted, the foam; returns its body."""
     plate, arm = scene.plate, scene.arm
     pose = transform(arm.flange_xyz_m, arm.flange_rpy_rad) @ arm.flange_from_plate
     body = link.add_body(name="plate", pos=pose[:3, 3], quat=quaternion(pose[:3, :3]), gravcomp=1)
     half, thick = plate.side_m / 2, plate.thickness_m / 2
-    _add_box(body, "plate", (half, half, thick), (0, 0, -thick), plate.mass_kg, (0.8, 0.7, 0.5, 1))
-    _add_foam(body, plate)
+    _add_box(body, "plate", (half, half, thick), (0, 0, -thick), mass_kg=plate.mass_kg, rgba=(0.8, 0.7, 0.5, 1))
+    if foam:
+        _add_foam(body, plate)
     _add_camera(body, plate)
     for number, (x, y) in enumerate(plate.fiducials_m):
         body.add_site(name=f"fiducial {number}", pos=[x, y, plate.foam_height_m], size=[0.002, 0.002, 0.0001])
@@ -142,8 +141,7 @@ def _add_foam(body: Any, plate: Plate) -> None:
             f"foam {number}",
             (radial, along, height),
             (radius * math.cos(angle), radius * math.sin(angle), height),
-            0.0,
-            (0.95, 0.95, 0.95, 1),
+            rgba=(0.95, 0.95, 0.95, 1),
         )
         geom.quat = [math.cos(angle / 2), 0, 0, math.sin(angle / 2)]
 
@@ -152,10 +150,10 @@ def _add_camera(body: Any, plate: Plate) -> None:
     """Two posts and a bar that carry the camera at a fixed offset above the plate (Fig. 2a)."""
     half, top = plate.side_m / 2, plate.camera_height_m
     for number, x in enumerate((-half, half)):
-        _add_box(body, f"post {number}", (0.003, 0.003, top / 2), (x, half, top / 2), 0.005, (0.6, 0.45, 0.3, 1))
-    _add_box(
-        body, "camera mount", (half, half / 2, 0.004), (0, half / 2, top), plate.camera_mass_kg, (0.3, 0.3, 0.3, 1)
-    )
+        post, place = (0.003, 0.003, top / 2), (x, half, top / 2)
+        _add_box(body, f"post {number}", post, place, mass_kg=0.005, rgba=(0.6, 0.45, 0.3, 1))
+    bar, place = (half, half / 2, 0.004), (0, half / 2, top)
+    _add_box(body, "camera mount", bar, place, mass_kg=plate.camera_mass_kg, rgba=(0.3, 0.3, 0.3, 1))
     body.add_camera(name="camera", pos=[0, 0, top], fovy=45)
 
 
@@ -164,8 +162,8 @@ def _add_block(body: Any, block: Block) -> None:
     half = block.side_m / 2
     body.mass, body.inertia = block.mass_kg, [block.mass_kg * block.side_m**2 / 6] * 3
     body.ipos, body.iquat, body.explicitinertial = [0, 0, 0], [1, 0, 0, 0], True
-    _add_box(body, "block", (half, half, half), (0, 0, 0), 0.0, (0.5, 0.5, 0.55, 1))
-    _add_box(body, "mark", (0.8 * half, 0.8 * half, 1e-5), (0, 0, half), 0.0, (0.05, 0.05, 0.2, 1))
+    _add_box(body, "block", (half, half, half), (0, 0, 0), rgba=(0.5, 0.5, 0.55, 1))
+    _add_box(body, "mark", (0.8 * half, 0.8 * half, 1e-5), (0, 0, half), rgba=(0.05, 0.05, 0.2, 1))
     body.add_site(name="mark", pos=[0, 0, half])
     for number, (x, y, z) in enumerate((x, y, z) for z in (-1, 1) for x in (-1, 1) for y in (-1, 1)):
         _add_ball(body, f"foot {number}", (x * half, y * half, z * (half - FOOT_RADIUS_M)))
@@ -201,15 +199,15 @@ def _foam(scene: Scene) -> list[float]:
     return [-stiffness, -damping]
 
 
-def _add_box(body: Any, name: str, half: Any, pos: Any, mass_kg: float, rgba: Any) -> Any:
+def _add_box(body: Any, name: str, half: Any, pos: Any, *, rgba: Any, mass_kg: float = 0.0) -> Any:
     return body.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=pos, mass=mass_kg, rgba=rgba, **UNTOUCHABLE
+        name=name, type=mj.mjtGeom.mjGEOM_BOX, size=half, pos=pos, mass=mass_kg, rgba=rgba, **UNTOUCHABLE
     )
 
 
 def _add_ball(body: Any, name: str, pos: Any) -> None:
     size = [FOOT_RADIUS_M, 0, 0]
-    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, pos=pos, mass=0.0, **UNTOUCHABLE)
+    body.add_geom(name=name, type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=pos, mass=0.0, **UNTOUCHABLE)
 
 
 # Only the explicit pairs collide; a geom's own friction would otherwise be combined by MuJoCo's rule (the maximum).
@@ -219,5 +217,12 @@ UNTOUCHABLE = cast("dict[str, Any]", {"contype": 0, "conaffinity": 0})
 def quaternion(rotation: FLOATS) -> FLOATS:
     """The unit quaternion (w, x, y, z) of a rotation matrix, (3, 3)."""
     result = np.empty(4)
-    mujoco.mju_mat2Quat(result, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
+    mj.mju_mat2Quat(result, np.ascontiguousarray(rotation, dtype=np.float64).ravel())
     return result
+
+
+def reach_m(arm: ArmModel) -> FLOATS:
+    """An upper bound of the distance from each joint's axis to the block, (n,), m."""
+    spans = [math.hypot(*joint.origin_xyz_m) for joint in arm.joints[1:]]
+    spans.append(math.hypot(*arm.flange_xyz_m) + math.hypot(*arm.plate_xyz_m) + 0.1)
+    return np.cumsum(spans[::-1])[::-1].copy()

@@ -3,7 +3,7 @@
 Most of a session nothing slips, and the world does not compute what cannot happen (`savings`):
 - while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
   and time is skipped;
-- while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model); contact is simulated from there on;
+- while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model), above that it is held by contact;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
 """
@@ -12,16 +12,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from station.rig.arm_model import ArmModel
 from station.simulators.mujoco import grip, model
+from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import ContactEngine, Engine
+from station.simulators.mujoco.poses import Joints, PlatePose, Pose, relative_pose
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
@@ -44,38 +45,6 @@ STILL_RAD_S = 1e-6
 LEVEL_ENOUGH = 0.5
 """Utilisation below which a hand lets go of the block that it places."""
 ABSENT_M = -1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Joints:
-    """The arm's joints: rad, rad/s, Nm; each (n,)."""
-
-    position_rad: tuple[float, ...]
-    velocity_rad_s: tuple[float, ...]
-    effort_nm: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class PlatePose:
-    """world_from_plate as a rotation matrix (3, 3) and a quaternion (w, x, y, z), and the pivot in the world (m)."""
-
-    rotation: FLOATS
-    quaternion: tuple[float, ...]
-    pivot: FLOATS
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """plate_from_block: position in m and quaternion (w, x, y, z)."""
-
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-
-    @property
-    def yaw_rad(self) -> float:
-        """The block's turn about the plate's normal."""
-        w, x, y, z = self.quaternion
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 class TwinWorld:
@@ -111,7 +80,7 @@ class TwinWorld:
         start = np.array(joint_start_rad, dtype=np.float64)
         self._welded.qpos[:] = self._welded.act[:] = start
         self._servo = Servo(start, now_ns=start_ns)
-        self._reach = _reach_m(arm)
+        self._reach = model.reach_m(arm)
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
@@ -210,7 +179,7 @@ class TwinWorld:
         """Where the block is on the plate now; at z = −1 m when there is none."""
         if self._engine is self._welded:
             return self._rel
-        return _relative(self._bodies(), self._engine)
+        return relative_pose(self._bodies(), self._engine)
 
     # -- within
 
@@ -218,7 +187,7 @@ class TwinWorld:
         """How far the time asked for is ahead of the last whole step."""
         return 0.0 if self._resting else (self._asked_ns - self._time_ns) * 1e-9
 
-    def _bodies(self) -> object:
+    def _bodies(self) -> Any:
         if self._poses is None:
             self._poses = self._engine.poses_after(self._ahead_s())
         return self._poses
@@ -307,7 +276,7 @@ class TwinWorld:
 
     def _follow(self, seconds: float) -> None:
         """Takes note of where a free block is, whether it lies still, and whether it can reach the foam."""
-        before, self._rel = self._rel, _relative(self._engine.data, self._engine)
+        before, self._rel = self._rel, relative_pose(self._engine.data, self._engine)
         moved = math.dist(before.position, self._rel.position)
         turned = math.dist(before.quaternion, self._rel.quaternion)
         looks = seconds * 1e9 / (LOOK * STEP_NS)
@@ -346,10 +315,10 @@ class TwinWorld:
         """Makes the block a body of its own again, moving with the plate."""
         welded, free = self._welded, self._free
         data, n = welded.data, self._n
-        mujoco.mj_fwdPosition(welded.model, data)
-        mujoco.mj_comVel(welded.model, data)
+        mj.mj_fwdPosition(welded.model, data)
+        mj.mj_comVel(welded.model, data)
         speed = np.empty(6)
-        mujoco.mj_objectVelocity(welded.model, data, mujoco.mjtObj.mjOBJ_XBODY, welded.block, speed, 0)
+        mj.mj_objectVelocity(welded.model, data, mj.mjtObj.mjOBJ_XBODY, welded.block, speed, 0)
         free.take(welded)
         free.qpos[n : n + 3] = data.xpos[welded.block]
         free.qpos[n + 3 : n + 7] = data.xquat[welded.block]
@@ -365,41 +334,5 @@ class TwinWorld:
         """What the foam pushes the block with, per mass, along the plate (m/s², plate frame)."""
         if self._engine is not self._bordered:
             return (0.0, 0.0)
-        push = _force_from_foam(self._bordered) / self.block.mass_kg
+        push = self._bordered.force_from_foam() / self.block.mass_kg
         return (float(push[0]), float(push[1]))
-
-
-def _relative(data: object, engine: Engine) -> Pose:
-    """plate_from_block from the bodies' poses in the world."""
-    plate, block = engine.plate, engine.block
-    xpos, xquat = data.xpos, data.xquat  # pyright: ignore[reportAttributeAccessIssue] (MuJoCo's MjData)
-    place = data.xmat[plate].reshape(3, 3).T @ (xpos[block] - xpos[plate])  # pyright: ignore[reportAttributeAccessIssue]
-    inverse, turn = np.empty(4), np.empty(4)
-    mujoco.mju_negQuat(inverse, xquat[plate])
-    mujoco.mju_mulQuat(turn, inverse, xquat[block])
-    x, y, z = place.tolist()
-    w, i, j, k = (turn if turn[0] >= 0 else -turn).tolist()
-    return Pose((x, y, z), (w, i, j, k))
-
-
-def _force_from_foam(engine: Engine) -> FLOATS:
-    """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
-    data, total, wrench = engine.data, np.zeros(3), np.empty(6)
-    names = engine.model.geom
-    for number, contact in enumerate(data.contact):
-        first = names(contact.geom1).name
-        second = names(contact.geom2).name
-        if not (first.startswith("foam") or second.startswith("foam")):
-            continue
-        mujoco.mj_contactForce(engine.model, data, number, wrench)
-        # The contact frame's normal points from the first geom to the second, and so does the force on the second.
-        force = contact.frame.reshape(3, 3).T @ wrench[:3]
-        total += force if first.startswith("foam") else -force
-    return data.xmat[engine.plate].reshape(3, 3).T @ total
-
-
-def _reach_m(arm: ArmModel) -> FLOATS:
-    """An upper bound of the distance from each joint's axis to the block, (n,), m."""
-    spans = [math.hypot(*joint.origin_xyz_m) for joint in arm.joints[1:]]
-    spans.append(math.hypot(*arm.flange_xyz_m) + math.hypot(*arm.plate_xyz_m) + 0.1)
-    return np.cumsum(spans[::-1])[::-1].copy()
