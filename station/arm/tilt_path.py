@@ -1,6 +1,6 @@
 """The joints' way through one tilt: from level to the steepest reachable angle at one azimuth, the pivot at rest.
 
-The way is solved once, exactly, at knots of about one degree, with its exact slope dq/dangle there; between the knots
+The way is solved once, exactly, at knots of one degree, with its exact slope dq/dangle there; between the knots
 it is a cubic Hermite curve (the pivot then strays by less than a micrometre). A tilt is thereafter a motion of one
 number, the angle.
 """
@@ -83,7 +83,7 @@ class TiltStage:
 
 
 def tilt_stage(
-    model: ArmModel, *, base_xyz_m: Sequence[float], base_yaw_rad: float, home_rad: Sequence[float]
+    model: ArmModel, *, base_xyz_m: Sequence[float], base_yaw_rad: float, home_rad: Sequence[float] | Array
 ) -> TiltStage:
     """Set up an arm whose base stands upright at `base_xyz_m` in the world, turned by `base_yaw_rad`.
 
@@ -114,7 +114,7 @@ def tilt_path(stage: TiltStage, *, azimuth_rad: float, max_angle_rad: float = MA
     slopes: list[Array] = []
     for angle in np.linspace(0.0, max_angle_rad, 1 + max(1, math.ceil(max_angle_rad / _KNOT_RAD))):
         guess = q + slopes[-1] * (angle - angles[-1]) if slopes else q
-        q, error = follow(model, guess, stage.pivot_target(angle, azimuth_rad=azimuth_rad), iterations=3)
+        q, error = follow(model, guess, stage.pivot_target(angle, azimuth_rad=azimuth_rad), iterations=2)
         slope = solve_rate(pivot_jacobian(model, q)[1], twist)
         if reason := _obstacle(model, q, slope=slope, error=float(error)):
             limit = reason

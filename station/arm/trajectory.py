@@ -201,5 +201,6 @@ def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
     samples = [profile.at_time(min(i * PERIOD_NS * 1e-9, profile.duration)) for i in range(count)]
     angles = np.array([sample[0][0] for sample in samples])
     rates = np.array([sample[1][0] for sample in samples])
+    rates[-1] = 0.0  # ruckig ends with a rounding error
     position, slope = path.at(angles)
     return JointTrajectory(times_ns=times_ns, position_rad=position, velocity_rad_s=slope * rates[:, None])

@@ -51,7 +51,7 @@ def test_angle_and_azimuth_come_back_from_the_rotation(angle: float, azimuth: fl
     assert math.remainder(found_azimuth - azimuth, 2 * math.pi) == pytest.approx(0, abs=1e-9)
 
 
-@pytest.mark.parametrize(("direction", "down"), enumerate([(0, -1), (1, 0), (0, 1), (-1, 0)]))
+@pytest.mark.parametrize(("direction", "down"), list(enumerate([(0, -1), (1, 0), (0, 1), (-1, 0)])))
 def test_the_four_directions_slide_along_the_plate_s_axes(direction: int, down: tuple[int, int]) -> None:
     np.testing.assert_allclose(downhill_in_plate(azimuth_of_direction(direction))[:2], down, atol=1e-12)
 
