@@ -1,0 +1,96 @@
+"""A file that can still be closed properly when the disk is full."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import shutil
+from pathlib import Path
+
+from shared.errors import UserError
+
+RESERVE_BYTES = 4 * 1024 * 1024
+"""Room kept back: one chunk (1 MiB), its index and the summary of a long session fit into it."""
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+def reserve_path(path: Path) -> Path:
+    """Where the room kept back for `path` lies: a hidden file beside it, gone when the file is closed."""
+    return path.with_name(f".{path.name}.reserve")
+
+
+def free_bytes(folder: Path) -> int:
+    """What is left on the disk of a folder."""
+    return shutil.disk_usage(folder).free
+
+
+class ReservedFile:
+    """An unbuffered binary file for appending, with a reserve that is given up when the disk runs full.
+
+    `full` turns true at that moment; the write that met the full disk succeeds, and so does closing the recording.
+    What was written is with the operating system when `write` returns: a killed process loses none of it.
+    """
+
+    def __init__(self, path: Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
+        """Creates the file.
+
+        Raises:
+            UserError: if the folder cannot be written to or has no room for the reserve.
+        """
+        self.full = False
+        self._position = 0
+        self._reserve = reserve_path(path)
+        try:
+            self._file = path.open("wb", buffering=0)
+            self._keep_back(reserve_bytes)
+        except OSError as error:
+            self._drop_reserve()
+            raise UserError(
+                f"Expected a folder with at least {reserve_bytes / 1e6:.0f} MB of room to record into, but {path} "
+                f"cannot be written ({error.strerror}); choose another folder or free some space"
+            ) from error
+
+    def _keep_back(self, size: int) -> None:
+        with self._reserve.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+
+    def _drop_reserve(self) -> bool:
+        try:
+            self._reserve.unlink()
+        except OSError:
+            return False
+        return True
+
+    def write(self, data: bytes) -> int:
+        """Appends all of `data`; raises OSError only when even the reserve was not enough."""
+        rest = memoryview(data)
+        while rest:
+            try:
+                written = self._file.write(rest)
+            except OSError as error:
+                self.full = self.full or error.errno in _NO_ROOM
+                if error.errno not in _NO_ROOM or not self._drop_reserve():
+                    raise
+                continue
+            self._position += written
+            rest = rest[written:]
+        return len(data)
+
+    def tell(self) -> int:
+        """Bytes written so far."""
+        return self._position
+
+    def flush(self) -> None:
+        """Nothing waits here."""
+
+    def sync(self) -> None:
+        """Waits until the bytes are on the disk itself."""
+        with contextlib.suppress(OSError):  # some file systems cannot; the bytes are with the kernel in any case
+            os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        """Closes the file and gives the reserve back."""
+        self._file.close()
+        self._drop_reserve()

@@ -1,0 +1,63 @@
+"""Where a recording comes from: versions, rig file, plan, seed, calibration."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from typing import Literal
+
+_PACKAGES = ("repose", "eclipse-zenoh", "mcap", "mujoco", "numpy", "opencv-python-headless", "protobuf", "rerun-sdk")
+
+
+def versions() -> dict[str, str]:
+    """The versions of this program, of Python and of the libraries that shape a measurement."""
+    found = {"python": platform.python_version(), "platform": platform.platform()}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attachment:
+    """A file carried inside a recording."""
+
+    name: str
+    data: bytes
+    media_type: str = "text/plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """What a recording says about its own making.
+
+    `rig_toml` and `plan_toml` are the files word by word; `calibration` is the calibration file, if there is one.
+    `mode` says what produced the data. `extra` holds further lines, `attachments` further files (a licence, say).
+    """
+
+    rig_id: str
+    started_ns: int
+    mode: Literal["live", "lockstep", "import"] = "live"
+    seed: int | None = None
+    rig_toml: str = ""
+    plan_toml: str = ""
+    calibration: str = ""
+    versions: Mapping[str, str] = field(default_factory=versions)
+    extra: Mapping[str, str] = field(default_factory=dict[str, str])
+    attachments: tuple[Attachment, ...] = ()
+
+    def session(self) -> dict[str, str]:
+        """The metadata record `session`."""
+        seed = "" if self.seed is None else str(self.seed)
+        own = {"rig_id": self.rig_id, "started_ns": str(self.started_ns), "mode": self.mode, "seed": seed}
+        return {**own, **self.extra}
+
+    def files(self) -> tuple[Attachment, ...]:
+        """Everything that is attached."""
+        texts = {"rig.toml": self.rig_toml, "plan.toml": self.plan_toml, "calibration.toml": self.calibration}
+        own = (Attachment(name=name, data=text.encode()) for name, text in texts.items() if text)
+        return (*own, *self.attachments)
