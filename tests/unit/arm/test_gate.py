@@ -159,6 +159,7 @@ def test_heartbeats_count_by_their_own_stamp(stage: TiltStage) -> None:
 def test_an_arm_that_does_not_follow_is_halted_after_the_grace_time(stage: TiltStage) -> None:
     gate = armed_gate(stage)
     off = stage.home_rad + np.array([0, 0, 0.1, 0, 0, 0])
+    verdict = None
     actions = []
     for step in range(50):
         now = START_NS + step * TICK_NS
@@ -166,6 +167,7 @@ def test_an_arm_that_does_not_follow_is_halted_after_the_grace_time(stage: TiltS
         actions.append(verdict.action)
     assert actions[:30] == [Action.NONE] * 30
     assert actions[30:] == [Action.HALT] * 20
+    assert verdict is not None
     assert "joint_3 is 5.7 degrees from where it should be" in verdict.reason
 
 

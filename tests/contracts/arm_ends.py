@@ -1,0 +1,66 @@
+"""The other end of each arm driver: an arm that obeys, in simulated or in real time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.bus import Received
+from shared.clock import SimulatedClock
+from shared.memory_bus import MemoryBus
+from shared.messages import JointState, JointTarget
+from station.arm.drivers import Driver, DriverLink, load_driver
+from station.arm.tilt_path import TiltStage
+
+Array = NDArray[np.float64]
+TICK_NS = 10_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class End:
+    """A driver and its arm: `advance` lets one tick pass at both ends, `arm_rad` is where the arm really is."""
+
+    driver: Driver
+    link: DriverLink
+    now_ns: Callable[[], int]
+    advance: Callable[[], None]
+    arm_rad: Callable[[], Array]
+
+    def until(self, reached: Callable[[], bool], *, ticks: int = 1000) -> None:
+        """Let time pass until something is so; fails after `ticks`."""
+        for _ in range(ticks):
+            if reached():
+                return
+            self.advance()
+        raise AssertionError(f"not reached within {ticks} ticks")
+
+
+@contextmanager
+def simulated(stage: TiltStage) -> Iterator[End]:
+    """The twin: an arm that takes every set-point of the bus."""
+    clock = SimulatedClock()
+    bus = MemoryBus(clock)
+    link = DriverLink(bus=bus, model=stage.model)
+    driver = load_driver("simulated", link=link)
+    arm = [stage.home_rad.copy()]
+
+    def follow(received: Received) -> None:
+        assert isinstance(received.message, JointTarget)
+        arm[0] = np.array(received.message.position_rad)
+
+    def advance() -> None:
+        clock.advance_to(clock.now_ns() + TICK_NS)
+        state = JointState(clock.now_ns(), stage.model.joint_names, tuple(arm[0].tolist()), (0.0,) * 6, ())
+        bus.publish("twin/joints", state)
+        driver.tick(clock.now_ns())
+
+    bus.subscribe("twin/target", follow)
+    yield End(driver=driver, link=link, now_ns=clock.now_ns, advance=advance, arm_rad=lambda: arm[0])
+    driver.close()
+
+
+ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {"simulated": simulated}
