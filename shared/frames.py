@@ -7,8 +7,9 @@
 optical frame: origin in the pinhole, x right and y down in the image, z forward. `block` has its origin in the middle
 of the block's box, its axes parallel to the plate's when the block's yaw is zero.
 
-Viewers put `/camera/image`, `/camera/calibration` and `/camera/overlay` over each other because all three carry the
-frame id `camera`, and put them into the scene because `/tf` has world > platform > camera. Pixels outside of this
+Viewers put `/camera/image`, `/camera/calibration` and `/camera/image/overlay` over each other because all three carry
+the frame id `camera`, and put them into the scene because `/tf` has world > platform > camera. The overlay's topic lies
+below the image's, because Rerun shows in an image's view only what lies below it. Pixels outside of this
 module follow OpenCV (the centre of the top-left pixel is (0, 0)); viewers put (0, 0) at that pixel's outer corner, so
 `overlay` adds the half pixel.
 """
@@ -34,6 +35,7 @@ PIXEL_CENTRE = 0.5
 """What a viewer's pixel coordinates have over OpenCV's."""
 
 OVERLAY_RGBA = (255, 60, 200, 255)
+_DOTS_A_SIDE = 15
 _FLOAT32, _UINT8 = 7, 1
 _POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgba", "u1", 4)])
 _POINT_FIELDS = (
@@ -122,7 +124,7 @@ def camera_transform(
 def block_transform(
     *, x_m: float, y_m: float, yaw_rad: float, height_m: float, stamp_ns: int
 ) -> foxglove.FrameTransform:
-    """The transform platform > block for a block of `height_m` that stands on the plate (`shared.geometry.block_pose_of`)."""
+    """The transform platform > block for a block of `height_m` that stands on the plate."""
     return transform(
         parent=PLATFORM,
         child=BLOCK,
@@ -186,12 +188,14 @@ def overlay(
     stamp_ns: int,
     rgba: tuple[int, int, int, int] = OVERLAY_RGBA,
 ) -> foxglove.PointCloud:
-    """The message of topic `camera/overlay`: pixels (n, 2) as points in the camera's frame, on the plane at `depth_m`.
+    """The message of topic `camera/image/overlay`: marks of four pixels each (4n, 2) on the plane at `depth_m`.
 
-    They are put there with K alone, because viewers show the image as it was taken, with its distortion. No corners
-    give an empty cloud, which wipes the last one away.
+    The first 4n points are the corners; dots along the sides follow, because viewers draw points so small that four
+    of them would be overlooked. They are put there with K alone, because viewers show the image as it was taken, with
+    its distortion. No corners give an empty cloud, which wipes the last one away.
     """
-    pixels = np.reshape(np.asarray(corners_px, dtype=float), (-1, 2)) + PIXEL_CENTRE
+    marks = np.reshape(np.asarray(corners_px, dtype=float), (-1, 4, 2))
+    pixels = np.concatenate([marks.reshape(-1, 2), _dots_along(marks)]) + PIXEL_CENTRE
     k = np.reshape(np.asarray(K, dtype=float), (3, 3))
     points = np.zeros(len(pixels), dtype=_POINT)
     points["x"] = (pixels[:, 0] - k[0, 2]) / k[0, 0] * depth_m
@@ -205,3 +209,9 @@ def overlay(
         fields=_POINT_FIELDS,
         data=points.tobytes(),
     )
+
+
+def _dots_along(marks: Array) -> Array:
+    """Points (m, 2) along the sides of quadrilaterals (n, 4, 2)."""
+    share = np.arange(1, _DOTS_A_SIDE + 1)[:, None, None, None] / (_DOTS_A_SIDE + 1)
+    return (marks + share * (np.roll(marks, -1, axis=1) - marks)).reshape(-1, 2)

@@ -70,7 +70,9 @@ _TOPICS = (
     Topic("camera/calibration", foxglove.CameraCalibration, STATUS, "camera", 1, "intrinsics and distortion"),
     Topic("camera/geometry", m.CameraGeometry, STATUS, "camera", 1, "what turns pixels into places on the plate"),
     Topic("camera/status", m.AgentStatus, STATUS, "camera", 1, "how the camera agent is doing"),
-    Topic("camera/overlay", foxglove.PointCloud, IMAGE, "camera", 12, "the corners, drawn over the image by viewers"),
+    Topic(
+        "camera/image/overlay", foxglove.PointCloud, IMAGE, "camera", 12, "the corners, drawn over the image by viewers"
+    ),
     Topic("block/pose", m.BlockPose, CORNERS, "any", 90, "the block by another tracker"),
     Topic("arm/joints", m.JointState, STATE, "arm", 100, "the arm's joints as measured"),
     Topic("arm/platform", m.PlatformState, STATE, "arm", 100, "the plate's attitude by forward kinematics"),
