@@ -1,19 +1,23 @@
 """Finds quadrilaterals in a whole frame that may be the mark: dark regions with four straight sides."""
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
 
+AS_COMPLEX = np.array([1.0, 1.0j])
 MOST_CANDIDATES = 6
 SURROUND = 2.0  # side of the neighbourhood that a pixel is compared with, in largest marks
 DARKER = 0.72  # a dark pixel is below this share of its neighbourhood's mean
 
 
-def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> list[Floats]:
-    """Rough corners (4, 2), clockwise as seen, of dark quadrilaterals of about the size wanted; the best first."""
+def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> list[Points]:
+    """Rough corners (4,), clockwise as seen, of dark quadrilaterals of about the size wanted; the best first."""
     longest = side_px[1] * max(1.0, aspect)
     halve = side_px[0] * min(1.0, aspect) > 36
     small = _half(frame) if halve else frame
@@ -22,7 +26,8 @@ def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> 
     for dark in _dark_regions(small, longest / scale):
         quads = _quads(dark, area)
         if quads:
-            return [quad * scale + 0.5 * (scale - 1.0) for quad in quads[:MOST_CANDIDATES]]
+            shift = 0.5 * (scale - 1.0) * (1.0 + 1.0j)
+            return [quad @ AS_COMPLEX * scale + shift for quad in quads[:MOST_CANDIDATES]]
     return []
 
 
@@ -32,7 +37,7 @@ def _half(frame: Frame) -> Frame:
     return np.asarray(small, dtype=np.uint8)
 
 
-def _dark_regions(image: Frame, longest: float):
+def _dark_regions(image: Frame, longest: float) -> Iterator[Frame]:
     """Binary images, one method after another: darker than the surroundings, then darker than Otsu's threshold."""
     side = int(SURROUND * longest) | 1
     mean = cv2.blur(image, (side, side))

@@ -1,84 +1,107 @@
-"""Where the mark's edges are: profiles across the predicted edges, a blurred step fitted to each.
+"""Where the mark's edges are: profiles across the expected edges, a blurred step fitted to each.
 
 Along a profile the light is `dark + contrast × Φ((s − e) / σ)`: Φ is the normal distribution, s the distance outwards,
 e the edge's place, σ the blur. Linearised about e = 0 this is one matrix product for all profiles; sampling again
 about the corrected edge takes the rest of the non-linearity away.
+
+The fit is by generalised least squares: the pixels' noise, and for a bare tape the texture of the plate beside it,
+seen through the blur. Texture disturbs the bright side only, so the dark foot of the edge counts more.
 """
 
+from functools import lru_cache
 from math import erf
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking.lines import Frames
-from pi_agent.tracking.pixels import PixelReader
+from pi_agent.tracking.lines import Edges, places
+from pi_agent.tracking.pixels import Light, PixelReader
 
 Floats = NDArray[np.float64]
+Matrix = NDArray[np.float32]
 
-STEPS = np.arange(-3.5, 3.51, 0.5)  # places along a fine profile, in blur deviations
+STEPS = np.arange(-3.0, 3.01, 0.5)  # places along a fine profile, in blur deviations
 SATURATED = 252.0  # light at which a pixel says no more than "at least this"
+NOISE = 0.025  # of the pixels, in contrasts
+TEXTURE = 0.15  # relative deviation of a plate's reflectance
+TEXTURE_LENGTH = 2.0  # its correlation length, in blur deviations
+
+
+class StepModel(NamedTuple):
+    """Matrices for `light @ matrix`: `solve` (m, 4) dark, contrast, contrast × e, contrast × dσ; `misfit` (m, m)."""
+
+    solve: Matrix
+    misfit: Matrix
 
 
 class Profiles(NamedTuple):
-    """What the profiles (4, n) say: the edge's offset (px), contrast, relative blur error, misfit, and validity."""
+    """What the profiles (4, n) say: the edge's offset (px), contrast, contrast × relative blur error, misfit (RMS), and
+    whether a pixel was saturated (None: none was).
+    """
 
     offset: Floats
-    contrast: Floats
-    blur_error: Floats
-    misfit: Floats
-    saturated: NDArray[np.bool_]
+    contrast: Matrix
+    blur_change: Matrix
+    misfit: Matrix
+    saturated: NDArray[np.bool_] | None
 
 
-def _step_model(u: Floats) -> Floats:
+@lru_cache(maxsize=2)
+def step_model(*, textured: bool) -> StepModel:
+    """The estimator for a mark beside a textured plate, or beside its own white margin."""
+    model = _derivatives(STEPS)
+    weight = np.linalg.inv(_covariance(STEPS, texture=TEXTURE if textured else 0.0))
+    solve = np.linalg.solve(model.T @ weight @ model, model.T @ weight).T
+    plain = np.linalg.pinv(model).T
+    misfit = (np.eye(len(STEPS)) - plain @ model.T) / np.sqrt(len(STEPS) - 4)
+    return StepModel(solve.astype(np.float32), misfit.astype(np.float32))
+
+
+def _derivatives(u: Floats) -> Floats:
     """Derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
     density = np.exp(-0.5 * u * u) / np.sqrt(2 * np.pi)
     step = np.array([0.5 * (1.0 + erf(x / np.sqrt(2.0))) for x in u])
     return np.stack([np.ones_like(u), step, -density, -u * density], axis=1)
 
 
-_MODEL = _step_model(STEPS)
-_SOLVE = np.linalg.pinv(_MODEL).T  # samples @ _SOLVE = dark, contrast, contrast × e, contrast × dσ
-_MISFIT = np.eye(len(STEPS)) - _SOLVE @ _MODEL.T
+def _covariance(u: Floats, *, texture: float) -> Floats:
+    """Covariance (m, m) of a profile's samples: pixel noise shared by interpolation, and texture beyond the edge."""
+    noise = NOISE**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
+    outside = np.arange(0.05, 8.0, 0.1)
+    spread = 0.1 * np.exp(-0.5 * (u[:, None] - outside) ** 2) / np.sqrt(2 * np.pi)
+    correlation = np.exp(-np.abs(outside[:, None] - outside) / TEXTURE_LENGTH)
+    return noise + texture**2 * (spread @ correlation @ spread.T)
 
 
-def places(frames: Frames, *, count: int, clear_px: float) -> Floats:
-    """Distances (4, count) of the profiles from the middles of the edges, clear of both corners."""
-    free = np.maximum(frames.length - 2.0 * clear_px, 0.3 * frames.length)
-    return free[:, None] * ((np.arange(count) + 0.5) / count - 0.5)
+def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, model: StepModel) -> Profiles:
+    """Fits the blurred step to `count` profiles on every edge; `blur_px`: (4,) one for each edge."""
+    base = edges.middle[:, None] + np.multiply.outer(edges.tangent * edges.free, places(count))
+    across = np.multiply.outer((-1j * edges.tangent) * blur_px, STEPS)
+    points = base.astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
+    light = reader.bilinear(points)
+    flat = light.reshape(-1, len(STEPS))
+    answer = (flat @ model.solve).reshape(4, count, 4)
+    contrast = np.maximum(answer[:, :, 1], 0.5)
+    left_over = flat @ model.misfit
+    misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
+    offset = (answer[:, :, 2] / contrast) * blur_px[:, None]
+    return Profiles(offset, contrast, answer[:, :, 3], misfit, _saturated(light))
 
 
-def _points(frames: Frames, along: Floats, across: Floats) -> tuple[Floats, Floats]:
-    """Image coordinates (4, n, m) of the samples; `across`: (4 or 1, m) outward distances."""
-    base = frames.start[:, None, :] + (0.5 * frames.length[:, None] + along)[:, :, None] * frames.tangent[:, None, :]
-    shift = across[:, :, None] * frames.normal[:, None, :]
-    return (
-        base[:, :, 0][:, :, None] + shift[:, :, 0][:, None, :],
-        base[:, :, 1][:, :, None] + shift[:, :, 1][:, None, :],
-    )
+def _saturated(light: Light) -> NDArray[np.bool_] | None:
+    return light.max(axis=2) > SATURATED if light.max() > SATURATED else None
 
 
-def measure(reader: PixelReader, frames: Frames, along: Floats, *, blur_px: Floats) -> Profiles:
-    """Fits the blurred step to the profile at every place (4, n); `blur_px`: (4,) one for each edge."""
-    x, y = _points(frames, along, blur_px[:, None] * STEPS[None, :])
-    light = reader.bilinear(x, y)
-    answer = light @ _SOLVE
-    contrast = answer[:, :, 1]
-    safe = np.where(np.abs(contrast) > 1e-3, contrast, 1e-3)
-    left_over = light @ _MISFIT
-    misfit = np.sqrt(np.einsum("eni,eni->en", left_over, left_over) / (len(STEPS) - 4))
-    offset = answer[:, :, 2] / safe * blur_px[:, None]
-    return Profiles(offset, contrast, answer[:, :, 3] / safe, misfit, light.max(axis=2) > SATURATED)
-
-
-def search(reader: PixelReader, frames: Frames, along: Floats, *, reach_px: int) -> tuple[Floats, Floats]:
-    """The strongest dark-to-bright step across each place within ± `reach_px`: its offset and strength (4, n)."""
-    across = np.arange(-reach_px - 2, reach_px + 3, dtype=np.float64)
-    x, y = _points(frames, along, across[None, :])
-    light = reader.nearest(x, y)
+def search(reader: PixelReader, edges: Edges, *, count: int, reach_px: int) -> tuple[Floats, Floats]:
+    """The strongest dark-to-bright step across each place within ± `reach_px`: its offset and strength (4, count)."""
+    steps = np.arange(-reach_px - 2, reach_px + 3, dtype=np.float64)
+    base = edges.middle[:, None] + np.multiply.outer(edges.tangent * edges.free, places(count))
+    across = np.multiply.outer(-1j * edges.tangent, steps)
+    light = reader.nearest((base[:, :, None] + across[:, None, :]).astype(np.complex64))
     rise = light[:, :, 3:-1] + light[:, :, 4:] - light[:, :, :-4] - light[:, :, 1:-3]
-    middle = across[2:-2]
+    middle = steps[2:-2]
     rise = rise * (1.0 - 0.3 * (middle / reach_px) ** 2)
     best = np.argmax(rise, axis=2)
     strength = np.take_along_axis(rise, best[:, :, None], axis=2)[:, :, 0]
-    return middle[best], 0.5 * strength
+    return middle[best], 0.5 * strength.astype(np.float64)

@@ -11,29 +11,29 @@ from pi_agent.tracking.mark import DOT_PLACE, NOTCH_PLACE, NOTCH_SIZE, TAG_BORDE
 from pi_agent.tracking.pixels import PixelReader
 
 Floats = NDArray[np.float64]
+Points = NDArray[np.complex128]
 
 CLEAR = 0.35  # the white must stand out by this share of the light between dark and the brightest reading
 
 
-def nearest_turn(corners: Floats, expected: Floats, *, step: int = 1) -> int:
+def nearest_turn(corners: Points, expected: Points, *, step: int = 1) -> int:
     """The turn that brings the corners closest to the expected ones; `step` 2 for a rectangle."""
     turns = range(0, 4, step)
-    distances = [float(np.sum((np.roll(corners, -turn, axis=0) - expected) ** 2)) for turn in turns]
-    return int(np.argmin(distances)) * step
+    return min(turns, key=lambda turn: float(np.sum(np.abs(np.roll(corners, -turn) - expected) ** 2)))
 
 
-def first_turn(corners: Floats, *, aspect: float) -> int:
+def first_turn(corners: Points, *, aspect: float) -> int:
     """The turn for a first sight: corner 0 nearest to the image's top left; the first side of a rectangle is its own.
 
     For a rectangle the first side (its short one when aspect > 1) runs towards +x, as the paper's local axis.
     """
-    turns = range(4)
+    place = corners.tolist()
     if aspect != 1.0:
-        sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-        odd_first = (sides[1] + sides[3] < sides[0] + sides[2]) == (aspect > 1.0)
-        turns = range(1, 4, 2) if odd_first else range(0, 4, 2)
-        return max(turns, key=lambda turn: corners[(turn + 1) % 4, 0] - corners[turn, 0])
-    return min(turns, key=lambda turn: corners[turn, 0] + corners[turn, 1])
+        even = abs(place[1] - place[0]) + abs(place[3] - place[2])
+        odd = abs(place[2] - place[1]) + abs(place[0] - place[3])
+        turns = (0, 2) if (even < odd) == (aspect > 1.0) else (1, 3)
+        return max(turns, key=lambda turn: place[(turn + 1) % 4].real - place[turn].real)
+    return min(range(4), key=lambda turn: place[turn].real + place[turn].imag)
 
 
 class FeatureReader:
@@ -44,11 +44,11 @@ class FeatureReader:
         self._points = _feature_points(mark)
         self._bits = tag_bits(mark.tag_dictionary, mark.tag_id) if mark.feature == "tag" else None
 
-    def turn(self, reader: PixelReader, corners: Floats) -> int | None:
+    def turn(self, reader: PixelReader, corners: Points) -> int | None:
         """The turn k, or None when the mark says nothing or cannot be read (covered, glare)."""
         if self.mark.feature == "none":
             return None
-        light = reader.bilinear(*_place(corners, self._points))
+        light = reader.bilinear(_place(corners, self._points))
         if self._bits is not None:
             return _tag_turn(light, self._bits)
         level = light.reshape(4, -1).mean(axis=1)
@@ -76,16 +76,15 @@ def _feature_points(mark: Mark) -> Floats:
     return np.concatenate(turns)
 
 
-def _place(corners: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """Image coordinates of places inside the quadrilateral (bilinear: a mark is near enough to flat-on)."""
-    u, v = points[:, :1], points[:, 1:]
+def _place(corners: Points, points: Floats) -> NDArray[np.complex64]:
+    """Image points of places inside the quadrilateral (bilinear: a mark is near enough to flat-on)."""
+    u, v = points[:, 0], points[:, 1]
     top = corners[0] + u * (corners[1] - corners[0])
     bottom = corners[3] + u * (corners[2] - corners[3])
-    placed = top + v * (bottom - top)
-    return placed[:, 0], placed[:, 1]
+    return (top + v * (bottom - top)).astype(np.complex64)
 
 
-def _tag_turn(light: Floats, bits: NDArray[np.uint8]) -> int | None:
+def _tag_turn(light: NDArray[np.float32], bits: NDArray[np.uint8]) -> int | None:
     size = len(bits)
     low, high = float(light.min()), float(light.max())
     if high - low < max(CLEAR * high, 4.0):
@@ -96,8 +95,8 @@ def _tag_turn(light: Floats, bits: NDArray[np.uint8]) -> int | None:
     return best if wrong[best] <= max(size * size // 12, 1) else None
 
 
-def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> tuple[Floats, int] | None:
-    """The tag by OpenCV's detector in the whole frame: corners (4, 2) and turn 0; None when it is not seen.
+def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
+    """The tag by OpenCV's detector in the whole frame: corners (4,) from the tag's own first one on; None when it is not seen.
 
     The way out when no outline was found; slow, and the corners are to be refined.
     """
@@ -107,7 +106,7 @@ def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> tuple[Floats, int] | Non
         return None
     for quad, number in zip(found, np.ravel(ids), strict=True):
         if int(number) == mark.tag_id:
-            return np.asarray(quad, dtype=np.float64).reshape(4, 2), 0
+            return np.asarray(quad, dtype=np.float64).reshape(4, 2) @ np.array([1.0, 1.0j])
     return None
 
 

@@ -1,6 +1,7 @@
 """Whether what was fitted can be the mark, lying flat: the last word before corners are believed."""
 
 from dataclasses import dataclass
+from math import acos, degrees, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.refine import Fit
 
-Floats = NDArray[np.float64]
+Points = NDArray[np.complex128]
+Shape = tuple[float, float, float]
 
 LEAST_AGREEMENT = 0.45  # of every edge's profiles
 LEAST_MEAN_AGREEMENT = 0.62
@@ -25,63 +27,70 @@ class Verdict:
     tip_rad: float = 0.0
 
 
-def judge(fit: Fit, *, config: TrackerConfig, shape: Floats | None, shear: float) -> Verdict:
+def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float) -> Verdict:
     """The verdict on a fit.
 
-    `shape`: (2, 2) Gram matrix's square root of the sides of the mark when it lay flat, None at first sight; `shear`:
-    the horizontal shift per row that the rolling shutter causes at the present speed.
+    `shape`: the mark when it lay flat (see `flat_shape`), None at first sight; `shear`: the shift in x per row that the
+    rolling shutter causes at the present speed.
     """
-    reason = _pixels_reason(fit) or _size_reason(fit, config)
+    sides = side_vectors(fit.corners, aspect=config.mark.aspect, shear=shear)
+    reason = _pixels_reason(fit) or _size_reason(sides, config)
     if reason:
         return Verdict(reason)
-    stretch = foreshortening(fit.corners, aspect=config.mark.aspect, shear=shear, shape=shape)
-    limit = SHAPE_FIRST if shape is None else TIPPED
-    if stretch < 1.0 - limit:
-        tip = float(np.arccos(min(stretch, 1.0)))
-        kind = "not the mark's shape" if shape is None else "tipping"
-        return Verdict(
-            f"{kind}: foreshortened by {100 * (1 - stretch):.1f} %, a lean of {np.degrees(tip):.0f} deg", tip
-        )
+    ideal = foreshortening(sides, None)
+    if ideal < 1.0 - SHAPE_FIRST and shape is None:
+        return Verdict(f"not the mark's shape: {_lean(ideal)}")
+    # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
+    stretch = ideal if shape is None else max(ideal, foreshortening(sides, shape))
+    if shape is not None and stretch < 1.0 - TIPPED:
+        return Verdict(f"tipping: {_lean(stretch)}", acos(stretch))
     return Verdict()
+
+
+def _lean(stretch: float) -> str:
+    return f"foreshortened by {100 * (1 - stretch):.1f} %, a lean of {degrees(acos(stretch)):.0f} deg"
 
 
 def _pixels_reason(fit: Fit) -> str:
     if fit.saturated > 0.3:
         return "saturated: the light around the mark is beyond the sensor's range"
-    if fit.agreement.min() < LEAST_AGREEMENT or fit.agreement.mean() < LEAST_MEAN_AGREEMENT:
+    share = fit.agreement.tolist()
+    if min(share) < LEAST_AGREEMENT or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
     if not fit.sigma_px < LARGEST_SIGMA_PX:
         return f"edges too uncertain: sigma {fit.sigma_px:.2f} px"
     return ""
 
 
-def _size_reason(fit: Fit, config: TrackerConfig) -> str:
-    sides = np.linalg.norm(np.roll(fit.corners, -1, axis=0) - fit.corners, axis=1)
-    area = float(sides[0] + sides[2]) * float(sides[1] + sides[3]) / 4
-    side = float(np.sqrt(area / config.mark.aspect))
+def _size_reason(sides: tuple[complex, complex], config: TrackerConfig) -> str:
+    side = sqrt(abs((sides[0].conjugate() * sides[1]).imag))
     low, high = config.side_px
-    return (
-        ""
-        if 0.9 * low <= side <= 1.1 * high
-        else f"wrong size: {side:.0f} px where {low:.0f} to {high:.0f} are expected"
-    )
+    wanted = f"{low:.0f} to {high:.0f}"
+    return "" if 0.9 * low <= side <= 1.1 * high else f"wrong size: {side:.0f} px where {wanted} are expected"
 
 
-def sides_matrix(corners: Floats, *, aspect: float, shear: float) -> Floats:
-    """The affine map (2, 2) from the unit mark to the image, with the rolling shutter's shear taken out."""
-    right = 0.5 * (corners[1] + corners[2] - corners[0] - corners[3])
-    down = 0.5 * (corners[3] + corners[2] - corners[0] - corners[1]) / aspect
-    matrix = np.stack([right, down], axis=1)
-    matrix[0] -= shear * matrix[1]
-    return matrix
+def side_vectors(corners: Points, *, aspect: float, shear: float) -> tuple[complex, complex]:
+    """Mean first and second side as vectors (the second divided by the aspect), the rolling shutter's shear undone."""
+    a, b, c, d = corners.tolist()
+    right, down = 0.5 * (b + c - a - d), 0.5 * (d + c - a - b) / aspect
+    return right - shear * right.imag, down - shear * down.imag
 
 
-def foreshortening(corners: Floats, *, aspect: float, shear: float, shape: Floats | None) -> float:
-    """Ratio of the smaller to the larger stretch (1 = flat) of the quadrilateral against its flat shape."""
-    matrix = sides_matrix(corners, aspect=aspect, shear=shear)
-    if shape is not None:
-        matrix = matrix @ np.linalg.inv(shape)
-    (a, b), (c, d) = matrix
-    total, area = a * a + b * b + c * c + d * d, abs(a * d - b * c)
-    root = np.sqrt(max(total * total - 4 * area * area, 0.0))
-    return float(np.sqrt((total - root) / (total + root)))
+def flat_shape(sides: tuple[complex, complex]) -> Shape:
+    """What yaw does not change: squared length of the first side, of the second, and their product."""
+    right, down = sides
+    return abs(right) ** 2, abs(down) ** 2, (right.conjugate() * down).real
+
+
+def foreshortening(sides: tuple[complex, complex], shape: Shape | None) -> float:
+    """Ratio (0…1, 1 = flat) of the smaller to the larger stretch of the mark against its flat shape.
+
+    The stretches' squares are the eigenvalues of (flat Gram matrix)⁻¹ (Gram matrix seen).
+    """
+    p, q, r = flat_shape(sides)
+    p0, q0, r0 = shape or (1.0, 1.0, 0.0)
+    flat_area = p0 * q0 - r0 * r0
+    half = 0.5 * (q0 * p + p0 * q - 2.0 * r0 * r) / flat_area
+    area = max(p * q - r * r, 0.0) / flat_area
+    root = sqrt(max(half * half - area, 0.0))
+    return sqrt(max(half - root, 0.0) / (half + root))

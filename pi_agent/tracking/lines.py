@@ -1,5 +1,10 @@
-"""Straight lines through edge points, four at a time, and the corners where they meet."""
+"""Straight lines through edge points, four edges at a time, and the corners where they meet.
 
+Points of the image are complex numbers x + i y; edge k of a quadrilateral that is clockwise as seen runs from corner k
+to corner k + 1, and its outward normal is −i times its tangent.
+"""
+
+from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
 
@@ -7,139 +12,153 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Points = NDArray[np.complex128]
 
 TUKEY = 4.0  # residuals beyond so many deviations count nothing
 MAD_TO_SIGMA = 1.4826
+NEXT = np.array([1, 2, 3, 0])
+BEFORE = np.array([3, 0, 1, 2])
 
 
-class Frames(NamedTuple):
-    """The predicted edges: start, unit tangent and outward normal (4, 2), length (4,)."""
+class Edges(NamedTuple):
+    """The expected edges: start and unit tangent (4,), length (4,), and the part of it that is read (4,)."""
 
-    start: Floats
-    tangent: Floats
-    normal: Floats
+    start: Points
+    tangent: Points
     length: Floats
+    free: Floats
+
+    @property
+    def middle(self) -> Points:
+        """The middles of the edges (4,)."""
+        return self.start + (0.5 * self.length) * self.tangent
 
 
 class LineFit(NamedTuple):
-    """Offsets from the predicted edges: at their middle (4,) and slope (4,); weights and residuals (4, n)."""
+    """Outward offset of each line at its edge's middle and its rise along the free part (4,); weights, residuals (4, n)
+    and the moments of the weights (4, 3).
+    """
 
     offset: Floats
-    slope: Floats
+    rise: Floats
     weight: Floats
     residual: Floats
+    moments: Floats
 
 
-def edge_frames(corners: Floats) -> Frames:
-    """The edges of a quadrilateral (4, 2) given clockwise as seen: edge k runs from corner k to corner k + 1."""
-    step = corners[[1, 2, 3, 0]] - corners
-    length = np.sqrt(step[:, 0] ** 2 + step[:, 1] ** 2)
-    tangent = step / length[:, None]
-    normal = np.empty_like(tangent)
-    normal[:, 0], normal[:, 1] = tangent[:, 1], -tangent[:, 0]
-    return Frames(corners, tangent, normal, length)
+def expected_edges(corners: Points, *, clear_px: float) -> Edges:
+    """The edges between corners (4,), read `clear_px` clear of both ends (but at least a third of each is read)."""
+    step = corners[NEXT] - corners
+    length = np.abs(step)
+    return Edges(corners, step / length, length, np.maximum(length - 2.0 * clear_px, 0.33 * length))
 
 
-def vote(offset: Floats, along: Floats, weight: Floats, *, tolerance: float) -> tuple[Floats, Floats]:
-    """The line of each edge that most points agree with: offset and slope (4,).
+@lru_cache(maxsize=8)
+def places(count: int) -> Floats:
+    """Where the points of an edge lie along its free part (count,): −0.5 … 0.5."""
+    return (np.arange(count) + 0.5) / count - 0.5
 
-    Tries the line through every pair of points (4, n) that are not close together; right with up to half of the
-    points astray.
+
+@lru_cache(maxsize=8)
+def _basis(count: int) -> Floats:
+    """Powers 0, 1, 2 of the places (count, 3)."""
+    return places(count)[:, None] ** np.arange(3)
+
+
+@lru_cache(maxsize=8)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    pairs = [(a, b) for a, b in combinations(range(count), 2) if b - a >= count // 3]
+    first, second = np.array(pairs, dtype=np.intp).T
+    return first, second
+
+
+def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floats) -> tuple[Floats, Floats]:
+    """The line of each edge that most points (4, n) agree with: offset and rise (4,).
+
+    Tries the line through every pair of points that are not close together; right with up to half the points astray.
     """
-    first, second = _pairs(offset.shape[1])
-    gap = along[:, second] - along[:, first]
-    slope = (offset[:, second] - offset[:, first]) / gap
-    middle = offset[:, first] - slope * along[:, first]
-    distance = np.abs(offset[:, None, :] - middle[:, :, None] - slope[:, :, None] * along[:, None, :])
-    score = np.einsum("epn,en->ep", np.maximum(1.0 - distance / tolerance, 0.0), weight)
-    score[np.abs(slope) > 0.3] = -1.0
+    place = places(offset.shape[1])
+    first, second = _pairs(len(place))
+    rise = (offset[:, second] - offset[:, first]) / (place[second] - place[first])
+    middle = offset[:, first] - rise * place[first]
+    distance = np.abs(offset[:, None, :] - middle[:, :, None] - rise[:, :, None] * place)
+    score = np.matmul(np.maximum(1.0 - distance / tolerance, 0.0), weight[:, :, None])[:, :, 0]
+    score[np.abs(rise) > largest_rise[:, None]] = -1.0
     best = np.argmax(score, axis=1)
     edge = np.arange(4)
-    return middle[edge, best], slope[edge, best]
-
-
-_PAIRS: dict[int, tuple[NDArray[np.intp], NDArray[np.intp]]] = {}
-
-
-def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    if count not in _PAIRS:
-        pairs = [(a, b) for a, b in combinations(range(count), 2) if b - a >= count // 3]
-        first, second = np.array(pairs, dtype=np.intp).T
-        _PAIRS[count] = (first, second)
-    return _PAIRS[count]
+    return middle[edge, best], rise[edge, best]
 
 
 def fit_lines(
-    offset: Floats, along: Floats, weight: Floats, *, start: tuple[Floats, Floats], floor_px: float, rounds: int = 3
+    offset: Floats, weight: Floats, *, start: tuple[Floats, Floats] | None, floor_px: float, rounds: int
 ) -> LineFit:
-    """Robust straight lines (Tukey's biweight) through the points (4, n) of each edge, from a line to start with.
+    """Robust straight lines (Tukey's biweight) through the points (4, n), from a line to start with or least squares.
 
     `weight` 0 leaves a point out; `floor_px` is the smallest deviation believed.
     """
-    middle, slope = start
-    current = weight
-    residual = offset
+    count = offset.shape[1]
+    basis = _basis(count)
+    middle, rise = start or _weighted_line(offset, weight, basis)[:2]
+    current, moments = weight, np.zeros((4, 3))
     for _ in range(rounds):
-        residual = offset - middle[:, None] - slope[:, None] * along
+        residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
         scale = np.maximum(_deviation(residual, weight), floor_px)
-        ratio = residual / (TUKEY * scale[:, None])
-        current = weight * np.maximum(1.0 - ratio * ratio, 0.0) ** 2
-        middle, slope = _weighted_line(offset, along, current)
-    residual = offset - middle[:, None] - slope[:, None] * along
-    return LineFit(middle, slope, current, residual)
+        ratio = residual * (1.0 / (TUKEY * scale))[:, None]
+        ratio *= ratio
+        current = np.maximum(1.0 - ratio, 0.0)
+        current *= current
+        current *= weight
+        middle, rise, moments = _weighted_line(offset, current, basis)
+    residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
+    return LineFit(middle, rise, current, residual, moments)
 
 
 def _deviation(residual: Floats, weight: Floats) -> Floats:
     """Robust deviation (4,) of the points that count: 1.48 × their median distance from the line."""
-    distance = np.where(weight > 0, np.abs(residual), np.inf)
+    distance = np.where(weight > 0, np.abs(residual), 1e6)
     distance.sort(axis=1)
-    middle = np.maximum((np.count_nonzero(weight > 0, axis=1) - 1) // 2, 0)
-    median = distance[np.arange(4), middle]
-    return np.where(np.isfinite(median), MAD_TO_SIGMA * median, 0.0)
+    counted = np.add.reduce(weight > 0, axis=1)
+    return MAD_TO_SIGMA * distance[np.arange(4), np.maximum(counted - 1, 0) // 2]
 
 
-def _weighted_line(offset: Floats, along: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    total = weight.sum(axis=1) + 1e-9
-    weighted = weight * along
-    mean_along = weighted.sum(axis=1) / total
-    mean_offset = (weight * offset).sum(axis=1) / total
-    spread = (weighted * along).sum(axis=1) - total * mean_along**2
-    cross = (weighted * offset).sum(axis=1) - total * mean_along * mean_offset
-    slope = cross / (spread + 1e-9)
-    return mean_offset - slope * mean_along, slope
+def _weighted_line(offset: Floats, weight: Floats, basis: Floats) -> tuple[Floats, Floats, Floats]:
+    moments = weight @ basis
+    sums = (weight * offset) @ basis[:, :2]
+    s0, s1, s2 = moments[:, 0] + 1e-9, moments[:, 1], moments[:, 2]
+    rise = (sums[:, 1] * s0 - sums[:, 0] * s1) / (s0 * s2 - s1 * s1 + 1e-9)
+    return (sums[:, 0] - rise * s1) / s0, rise, moments
 
 
-def intersect(frames: Frames, middle: Floats, slope: Floats) -> Floats:
-    """Corners (4, 2) where the shifted edges k − 1 and k meet; middles are offsets at half the edge's length."""
-    point = frames.start + 0.5 * frames.length[:, None] * frames.tangent + middle[:, None] * frames.normal
-    along = frames.tangent + slope[:, None] * frames.normal
-    before_point, before_along = point[[3, 0, 1, 2]], along[[3, 0, 1, 2]]
-    gap = point - before_point
-    cross = before_along[:, 0] * along[:, 1] - before_along[:, 1] * along[:, 0]
-    reach = (gap[:, 0] * along[:, 1] - gap[:, 1] * along[:, 0]) / cross
-    return before_point + reach[:, None] * before_along
+def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
+    """Corners (4,) where the moved edges k − 1 and k meet."""
+    tangent = edges.tangent
+    along = tangent * (1.0 - 1j * (rise / edges.free))
+    point = edges.start + tangent * (0.5 * edges.length - 1j * offset)
+    before = along[BEFORE].conj()
+    gap = point - point[BEFORE]
+    return point - along * ((before * gap).imag / (before * along).imag)
 
 
-def corner_sigma(fit: LineFit, along: Floats, length: Floats) -> float:
+def corner_sigma(fit: LineFit, edges: Edges) -> float:
     """Standard deviation of one coordinate of a corner (px), from the scatter of the edge points about their lines.
 
-    A corner moves with the ends of the two lines that meet there. Neighbouring points share pixels and texture:
-    their correlation, taken from the residuals of all edges together, enlarges the scatter of a line.
+    A corner moves with the ends of the two lines that meet there. Neighbouring points share pixels and texture: their
+    correlation, taken from the residuals of all edges together, enlarges the scatter of a line.
     """
-    total = fit.weight.sum(axis=1)
-    weighted = fit.weight * along
-    mean = weighted.sum(axis=1) / total
-    spread = (weighted * along).sum(axis=1) - total * mean**2
-    variance = (fit.weight * fit.residual**2).sum(axis=1) / np.maximum(total - 2.0, 1.0)
-    half = 0.5 * length
-    ends = 2.0 / total + ((half - mean) ** 2 + (half + mean) ** 2) / spread
-    return float(np.sqrt(_inflation(fit) * np.mean(variance * ends) / 2.0))
+    s0, s1, s2 = fit.moments.T
+    mean = s1 / s0
+    spread = s2 - s1 * mean
+    squared = fit.weight * fit.residual * fit.residual
+    variance = np.add.reduce(squared, axis=1) / np.maximum(s0 - 2.0, 1.0)
+    half = 0.5 * edges.length / edges.free
+    ends = 2.0 / s0 + 2.0 * (half * half + mean * mean) / spread
+    return float(np.sqrt(_inflation(fit) * float(variance @ ends) / 8.0))
 
 
 def _inflation(fit: LineFit) -> float:
     """How much larger the variance of a mean is than that of as many independent points (at least 1)."""
     share = fit.residual * np.sqrt(fit.weight)
-    power = float(np.sum(share * share)) + 1e-12
+    power = float(np.vdot(share, share)) + 1e-12
     factor = 1.0
     for lag in (1, 2, 3):
         both = float(np.sum(share[:, lag:] * share[:, :-lag])) / power

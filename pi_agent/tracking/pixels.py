@@ -3,17 +3,20 @@
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Points = NDArray[np.complex64]
+Light = NDArray[np.float32]
 Frame = NDArray[np.uint8]
+
+OUTSIDE = "points lie outside the frame"
 
 
 class PixelReader:
     """Light at points of one 8-bit frame after another; the tone curve is undone on the pixels that are read.
 
-    `table`: light of each pixel value (256,), white = 255.
+    `table`: light of each pixel value (256,), white = 255. Points are complex numbers x + i y.
     """
 
-    def __init__(self, table: NDArray[np.float32]) -> None:
+    def __init__(self, table: Light) -> None:
         self._table = table
         self._flat: Frame = np.zeros(0, dtype=np.uint8)
         self._stride = 0
@@ -23,30 +26,40 @@ class PixelReader:
     def open(self, frame: Frame) -> None:
         """Takes the frame (height, width), whose rows may be padded, as the one to read from; nothing is copied."""
         self.height, self.width = frame.shape
-        if frame.strides[1] != 1 or frame.strides[0] <= 0:
+        if frame.flags.c_contiguous:
+            self._stride, self._flat = self.width, frame.reshape(-1)
+            return
+        if frame.strides[1] != 1 or frame.strides[0] < self.width:
             frame = np.ascontiguousarray(frame)
         self._stride = frame.strides[0]
         size = (self.height - 1) * self._stride + self.width
         self._flat = np.lib.stride_tricks.as_strided(frame, shape=(size,), strides=(1,), writeable=False)
 
-    def nearest(self, x: Floats, y: Floats) -> NDArray[np.float32]:
+    def nearest(self, points: Points) -> Light:
         """Light of the nearest pixels; points outside read the border."""
-        column = np.clip(np.rint(x), 0, self.width - 1).astype(np.intp)
-        row = np.clip(np.rint(y), 0, self.height - 1).astype(np.intp)
+        column = np.clip(points.real + 0.5, 0, self.width - 1).astype(np.intp)
+        row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
 
-    def bilinear(self, x: Floats, y: Floats) -> Floats:
+    def bilinear(self, points: Points) -> Light:
         """Light between the pixels; points outside read the border."""
-        x = np.clip(x, 0.0, self.width - 1.001)
-        y = np.clip(y, 0.0, self.height - 1.001)
-        column, row = x.astype(np.intp), y.astype(np.intp)
-        right, down = x - column, y - row
-        place = row * self._stride + column
-        top_left, top_right = self._light(place), self._light(place + 1)
-        place += self._stride
-        bottom_left, bottom_right = self._light(place), self._light(place + 1)
-        top = top_left + right * (top_right - top_left)
-        return top + down * (bottom_left + right * (bottom_right - bottom_left) - top)
-
-    def _light(self, place: NDArray[np.intp]) -> NDArray[np.float32]:
-        return self._table.take(self._flat.take(place))
+        x, y = points.real, points.imag
+        if x.min() < 0 or y.min() < 0 or x.max() >= self.width - 1 or y.max() >= self.height - 1:
+            x, y = np.clip(x, 0.0, self.width - 1.001), np.clip(y, 0.0, self.height - 1.001)
+        column, row = x.astype(np.int32), y.astype(np.int32)
+        right, down = (x - column).astype(np.float32), (y - row).astype(np.float32)
+        place = row.astype(np.intp)
+        place *= self._stride
+        place += column
+        corners = np.empty((4, *place.shape), dtype=np.intp)
+        corners[0] = place
+        np.add(place, 1, out=corners[1])
+        np.add(place, self._stride, out=corners[2])
+        np.add(place, self._stride + 1, out=corners[3])
+        light = self._table.take(self._flat.take(corners))
+        upper = light[0] + right * (light[1] - light[0])
+        lower = light[2] + right * (light[3] - light[2])
+        lower -= upper
+        lower *= down
+        upper += lower
+        return upper
