@@ -1,0 +1,36 @@
+"""The tilting angles of a run: 50 steps of the whole range, or of where this direction slips (section IV)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from station.sampling.plan import TiltPlan
+
+
+class AngleRange:
+    """Remembers the onset angles of each direction and gives the steps of the next run."""
+
+    def __init__(self, plan: TiltPlan) -> None:
+        self._plan = plan
+        self._onsets_rad: dict[int, list[float]] = defaultdict(list)
+
+    def add(self, sector: int, onset_rad: float) -> None:
+        """One more slip in this direction. Censored runs are not added: they have no onset."""
+        self._onsets_rad[sector].append(onset_rad)
+
+    def bounds_rad(self, sector: int, *, limit_rad: float) -> tuple[float, float]:
+        """The lowest and highest angle to try; `limit_rad` is what the arm can reach in this direction."""
+        top = min(np.radians(self._plan.max_deg), limit_rad)
+        onsets = self._onsets_rad[sector]
+        if not self._plan.adapt_after or len(onsets) < self._plan.adapt_after:
+            return 0.0, top
+        mean, spread = float(np.mean(onsets)), self._plan.adapt_sd * float(np.std(onsets, ddof=1))
+        return min(max(0.0, mean - spread), top), min(mean + spread, top)
+
+    def steps_rad(self, sector: int, *, limit_rad: float) -> tuple[float, ...]:
+        """The angles to go to, ascending. The first is the lower bound itself, unless that is level."""
+        low, high = self.bounds_rad(sector, limit_rad=limit_rad)
+        angles = np.linspace(low, high, self._plan.steps + 1)
+        return tuple(float(angle) for angle in (angles if low > 0 else angles[1:]))

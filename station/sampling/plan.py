@@ -1,0 +1,133 @@
+"""plan.toml: every constant of the acquisition, with the paper's value as default."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from shared.config import load_table, parse
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferencePlan:
+    """`[reference]`: where the block is before the tilt.
+
+    The corners are averaged over `frames`; while their standard deviation exceeds `noise_limit_px` the reading is
+    refused and repeated, up to `attempts` times.
+    """
+
+    frames: int = 10
+    noise_limit_px: float = 1.0
+    attempts: int = 10
+
+    def __post_init__(self) -> None:
+        if self.frames < 2 or self.attempts < 1 or not self.noise_limit_px > 0:
+            raise ValueError("expected frames >= 2, attempts >= 1 and noise_limit_px > 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltPlan:
+    """`[tilt]`: the loop over tilting angles.
+
+    `steps` from 0 to `max_deg`; once `adapt_after` samples of a direction are there, from mean − `adapt_sd` to
+    mean + `adapt_sd` standard deviations of that direction. Between steps the arm moves at `rate_deg_s` and then holds
+    for `hold_s`. `adapt_after = 0` never narrows the range.
+    """
+
+    steps: int = 50
+    max_deg: float = 67.5
+    adapt_after: int = 25
+    adapt_sd: float = 3.0
+    rate_deg_s: float = 5.0
+    return_rate_deg_s: float = 15.0
+    hold_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        if self.steps < 1 or not 0 < self.max_deg < 90 or min(self.rate_deg_s, self.return_rate_deg_s) <= 0:
+            raise ValueError("expected steps >= 1, 0 < max_deg < 90 and positive rates")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlipPlan:
+    """`[slip]`: a slip is reported when `corners` of the 4 have moved more than l = `base_px` + `per_deg_px` · θ°.
+
+    After it the attitude is averaged over `average_s`; then the block may slide for up to `settle_s` until it has moved
+    less than `rest_px` in `rest_s`.
+    """
+
+    corners: int = 3
+    base_px: float = 10.0
+    per_deg_px: float = 1.0
+    average_s: float = 0.3
+    settle_s: float = 1.0
+    rest_px: float = 0.5
+    rest_s: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.corners <= 4 or self.base_px <= 0 or self.average_s <= 0:
+            raise ValueError("expected 1 <= corners <= 4, base_px > 0 and average_s > 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DwellPlan:
+    """`[dwell]`: how long the block rests before the tilt, drawn log-uniformly from `min_s` to `max_s` for each run."""
+
+    min_s: float = 0.5
+    max_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not 0 < self.min_s <= self.max_s:
+            raise ValueError(f"expected 0 < min_s <= max_s, got {self.min_s} and {self.max_s}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionPlan:
+    """`[direction]`: where to tilt: the paper's `four` directions or a `free` azimuth.
+
+    The weight of a direction is the block's distance to the image's border there, to the power of `distance_power`;
+    directions in which it could slide less than `min_slide_px` are left out while there are others.
+    """
+
+    mode: Literal["four", "free"] = "four"
+    distance_power: float = 1.0
+    min_slide_px: float = 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """A plan file. `samples` is how many runs are wanted; `seed` drives every random choice of the session.
+
+    `timeout_s`: how long the machine waits for an answer, a motion's end, or corners, before it gives the run up;
+    `faults`: how many runs may fail in a row before the session stops.
+    """
+
+    samples: int = 50
+    seed: int = 1
+    timeout_s: float = 15.0
+    silence_s: float = 1.0
+    faults: int = 5
+    reference: ReferencePlan = field(default_factory=ReferencePlan)
+    tilt: TiltPlan = field(default_factory=TiltPlan)
+    slip: SlipPlan = field(default_factory=SlipPlan)
+    dwell: DwellPlan = field(default_factory=DwellPlan)
+    direction: DirectionPlan = field(default_factory=DirectionPlan)
+
+    def __post_init__(self) -> None:
+        if self.samples < 1 or self.timeout_s <= 0:
+            raise ValueError("expected samples >= 1 and timeout_s > 0")
+
+    @property
+    def max_rad(self) -> float:
+        """The highest tilt that the plan asks for."""
+        return math.radians(self.tilt.max_deg)
+
+
+def load_plan(path: Path) -> Plan:
+    """Reads a plan file.
+
+    Raises:
+        UserError: naming file, line and key of what is wrong.
+    """
+    return parse(Plan, load_table(path))

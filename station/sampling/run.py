@@ -1,0 +1,106 @@
+"""One run in the making: what was asked, what was seen, and the Sample that comes of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from shared.geometry import block_pose_of
+from shared.messages import CameraGeometry, Environment, MotionReport, Sample
+from station.sampling.direction import Direction
+from station.sampling.reference import Reference
+
+
+@dataclass(frozen=True, kw_only=True)
+class Specimen:
+    """What lies on the rig, as the rig file says."""
+
+    object: str = ""
+    plate: str = ""
+    plate_mount_rad: float = 0.0
+    block_mass_kg: float = 0.0
+    block_area_m2: float = 0.0
+
+
+@dataclass(slots=True)
+class Run:
+    """The state of one run; filled in as it goes."""
+
+    number: int
+    start_ns: int
+    dwell_wanted_s: float
+    direction: Direction = Direction(0, 0.0)
+    reference: Reference | None = None
+    angles_rad: tuple[float, ...] = ()
+    step: int = 0
+    rest_ns: int = 0
+    tilt_ns: int = 0
+    detect_ns: int = 0
+    slip_ns: int = 0
+    onset_rad: float = 0.0
+    onset_sigma_rad: float = 0.0
+    euler_rad: tuple[float, ...] = ()
+    censored: bool = False
+    flags: list[str] = field(default_factory=list[str])
+    steps: list[tuple[int, float]] = field(default_factory=list[tuple[int, float]])
+    """Begin (ns) and target (rad) of every tilt step executed."""
+
+    def began(self, motion: MotionReport) -> None:
+        """A step's motion has begun."""
+        self.steps.append((motion.begin_ns, self.angles_rad[motion.step - 1]))
+
+    def bracket_rad(self, at_ns: int) -> tuple[float, float]:
+        """The tilt step in which a moment fell: where it started and where it was to end."""
+        before, target = 0.0, self.steps[0][1] if self.steps else 0.0
+        for begin_ns, angle in self.steps:
+            if begin_ns > at_ns:
+                break
+            before, target = (target, angle) if angle != target else (before, target)
+        return before, target
+
+    def sample(
+        self,
+        *,
+        post_corners_px: tuple[float, ...],
+        previous: int,
+        specimen: Specimen,
+        geometry: CameraGeometry | None,
+        rate_rad_s: float,
+        environment: Environment | None,
+    ) -> Sample:
+        """The run as a Sample (Table II and what is needed beyond it)."""
+        reference = self.reference or Reference((), ())
+        x, y, yaw = block_pose_of(reference.corners_px, geometry) if geometry and reference.corners_px else (0.0,) * 3
+        low, high = self.bracket_rad(self.slip_ns or self.detect_ns)
+        return Sample(
+            run=self.number,
+            start_ns=self.start_ns,
+            slip_ns=self.slip_ns,
+            detect_ns=self.detect_ns,
+            euler_rad=self.euler_rad,
+            reference_corners_px=reference.corners_px,
+            corner_variance_px2=reference.variance_px2,
+            post_corners_px=post_corners_px,
+            direction=self.direction.number,
+            azimuth_rad=self.direction.azimuth_rad,
+            dwell_s=(self.tilt_ns - self.rest_ns) * 1e-9,
+            tilt_rate_rad_s=rate_rad_s,
+            onset_angle_rad=self.onset_rad,
+            onset_sigma_rad=self.onset_sigma_rad,
+            flags=tuple(self.flags),
+            plate_mount_rad=specimen.plate_mount_rad,
+            block_mass_kg=specimen.block_mass_kg,
+            block_area_m2=specimen.block_area_m2,
+            object=specimen.object,
+            plate=specimen.plate,
+            temperature_c=environment.temperature_c if environment else math.nan,
+            relative_humidity=environment.relative_humidity if environment else math.nan,
+            censored=self.censored,
+            previous_direction=previous,
+            rest_ns=self.rest_ns,
+            step_from_rad=low,
+            step_to_rad=high,
+            start_x_m=x,
+            start_y_m=y,
+            start_yaw_rad=yaw,
+        )

@@ -1,0 +1,89 @@
+"""What the machine remembers of the stream: attitudes and corners of the last seconds, on the station's clock."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from shared.geometry import corners_on_plate, euler_of, tilt_of
+from shared.messages import CameraGeometry, ClockOffset, MarkerCorners, PlatformState
+from station.friction.onset import Onset, estimate_onset
+
+_ATTITUDES = 600
+_FRAMES = 540
+
+
+@dataclass(slots=True)
+class Tracks:
+    """The newest state of the rig and the last six seconds of it."""
+
+    geometry: CameraGeometry | None = None
+    tilt_rad: float = 0.0
+    attitude_ns: int = 0
+    frame_ns: int = 0
+    _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
+    _eulers: deque[tuple[int, tuple[float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
+    _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
+    _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
+
+    def take_offset(self, message: ClockOffset) -> None:
+        """An agent's clock was measured again."""
+        self._offsets_ns[message.agent] = message.offset_ns
+
+    def take_attitude(self, message: PlatformState) -> None:
+        """The plate's attitude, by the arm's clock."""
+        q = (message.qw, message.qx, message.qy, message.qz)
+        self.attitude_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
+        self.tilt_rad = tilt_of(*q)
+        self._attitudes.append((self.attitude_ns, self.tilt_rad))
+        self._eulers.append((self.attitude_ns, euler_of(*q)))
+
+    def take_corners(self, message: MarkerCorners) -> int:
+        """A frame's corners, by the camera's clock; gives the time of the frame by the station's."""
+        self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
+        if message.found:
+            self._frames.append((self.frame_ns, message.corners_px))
+        return self.frame_ns
+
+    def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
+        """Mean of the attitude readings since `from_ns`."""
+        readings = [euler for stamp, euler in self._eulers if stamp >= from_ns] or [self._eulers[-1][1]]
+        mean = np.mean(readings, axis=0)
+        return float(mean[0]), float(mean[1]), float(mean[2])
+
+    def mean_tilt_rad(self, *, from_ns: int) -> float:
+        """Mean tilt since `from_ns`."""
+        return float(np.mean([tilt for stamp, tilt in self._attitudes if stamp >= from_ns] or [self.tilt_rad]))
+
+    def mean_corners_px(self, count: int) -> tuple[float, ...]:
+        """Mean of the last `count` frames' corners; empty if there are none."""
+        frames = [corners for _, corners in list(self._frames)[-count:]]
+        return tuple(float(value) for value in np.mean(frames, axis=0)) if frames else ()
+
+    def onset(self, *, since_ns: int, detect_ns: int, downhill: tuple[float, float], sigma_px: float) -> Onset | None:
+        """The onset of the slide that the rule detected at `detect_ns`, fitted to all frames since `since_ns`."""
+        if self.geometry is None:
+            return None
+        frames = [(stamp, corners) for stamp, corners in self._frames if since_ns <= stamp <= detect_ns]
+        attitudes = [(stamp, tilt) for stamp, tilt in self._attitudes if stamp >= since_ns - 100_000_000]
+        if len(frames) < 2 or len(attitudes) < 2:
+            return None
+        stamps = [stamp for stamp, _ in frames]
+        centres = np.array([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
+        path = corners_on_plate(centres, self.geometry)
+        slide = path[-1] - path[0]
+        length = float(np.linalg.norm(slide))
+        if length == 0.0:
+            return None
+        direction = slide / length
+        return estimate_onset(
+            stamps,
+            (path - path[0]) @ direction,
+            tilt_ns=[stamp for stamp, _ in attitudes],
+            tilt_rad=[tilt for _, tilt in attitudes],
+            # The centre is the mean of four corners.
+            sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
+            along=max(0.2, float(direction @ np.asarray(downhill))),
+        )
