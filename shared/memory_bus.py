@@ -15,6 +15,7 @@ class MemoryBus:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
+        self._last_receive_ns = 0
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
         self._servers: dict[str, Server] = {}
         self._alive: set[str] = set()
@@ -24,8 +25,10 @@ class MemoryBus:
         handlers, everything = self._handlers.get(topic), self._handlers.get("**")
         if not handlers and not everything:
             return
-        received = Received(topic, receive_ns=self._clock.now_ns(), message=message)
-        for handler in (*(handlers or ()), *(everything or ())):
+        # Later than the message before, and recorders of everything first: a recording then holds the order of arrival.
+        self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
+        received = Received(topic, receive_ns=self._last_receive_ns, message=message)
+        for handler in (*(everything or ()), *(handlers or ())):
             handler(received)
 
     def subscribe(

@@ -29,7 +29,7 @@ class Run:
     number: int
     start_ns: int
     dwell_wanted_s: float
-    direction: Direction = Direction(0, 0.0)
+    direction: Direction = field(default_factory=lambda: Direction(0, 0.0))
     reference: Reference | None = None
     angles_rad: tuple[float, ...] = ()
     step: int = 0

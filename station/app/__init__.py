@@ -1,0 +1,1 @@
+"""The station's processes and commands: where the parts are put together."""

@@ -1,0 +1,108 @@
+"""Builds the parts of a station from a rig file: the twin's world, the arm's reach, the specimen, the nominal view."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from importlib.resources import as_file, files
+from pathlib import Path
+
+import numpy as np
+
+from shared.config import Table, load_table, parse
+from shared.errors import UserError
+from shared.geometry import plate_from_pixel
+from shared.messages import CameraGeometry
+from shared.rig import RigConfig, load_rig
+from station.arm.tilter import Tilter
+from station.rig.arm_settings import ArmSettings
+from station.sampling.machine import Reach
+from station.sampling.plan import Plan
+from station.sampling.run import Specimen
+from station.simulators.mujoco.settings import TwinSettings
+from station.simulators.mujoco.specimen import Block, Plate
+from station.simulators.mujoco.world import TwinWorld
+
+
+def simulated_rig_path() -> Path:
+    """The file of the rig that needs no hardware."""
+    with as_file(files("station.app.rigs") / "simulated.toml") as path:
+        return path
+
+
+def rig_from(path: str | None) -> RigConfig:
+    """The rig of `--rig`, or the simulated one."""
+    return load_rig(Path(path) if path else simulated_rig_path())
+
+
+def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Plan:
+    """The plan of `--plan`, or the paper's; `--samples` and `--seed` replace its own."""
+    table = load_table(Path(path)) if path else Table({})
+    given = {"samples": samples, "seed": seed}
+    values = {**table.values, **{key: value for key, value in given.items() if value is not None}}
+    return parse(Plan, Table(values, table.file, table.text))
+
+
+def arm_settings(rig: RigConfig) -> ArmSettings:
+    """The `[arm]` table of a rig."""
+    return parse(ArmSettings, rig.arm)
+
+
+def specimen(rig: RigConfig) -> Specimen:
+    """What the samples say of block and plate."""
+    length, width, _ = rig.block.size_m
+    return Specimen(
+        object=rig.block.name,
+        plate=rig.plate.material,
+        plate_mount_rad=math.radians(rig.plate.mount_deg),
+        block_mass_kg=rig.block.mass_kg,
+        block_area_m2=length * width,
+    )
+
+
+def nominal_geometry(rig: RigConfig, *, stamp_ns: int = 0) -> CameraGeometry:
+    """The view that the rig file states, for want of a calibration: straight down at the plate's centre."""
+    camera = rig.camera
+    centre = ((camera.width_px - 1) / 2, (camera.height_px - 1) / 2)
+    return CameraGeometry(
+        stamp_ns=stamp_ns,
+        plate_from_pixel=tuple(plate_from_pixel(px_per_m=camera.px_per_mm * 1e3, centre_px=centre).ravel().tolist()),
+        mm_per_px=1.0 / camera.px_per_mm,
+        marker_side_m=rig.mark.side_mm * 1e-3,
+        marker_aspect=rig.mark.aspect,
+        mark_height_m=rig.block.size_m[2],
+        camera_height_m=camera.height_mm * 1e-3,
+        source="nominal: rig.toml",
+    )
+
+
+def reach_of(rig: RigConfig) -> Reach:
+    """How far the rig's arm can tilt at an azimuth, by its kinematics and limits."""
+    settings = arm_settings(rig)
+    tilter = Tilter.from_settings(settings)
+    ceiling = math.radians(settings.gate.max_tilt_deg)
+
+    @lru_cache(maxsize=None)
+    def reach(azimuth_rad: float) -> float:
+        return min(tilter.path(azimuth_rad).reach_rad, ceiling)
+
+    return reach
+
+
+def twin_world(rig: RigConfig, *, seed: int, start_ns: int) -> TwinWorld:
+    """The simulated world of a rig: its arm at home, its block at the plate's centre."""
+    settings = parse(TwinSettings, rig.twin)
+    length, width, height = rig.block.size_m
+    if not length == width == height:
+        raise UserError(f"Expected a cube as size_m in [block] for the twin, got {rig.block.size_m}; give equal sides")
+    stage = Tilter.from_settings(arm_settings(rig)).stage
+    return TwinWorld(
+        stage.model,
+        friction=settings.friction(),
+        rng=np.random.default_rng(seed),
+        joint_start_rad=stage.home_rad.tolist(),
+        block=Block(side_m=length, mass_kg=rig.block.mass_kg),
+        plate=Plate(side_m=rig.plate.side_m, cutout_radius_m=rig.plate.opening_m / 2),
+        start_ns=start_ns,
+        world_from_base=stage.world_from_base,
+    )

@@ -1,0 +1,140 @@
+"""A whole session in simulated time in one process: the same twin, arm agent, state machine and recorder as live."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
+from shared.memory_bus import MemoryBus
+from shared.messages import ClockOffset, TwinScene
+from shared.rig import RigConfig
+from station.app import assembly
+from station.app.session import Session
+from station.arm.agent import arm_agent
+from station.recording.recorder import record_within
+from station.recording.writer import Recording
+from station.sampling.machine import SamplingMachine
+from station.sampling.plan import Plan
+from station.simulators.mujoco.twin import Twin
+from station.simulators.projected_camera import ProjectedCamera, ProjectionSettings
+
+ARM_NS = 10_000_000
+SESSION_NS = 16_666_667
+SECOND_NS = 1_000_000_000
+
+
+class LockstepCamera(Protocol):
+    """A camera in simulated time."""
+
+    def tick(self, now_ns: int, scene: TwinScene) -> None:
+        """Takes the frame whose exposure has its middle at `now_ns`, and publishes what it shows."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a session ended: `fault` is empty or says why it stopped; `simulated_s` is the rig's own time."""
+
+    samples: int
+    simulated_s: float
+    fault: str
+
+
+class Lockstep:
+    """One simulated session. Build it, then `run` it."""
+
+    def __init__(
+        self,
+        rig: RigConfig,
+        plan: Plan,
+        *,
+        recording: Recording | None,
+        camera: Callable[[MemoryBus, RigConfig], LockstepCamera] | None = None,
+        on_line: Callable[[str, str], None] = lambda _level, _text: None,
+    ) -> None:
+        self.clock = SimulatedClock()
+        self.bus = MemoryBus(self.clock)
+        if recording is not None:
+            record_within(self.bus, recording)
+        twin_seed, camera_seed = np.random.SeedSequence(plan.seed).generate_state(2)
+        settings = assembly.arm_settings(rig)
+        world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns())
+        self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
+        self._arm = arm_agent(self.bus, settings)
+        self._camera = camera(self.bus, rig) if camera else _projected(self.bus, rig, seed=int(camera_seed))
+        machine = SamplingMachine(
+            plan,
+            size_px=(rig.camera.width_px, rig.camera.height_px),
+            reach=assembly.reach_of(rig),
+            specimen=assembly.specimen(rig),
+            geometry=None,
+        )
+        self.session = Session(
+            self.bus,
+            machine,
+            block_height_m=rig.block.size_m[2],
+            pivot_above_plate_m=world.arm.pivot_above_plate_m,
+            on_line=on_line,
+        )
+        self._frame_ns = round(SECOND_NS / rig.camera.rate_hz)
+
+    def run(self, *, on_sample: Callable[[int], None] = lambda _count: None, limit_s: float = float("inf")) -> Outcome:
+        """Runs until the plan is done, the session stops by itself, or `limit_s` of simulated time are over."""
+        start = SIMULATION_EPOCH_NS
+        due = {
+            self._tick_arm: start,
+            self._tick_camera: start + ARM_NS,
+            self._tick_session: start,
+            self._tick_clock: start,
+        }
+        periods = {
+            self._tick_arm: ARM_NS,
+            self._tick_camera: self._frame_ns,
+            self._tick_session: SESSION_NS,
+            self._tick_clock: SECOND_NS,
+        }
+        samples = 0
+        while not self.session.finished and (self.clock.now_ns() - start) * 1e-9 < limit_s:
+            what = min(due, key=due.__getitem__)
+            now_ns = due[what]
+            due[what] += periods[what]
+            self.clock.advance_to(now_ns)
+            what(now_ns)
+            if self.session.machine.samples != samples:
+                samples = self.session.machine.samples
+                on_sample(samples)
+        simulated = (self.clock.now_ns() - start) * 1e-9
+        return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault)
+
+    def _tick_arm(self, now_ns: int) -> None:
+        self.twin.tick(now_ns)
+        self._arm.tick(now_ns)
+
+    def _tick_camera(self, now_ns: int) -> None:
+        self.twin.world.advance(now_ns)
+        self._camera.tick(now_ns, self.twin.scene(now_ns))
+
+    def _tick_session(self, now_ns: int) -> None:
+        self.session.tick(now_ns)
+
+    def _tick_clock(self, now_ns: int) -> None:
+        """One clock drives all: the offsets are zero, and said to be."""
+        for agent in ("camera", "arm"):
+            self.bus.publish("clock", ClockOffset(stamp_ns=now_ns, agent=agent))
+
+
+def _projected(bus: MemoryBus, rig: RigConfig, *, seed: int) -> ProjectedCamera:
+    place = rig.plate.fiducial_place_mm * 1e-3
+    return ProjectedCamera(
+        bus,
+        geometry=assembly.nominal_geometry(rig),
+        size_px=(rig.camera.width_px, rig.camera.height_px),
+        fiducial_m=(-place, place),
+        fiducial_side_m=rig.plate.fiducial_side_mm * 1e-3,
+        rng=np.random.default_rng(seed),
+        settings=ProjectionSettings(rate_hz=rig.camera.rate_hz, plate_rate_hz=rig.camera.plate_rate_hz),
+    )

@@ -1,0 +1,1 @@
+"""Rig files that come with Repose."""

@@ -1,0 +1,139 @@
+"""A session: the state machine joined to a bus. The same in real and in simulated time."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+
+from shared import frames
+from shared.bus import Bus, Received
+from shared.foxglove import LEVELS, Log, Timestamp
+from shared.geometry import block_pose_of
+from shared.messages import (
+    ArmReply,
+    CameraGeometry,
+    Heartbeat,
+    MarkerCorners,
+    Message,
+    PlatformState,
+    TiltCommand,
+)
+from station.sampling.actions import Action, Finish, Report, Say, Tilt
+from station.sampling.machine import INPUTS, SamplingMachine
+
+HEARTBEAT_NS = 50_000_000
+TRANSFORMS_NS = 33_333_333
+_NO_ANSWER = "the arm agent did not answer; is `station arm` running?"
+
+
+class Session:
+    """Feeds the machine what arrives and does what it says. `tick` publishes the heartbeat and the transforms."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        machine: SamplingMachine,
+        *,
+        block_height_m: float,
+        pivot_above_plate_m: float,
+        on_line: Callable[[str, str], None],
+    ) -> None:
+        self._bus, self._machine, self._on_line = bus, machine, on_line
+        self._block_height_m, self._pivot_m = block_height_m, pivot_above_plate_m
+        self._waiting: deque[Received] = deque()
+        self._busy = False
+        self._now_ns = 0
+        self._heartbeat_ns = self._transforms_ns = 0
+        self._seen: dict[type[Message], Message] = {}
+        self.finished = False
+        self.fault = ""
+        for topic in INPUTS:
+            bus.subscribe(topic, self._take)
+
+    @property
+    def machine(self) -> SamplingMachine:
+        """The state machine."""
+        return self._machine
+
+    def stop(self, reason: str, *, now_ns: int) -> None:
+        """Ends the session early: the plate goes back to level."""
+        self._perform(self._machine.stop(reason, now_ns=now_ns))
+
+    # --- in ----------------------------------------------------------------------------------------------------------
+
+    def _take(self, received: Received) -> None:
+        """Hands messages to the machine one by one, also those that its own actions bring about."""
+        self._waiting.append(received)
+        if self._busy:
+            return
+        self._busy = True
+        try:
+            while self._waiting:
+                item = self._waiting.popleft()
+                self._seen[type(item.message)] = item.message
+                self._now_ns = item.receive_ns
+                self._perform(self._machine.handle(item.message, now_ns=item.receive_ns))
+        finally:
+            self._busy = False
+
+    # --- out ---------------------------------------------------------------------------------------------------------
+
+    def _perform(self, actions: list[Action]) -> None:
+        for action in actions:
+            if isinstance(action, Report):
+                name = "session/event" if hasattr(action.message, "phase") else "session/sample"
+                self._bus.publish(name, action.message)
+            elif isinstance(action, Tilt):
+                self._command(action.command)
+            elif isinstance(action, Say):
+                self.say(action.level, action.text)
+            else:
+                self._finish(action)
+
+    def _finish(self, action: Finish) -> None:
+        self.finished, self.fault = True, action.fault
+
+    def _command(self, command: TiltCommand) -> None:
+        self._bus.publish("arm/command", command)
+
+        def on_reply(reply: Message | None) -> None:
+            known = reply if isinstance(reply, ArmReply) else ArmReply(reason=_NO_ANSWER)
+            stamped = ArmReply(known.accepted, known.reason, self._now_ns, command.run, command.step)
+            self._bus.publish("arm/reply", stamped)
+
+        self._bus.request("arm/command", command, on_reply, timeout_s=2.0)
+
+    def say(self, level: str, text: str) -> None:
+        """One line to the log on the bus and to the terminal."""
+        stamp = Timestamp.from_ns(self._now_ns)
+        self._bus.publish("log", Log(timestamp=stamp, level=LEVELS[level], message=text, name="station"))
+        self._on_line(level, text)
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def tick(self, now_ns: int) -> None:
+        """What is due at `now_ns`; call it at least 30 times a second."""
+        self._now_ns = max(self._now_ns, now_ns)
+        if now_ns >= self._heartbeat_ns:
+            self._heartbeat_ns = now_ns + HEARTBEAT_NS
+            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=not self.finished))
+        if now_ns >= self._transforms_ns:
+            self._transforms_ns = now_ns + TRANSFORMS_NS
+            self._publish_transforms(now_ns)
+
+    def _publish_transforms(self, now_ns: int) -> None:
+        attitude, corners = self._seen.get(PlatformState), self._seen.get(MarkerCorners)
+        geometry = self._seen.get(CameraGeometry)
+        transforms = []
+        if isinstance(attitude, PlatformState):
+            transforms.append(frames.platform_transform(attitude, pivot_above_plate_m=self._pivot_m))
+        if isinstance(geometry, CameraGeometry):
+            transforms.append(frames.camera_transform(geometry, stamp_ns=now_ns))
+            if isinstance(corners, MarkerCorners) and corners.found:
+                x, y, yaw = block_pose_of(corners.corners_px, geometry)
+                block = frames.block_transform(
+                    x_m=x, y_m=y, yaw_rad=yaw, height_m=self._block_height_m, stamp_ns=corners.capture_ns
+                )
+                transforms.append(block)
+        if transforms:
+            self._bus.publish("tf", frames.tf(*transforms))

@@ -1,0 +1,133 @@
+"""A camera without pixels: the block's corners, projected and with noise, as the camera agent would report them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shared.bus import Bus
+from shared.clock import SIMULATION_EPOCH_NS
+from shared.geometry import pixels_of_mark
+from shared.messages import AgentStatus, CameraGeometry, MarkerCorners, TwinScene
+
+_CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
+_TIPPED_COSINE = math.cos(math.radians(4.0))
+_NOISE_BLOCK = 512
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProjectionSettings:
+    """Noise of one corner coordinate in pixels, exposure, and how the camera sags (pixels a radian of tilt)."""
+
+    sigma_px: float = 0.06
+    exposure_ns: int = 2_000_000
+    rate_hz: float = 90.0
+    plate_rate_hz: float = 15.0
+
+
+class ProjectedCamera:
+    """Publishes `camera/corners` at every tick, and plate fiducial, geometry and status at their own rates."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        *,
+        geometry: CameraGeometry,
+        size_px: tuple[int, int],
+        fiducial_m: tuple[float, float],
+        fiducial_side_m: float,
+        rng: np.random.Generator,
+        settings: ProjectionSettings | None = None,
+    ) -> None:
+        self._bus, self._geometry, self._size_px, self._rng = bus, geometry, size_px, rng
+        self._settings = settings or ProjectionSettings()
+        homography = np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
+        if abs(homography[2, :2]).max() > 1e-12:
+            raise ValueError("the camera without pixels looks straight down; a tilted view needs --pixels")
+        raised = 1.0 / (1.0 - geometry.mark_height_m / geometry.camera_height_m)
+        self._scale = float(homography[0, 0]) * raised
+        self._centre = (float(homography[0, 2]), float(homography[1, 2]))
+        half = 0.5 * geometry.marker_side_m
+        self._model = tuple((sx * half, sy * half * geometry.marker_aspect) for sx, sy in _CORNER_SIGNS)
+        self._plate = _fiducial(geometry, fiducial_m, side_m=fiducial_side_m)
+        self._noise: list[list[float]] = []
+        self._seq = self._plate_seq = 0
+        self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
+
+    def tick(self, now_ns: int, scene: TwinScene) -> None:
+        """The frame whose exposure has its middle at `now_ns`."""
+        self._bus.publish("camera/corners", self._see_block(now_ns, scene))
+        if self._seq % self._every_plate == 1:
+            self._bus.publish("camera/plate", self._see_plate(now_ns))
+        if self._seq % round(self._settings.rate_hz) == 1:
+            self._report(now_ns)
+
+    def _see_block(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
+        self._seq += 1
+        qw, qx, qy, qz = scene.block_qw, scene.block_qx, scene.block_qy, scene.block_qz
+        upright = 1.0 - 2.0 * (qx * qx + qy * qy)
+        cosine = math.cos(yaw := math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
+        sine, scale, noise = math.sin(yaw), self._scale, self._next_noise()
+        corners: list[float] = []
+        for k, (mx, my) in enumerate(self._model):
+            x, y = scene.block_x_m + cosine * mx - sine * my, scene.block_y_m + sine * mx + cosine * my
+            corners.append(self._centre[0] + scale * x + noise[2 * k])
+            corners.append(self._centre[1] - scale * y + noise[2 * k + 1])
+        inside = all(0 <= u < self._size_px[0] for u in corners[0::2]) and all(
+            0 <= v < self._size_px[1] for v in corners[1::2]
+        )
+        return MarkerCorners(
+            capture_ns=now_ns,
+            seq=self._seq,
+            corners_px=tuple(corners) if inside else (),
+            sigma_px=self._settings.sigma_px,
+            residual_px=self._settings.sigma_px,
+            exposure_ns=self._settings.exposure_ns,
+            corner_dt_ns=(0, 0, 0, 0),
+            found=inside,
+            reason="" if inside else "the marker is out of the frame",
+            tipped=upright < _TIPPED_COSINE,
+        )
+
+    def _see_plate(self, now_ns: int) -> MarkerCorners:
+        self._plate_seq += 1
+        noise = self._next_noise()
+        corners = tuple(value + noise[k] for k, value in enumerate(self._plate))
+        sigma = self._settings.sigma_px
+        return MarkerCorners(
+            now_ns,
+            self._plate_seq,
+            corners,
+            sigma,
+            sigma,
+            self._settings.exposure_ns,
+            (0, 0, 0, 0),
+            found=True,
+            marker_id=1,
+        )
+
+    def _next_noise(self) -> list[float]:
+        if not self._noise:
+            self._noise = (self._settings.sigma_px * self._rng.standard_normal((_NOISE_BLOCK, 8))).tolist()
+        return self._noise.pop()
+
+    def _report(self, now_ns: int) -> None:
+        self._bus.publish("camera/geometry", replace(self._geometry, stamp_ns=now_ns))
+        status = AgentStatus(
+            stamp_ns=now_ns,
+            frames=self._seq,
+            exposure_ns=self._settings.exposure_ns,
+            gain=1.0,
+            version="projected",
+            rate_hz=self._settings.rate_hz,
+            boot_id=SIMULATION_EPOCH_NS,
+        )
+        self._bus.publish("camera/status", status)
+
+
+def _fiducial(geometry: CameraGeometry, centre_m: tuple[float, float], *, side_m: float) -> tuple[float, ...]:
+    on_plate = replace(geometry, mark_height_m=0.0)
+    corners = [(centre_m[0] + 0.5 * side_m * sx, centre_m[1] + 0.5 * side_m * sy) for sx, sy in _CORNER_SIGNS]
+    return tuple(float(value) for value in pixels_of_mark(corners, on_plate).ravel())
