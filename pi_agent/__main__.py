@@ -1,0 +1,63 @@
+"""The command `pi-agent`: run the camera agent, track pictures, calibrate the camera."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from pi_agent import run_command
+from pi_agent.health import version
+from shared.errors import UserError
+
+DESCRIPTION = """\
+The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
+
+  pi-agent run --rig rig.toml              run the rig's camera (also without the word `run`)
+  pi-agent run --camera synthetic          draw what the camera would see of `station twin`
+  pi-agent track PICTURE.png --json        see what the tracker makes of pictures or a video
+  pi-agent calibrate --help                measure the camera: lens, plate, tone curve, noise
+"""
+COMMANDS = ("run", "track", "calibrate")
+
+
+def _parser(command: str) -> argparse.ArgumentParser:
+    """The parser; only the command in question reads its module, because tracking must start fast on a Pi."""
+    parser = argparse.ArgumentParser(
+        prog="pi-agent", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{run,track,calibrate}")
+    run = commands.add_parser("run", help="run the camera agent (the default)", description=run_command.__doc__)
+    run_command.add_arguments(run)
+    track = commands.add_parser("track", help="run the tracker on pictures or a video")
+    calibrate = commands.add_parser("calibrate", help="measure the camera and keep the result beside the rig file")
+    if command == "track":
+        from pi_agent.tracking import command as track_command  # noqa: PLC0415  # see above
+
+        track_command.add_arguments(track)
+        track.set_defaults(action=track_command.run)
+    if command == "calibrate":
+        from pi_agent.calibration import command as calibrate_command  # noqa: PLC0415  # see above
+
+        calibrate_command.add_arguments(calibrate)
+        calibrate.set_defaults(action=calibrate_command.run)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command line; returns its exit status (2: something that the user can mend)."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    about = {"-h", "--help", "--version"}
+    if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in about):
+        arguments.insert(0, "run")
+    options = _parser(arguments[0]).parse_args(arguments)
+    try:
+        return int(options.action(options) or 0)
+    except UserError as error:
+        print(f"pi-agent: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

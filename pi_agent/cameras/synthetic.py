@@ -1,0 +1,132 @@
+"""The synthetic camera: what the camera would see of the twin, drawn at the camera's rate in real time.
+
+Each frame is due at its own moment, as a sensor's is, and lies between two scenes of the twin; a process that is late
+skips frames and counts them.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+
+import numpy as np
+
+from pi_agent.cameras import CameraContext, CameraInfo, Frame
+from pi_agent.synthetic_view import SyntheticOptions, SyntheticView
+from shared.bus import Received
+from shared.config import parse
+from shared.errors import UserError
+from shared.messages import TwinScene
+
+PATIENCE_S = 0.008
+"""How long a frame waits for the scene after its moment, before the block is moved on from the last one."""
+STALE_NS = 500_000_000
+SILENCE_S = 1.0
+KEPT_SCENES = 64
+
+
+class SyntheticCamera:
+    """Subscribes to `truth/scene` once and for all; only scenes that came since `open` are drawn."""
+
+    def __init__(self, context: CameraContext) -> None:
+        self._rig, self._clock = context.rig, context.clock
+        self._options = parse(SyntheticOptions, context.rig.camera.options)
+        self._arrived: deque[Received] = deque(maxlen=KEPT_SCENES)
+        self._came = threading.Event()
+        self._scenes: deque[TwinScene] = deque(maxlen=KEPT_SCENES)
+        self._view: SyntheticView | None = None
+        self._start_ns = self._last_scene_ns = 0
+        self._seq, self._dropped = -1, 0
+        self._waiting = True
+        context.bus.subscribe("truth/scene", self._take, direct=True)
+
+    def _take(self, received: Received) -> None:
+        self._arrived.append(received)
+        self._came.set()
+
+    def open(self) -> CameraInfo:
+        """See `Camera.open`."""
+        if self._view is None:
+            self._view = SyntheticView(self._rig, rng=np.random.default_rng(self._options.seed), options=self._options)
+        self._start_ns = self._last_scene_ns = self._clock.now_ns()
+        self._seq, self._dropped, self._waiting = -1, 0, True
+        return self._view.info
+
+    def read(self, timeout_s: float) -> Frame | None:
+        """See `Camera.read`."""
+        if self._view is None:
+            raise UserError("Expected an open camera, got one that is closed")
+        deadline_ns = self._clock.now_ns() + round(timeout_s * 1e9)
+        while self._clock.now_ns() < deadline_ns:
+            capture_ns = self._next_tick()
+            pair = self._scenes_about(capture_ns)
+            self._waiting = pair is None
+            if pair is not None:
+                image = self._view.frame(pair[0], capture_ns, before=pair[1])
+                return Frame(image, capture_ns, self._seq, self._dropped)
+            self._check_silence()
+        return None
+
+    def close(self) -> None:
+        """See `Camera.close`."""
+        self._arrived.clear()
+        self._scenes.clear()
+
+    def _next_tick(self) -> int:
+        """Waits for the next frame's moment; moments that have passed meanwhile are frames that were dropped.
+
+        While there is no scene to draw there are no frames, and so none to drop.
+        """
+        period_ns = 1e9 / self._rig.camera.rate_hz
+        due = self._seq + 1
+        newest = int((self._clock.now_ns() - self._start_ns) / period_ns)
+        if newest > due:
+            self._dropped += 0 if self._waiting else newest - due
+            due = newest
+        self._seq = due
+        capture_ns = self._start_ns + round(due * period_ns)
+        time.sleep(max(capture_ns - self._clock.now_ns(), 0) * 1e-9)
+        return capture_ns
+
+    def _scenes_about(self, capture_ns: int) -> tuple[TwinScene, TwinScene | None] | None:
+        """The scene after the moment and the one before it; the last two when none came after it in time."""
+        give_up = time.monotonic() + PATIENCE_S
+        while True:
+            self._came.clear()
+            self._decode()
+            waited = time.monotonic() >= give_up
+            if self._scenes and (self._scenes[-1].stamp_ns >= capture_ns or waited):
+                break
+            if waited:
+                return None
+            self._came.wait(max(give_up - time.monotonic(), 0))
+        scenes = list(self._scenes)
+        if abs(scenes[-1].stamp_ns - capture_ns) > STALE_NS:
+            return None
+        last = len(scenes) - 1
+        while last > 1 and scenes[last - 1].stamp_ns >= capture_ns:
+            last -= 1
+        return scenes[last], scenes[last - 1] if last > 0 else None
+
+    def _decode(self) -> None:
+        while self._arrived:
+            message = self._arrived.popleft().message
+            if isinstance(message, TwinScene):
+                self._scenes.append(message)
+                self._last_scene_ns = self._clock.now_ns()
+
+    def _check_silence(self) -> None:
+        silent_s = (self._clock.now_ns() - self._last_scene_ns) * 1e-9
+        if silent_s > SILENCE_S:
+            raise UserError("no scene from the twin: start `station twin`")
+        if self._scenes and silent_s < STALE_NS * 1e-9:
+            apart_s = (self._scenes[-1].stamp_ns - self._clock.now_ns()) * 1e-9
+            raise UserError(
+                f"the twin's scenes are stamped {apart_s:+.1f} s from this clock: run both by the same clock"
+            )
+
+
+def build(context: CameraContext) -> SyntheticCamera:
+    """The synthetic camera of a rig."""
+    return SyntheticCamera(context)

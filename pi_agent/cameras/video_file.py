@@ -1,0 +1,157 @@
+"""Plays a video or a folder of pictures as if a camera took them now.
+
+`[camera.options]`: `path` (relative to the rig file), `rate_hz` (0: the video's own; pictures have none and take
+`[camera] rate_hz`), `loop`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pi_agent.cameras import CameraContext, CameraInfo, Frame, Image
+from pi_agent.tracking.tone import TONE_CURVES
+from shared.config import parse
+from shared.errors import UserError
+
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class VideoOptions:
+    """`[camera.options]`; `tone` is the curve of the camera that took the pictures."""
+
+    path: str
+    rate_hz: float = 0.0
+    loop: bool = False
+    tone: str = "linear"
+
+    def __post_init__(self) -> None:
+        """Refuses what cannot be played."""
+        if not self.path or self.rate_hz < 0 or self.tone not in TONE_CURVES:
+            raise ValueError(f"expected a path, no negative rate_hz, and for tone one of {', '.join(TONE_CURVES)}")
+
+
+class VideoFileCamera:
+    """Every picture is shown for one period of the rate; a reader that is late misses those that have passed."""
+
+    def __init__(self, context: CameraContext) -> None:
+        self._options = parse(VideoOptions, context.rig.camera.options)
+        self._config, self._clock = context.rig.camera, context.clock
+        self._path = context.folder / self._options.path
+        self._pictures: Iterator[Image] = iter(())
+        self._next: Image | None = None
+        self._period_ns, self._start_ns = 1.0, 0
+        self._seq, self._dropped = 0, 0
+        self._ended = False
+
+    def open(self) -> CameraInfo:
+        """See `Camera.open`."""
+        if self._ended:
+            raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
+        pictures, own_hz = open_pictures(self._path)
+        first = next(pictures, None)
+        if first is None:
+            raise UserError(f"Expected a video or a folder of pictures at {self._path}, got one without any frame")
+        self._next, self._pictures = first, pictures
+        rate_hz = self._options.rate_hz or own_hz or self._config.rate_hz
+        self._period_ns, self._start_ns = 1e9 / rate_hz, self._clock.now_ns()
+        self._seq, self._dropped = 0, 0
+        return CameraInfo(
+            name="video file",
+            width_px=first.shape[1],
+            height_px=first.shape[0],
+            rate_hz=rate_hz,
+            exposure_ns=round(1e6 * self._config.exposure_ms),
+            gain=self._config.gain,
+            tone=TONE_CURVES[self._options.tone],
+            details=str(self._path),
+        )
+
+    def read(self, timeout_s: float) -> Frame | None:
+        """See `Camera.read`."""
+        due_ns = self._start_ns + round(self._seq * self._period_ns)
+        wait_s = (due_ns - self._clock.now_ns()) * 1e-9
+        if wait_s > timeout_s:
+            time.sleep(timeout_s)
+            return None
+        time.sleep(max(wait_s, 0.0))
+        self._skip_passed()
+        image, seq = self._take(), self._seq
+        self._seq += 1
+        return Frame(image, self._start_ns + round(seq * self._period_ns), seq, self._dropped)
+
+    def close(self) -> None:
+        """See `Camera.close`."""
+        self._pictures, self._next = iter(()), None
+
+    def _skip_passed(self) -> None:
+        behind = int((self._clock.now_ns() - self._start_ns) / self._period_ns) - self._seq
+        for _ in range(behind):
+            self._take()
+            self._seq += 1
+            self._dropped += 1
+
+    def _take(self) -> Image:
+        """The next picture; at the end the first one again, or the end.
+
+        Raises:
+            UserError: at the end.
+        """
+        image = self._next if self._next is not None else next(self._pictures, None)
+        self._next = None
+        if image is None and self._options.loop:
+            self._pictures, _ = open_pictures(self._path)
+            image = next(self._pictures, None)
+        if image is None:
+            self._ended = True
+            raise UserError(f"{self._path} has been played to its end: start the agent anew, or set loop = true")
+        return image
+
+
+def open_pictures(path: Path) -> tuple[Iterator[Image], float]:
+    """The grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
+
+    Raises:
+        UserError: if there is nothing, or nothing that can be read.
+    """
+    if path.is_dir():
+        files = sorted(file for file in path.iterdir() if file.suffix.lower() in PICTURES)
+        if not files:
+            raise UserError(f"Expected pictures ({', '.join(PICTURES)}) in the folder {path}, got none")
+        return (_picture(file) for file in files), 0.0
+    if not path.is_file():
+        raise UserError(
+            f"Expected a video or a folder of pictures at {path}, got nothing: set path in [camera.options]"
+        )
+    video = cv2.VideoCapture(str(path))
+    if not video.isOpened():
+        raise UserError(f"Expected a video at {path}, got a file that OpenCV cannot read as one")
+    rate_hz = float(video.get(cv2.CAP_PROP_FPS))
+    return _frames(video), rate_hz if 0 < rate_hz < 10_000 else 0.0
+
+
+def _picture(file: Path) -> Image:
+    image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise UserError(f"Expected a picture at {file}, got a file that OpenCV cannot read as one")
+    return np.asarray(image, dtype=np.uint8)
+
+
+def _frames(video: cv2.VideoCapture) -> Iterator[Image]:
+    while True:
+        ok, image = video.read()
+        if not ok:
+            video.release()
+            return
+        yield np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image, dtype=np.uint8)
+
+
+def build(context: CameraContext) -> VideoFileCamera:
+    """The video camera of a rig."""
+    return VideoFileCamera(context)
