@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import shutil
 from pathlib import Path
@@ -26,6 +27,16 @@ def free_bytes(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
+def being_written(path: Path) -> bool:
+    """Whether a process is writing this file now."""
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
+
+
 class ReservedFile:
     """An unbuffered binary file for appending, with a reserve that is given up when the disk runs full.
 
@@ -44,13 +55,16 @@ class ReservedFile:
         self._reserve = reserve_path(path)
         try:
             self._file = path.open("wb", buffering=0)
+        except OSError as error:
+            raise _unwritable(path, reserve_bytes, error) from error
+        try:
+            # The lock tells a repair that somebody is still writing; it ends with the process, however that ends.
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._keep_back(reserve_bytes)
         except OSError as error:
-            self._drop_reserve()
-            raise UserError(
-                f"Expected a folder with at least {reserve_bytes / 1e6:.0f} MB of room to record into, but {path} "
-                f"cannot be written ({error.strerror}); choose another folder or free some space"
-            ) from error
+            self.close()
+            path.unlink(missing_ok=True)
+            raise _unwritable(path, reserve_bytes, error) from error
 
     def _keep_back(self, size: int) -> None:
         with self._reserve.open("wb") as file:
@@ -94,3 +108,10 @@ class ReservedFile:
         """Closes the file and gives the reserve back."""
         self._file.close()
         self._drop_reserve()
+
+
+def _unwritable(path: Path, reserve_bytes: int, error: OSError) -> UserError:
+    return UserError(
+        f"Expected a folder with at least {reserve_bytes / 1e6:.0f} MB of room to record into, but {path} cannot be "
+        f"written ({error.strerror}); choose another folder or free some space"
+    )

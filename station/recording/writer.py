@@ -10,19 +10,17 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, cast
 
 from google.protobuf import descriptor_pb2, wrappers_pb2
-from mcap.writer import CompressionType, Writer
 
 from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
+from station.recording.mcap_file import McapFile
 from station.recording.provenance import Attachment, Provenance
 
-CHUNK_BYTES = 1024 * 1024
 FLUSH_EVERY_S = 0.25
 """Half of what kill -9 may cost, so that a busy machine still keeps the promise of half a second."""
 MIN_FREE_BYTES = 64 * 1024 * 1024
@@ -82,10 +80,7 @@ class Recording:
         self._unflushed_since_ns = 0
         self._closed = False
         self._file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
-        self._writer = Writer(
-            cast(IO[bytes], self._file), chunk_size=CHUNK_BYTES, compression=CompressionType.LZ4, enable_crcs=True
-        )
-        self._writer.start(profile="", library=f"repose {provenance.versions.get('repose', '')}")
+        self._writer = McapFile(self._file, library=f"repose {provenance.versions.get('repose', '')}")
         self._describe(provenance)
 
     def __enter__(self) -> Recording:
@@ -98,17 +93,17 @@ class Recording:
 
     def _describe(self, provenance: Provenance) -> None:
         self._writer.add_metadata("session", provenance.session())
-        self._writer.add_metadata("versions", dict(provenance.versions))
+        self._writer.add_metadata("versions", provenance.versions)
         for file in provenance.files():
             self.attach(file, stamp_ns=provenance.started_ns)
 
     def attach(self, file: Attachment, *, stamp_ns: int) -> None:
         """Puts a file into the recording."""
-        self._writer.add_attachment(stamp_ns, stamp_ns, file.name, file.media_type, file.data)
+        self._writer.add_attachment(file.name, file.data, media_type=file.media_type, stamp_ns=stamp_ns)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Adds a record of names and values; several of one name are kept, and the last one counts."""
-        self._writer.add_metadata(name, dict(values))
+        self._writer.add_metadata(name, values)
 
     def offset_ns(self, agent: str) -> int:
         """Station clock minus the agent's clock as last heard; 0 before that."""
@@ -134,7 +129,13 @@ class Recording:
         log_ns = received.receive_ns
         channel = self._channels.get(received.topic) or self._open_channel(received.topic)
         payload = received.payload if channel.known else _wrap(received.payload)
-        self._writer.add_message(channel.number, log_ns, payload, self._publish_ns(received, channel), channel.sequence)
+        self._writer.add_message(
+            channel.number,
+            log_ns=log_ns,
+            publish_ns=self._publish_ns(received, channel),
+            sequence=channel.sequence,
+            payload=payload,
+        )
         channel.sequence += 1
         if not self._unflushed_since_ns:
             self._unflushed_since_ns = log_ns
@@ -169,8 +170,8 @@ class Recording:
 
     def _register(self, name: str, schema: str, data: bytes) -> int:
         if schema not in self._schemas:
-            self._schemas[schema] = self._writer.register_schema(schema, "protobuf", data)
-        return self._writer.register_channel("/" + name, "protobuf", self._schemas[schema])
+            self._schemas[schema] = self._writer.register_schema(schema, data)
+        return self._writer.register_channel("/" + name, schema_id=self._schemas[schema])
 
     def flush(self) -> None:
         """Hands everything to the operating system, so that a killed process no longer loses it."""

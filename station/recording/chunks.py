@@ -1,0 +1,104 @@
+"""Reads the records inside a chunk: unpacked, checked, and only those that are wanted."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zlib
+from collections.abc import Container
+from typing import NamedTuple
+
+import lz4.frame
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Schema
+
+MAX_CHUNK_BYTES = 256 * 1024 * 1024
+"""No writer makes chunks as large as this: a larger number is damage, or meant to exhaust the memory."""
+
+_RECORD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<HIQQ")
+
+
+class DamageError(Exception):
+    """What stands in the file cannot have been written so; the text says what is wrong with it."""
+
+
+class RawMessage(NamedTuple):
+    """A message as it stands in the file."""
+
+    log_ns: int
+    channel_id: int
+    sequence: int
+    publish_ns: int
+    payload: bytes
+
+
+def unpack(chunk: Chunk) -> bytes:
+    """The records of a chunk.
+
+    Raises:
+        DamageError: if they cannot be unpacked or their CRC is wrong.
+    """
+    if chunk.uncompressed_size > MAX_CHUNK_BYTES:
+        raise DamageError(f"a chunk claims to hold {chunk.uncompressed_size / 1e9:.1f} GB")
+    try:
+        data = _decompress(chunk)
+    except (RuntimeError, ValueError, MemoryError, zstandard.ZstdError) as error:
+        raise DamageError(f"a chunk cannot be unpacked ({error})") from error
+    if len(data) != chunk.uncompressed_size:
+        raise DamageError(f"a chunk holds {len(data)} bytes instead of {chunk.uncompressed_size}")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise DamageError("a chunk's checksum (CRC) is wrong")
+    return data
+
+
+def _decompress(chunk: Chunk) -> bytes:
+    if chunk.compression == "lz4":
+        # Never more than was promised, whatever the compressed bytes say.
+        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=chunk.uncompressed_size or 1)
+    if chunk.compression == "zstd":
+        return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
+    if chunk.compression == "":
+        return chunk.data
+    raise ValueError(f"unknown compression '{chunk.compression}'")
+
+
+def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[RawMessage]:
+    """The messages of the wanted channels (None: of all), in the order of the file."""
+    found: list[RawMessage] = []
+    position, end = 0, len(records)
+    try:
+        while position < end:
+            opcode, length = _RECORD.unpack_from(records, position)
+            position += _RECORD.size
+            if opcode == Opcode.MESSAGE:
+                channel, sequence, log_ns, publish_ns = _MESSAGE.unpack_from(records, position)
+                if wanted is None or channel in wanted:
+                    payload = records[position + _MESSAGE.size : position + length]
+                    found.append(RawMessage(log_ns, channel, sequence, publish_ns, payload))
+            position += length
+    except struct.error as error:
+        raise DamageError(f"a chunk's records do not fit together ({error})") from error
+    if position != end:
+        raise DamageError("a chunk's last record runs over its end")
+    return found
+
+
+def definitions(records: bytes) -> tuple[list[Schema], list[Channel]]:
+    """The schemas and channels that a chunk defines."""
+    schemas: list[Schema] = []
+    channels: list[Channel] = []
+    position = 0
+    while position < len(records):
+        opcode, length = _RECORD.unpack_from(records, position)
+        position += _RECORD.size
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            stream = ReadDataStream(io.BytesIO(records[position : position + length]))
+            if opcode == Opcode.SCHEMA:
+                schemas.append(Schema.read(stream))
+            else:
+                channels.append(Channel.read(stream))
+        position += length
+    return schemas, channels

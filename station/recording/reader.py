@@ -1,0 +1,291 @@
+"""Reads a recording in bounded memory: a few chunks at a time, every checksum checked.
+
+Topics are named as on the bus (`camera/corners`), without the slash that they have in the file. `/truth/**`, which
+simulated sessions may hold, is handed out only when asked for by name: nothing that measures, analyses or diagnoses
+may see it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import struct
+import zlib
+from bisect import bisect_left
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
+from mcap.summary import Summary
+
+from shared import topics, wire
+from shared.bus import Received
+from shared.errors import UserError
+from shared.messages import AngleReading, Message, Sample
+from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.mcap_file import MAGIC
+from station.recording.writer import PARTIAL
+
+TRUTH = "truth/"
+_CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPICS.values()} | {
+    wire.schema_name(AngleReading): AngleReading
+}
+_FOOTER_BYTES = 9 + 20
+_BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
+"""What the library raises when the bytes are not what they should be (its EndOfFile is a McapError)."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicInfo:
+    """A topic of a recording; `message` is None when this version does not know the schema."""
+
+    name: str
+    schema: str
+    message: type[Message] | None
+    count: int
+
+
+class Recorded:
+    """A message as it was recorded. `publish_ns`: when it happened; `log_ns`: when the station received it."""
+
+    __slots__ = ("_cls", "_message", "log_ns", "payload", "publish_ns", "topic")
+
+    def __init__(self, topic: str, *, payload: bytes, cls: type[Message], publish_ns: int, log_ns: int) -> None:
+        self.topic = topic
+        self.payload = payload
+        self.publish_ns = publish_ns
+        self.log_ns = log_ns
+        self._cls = cls
+        self._message: Message | None = None
+
+    @property
+    def message(self) -> Message:
+        """The message itself; raises UserError when the payload does not parse."""
+        if self._message is None:
+            self._message = wire.decode(self._cls, self.payload)
+        return self._message
+
+    @property
+    def received(self) -> Received:
+        """As it came over the bus: what a replay hands to the live pipeline."""
+        return Received(self.topic, receive_ns=self.log_ns, payload=self.payload)
+
+
+def open_recording(path: Path) -> RecordingReader:
+    """Opens a finished recording.
+
+    Raises:
+        UserError: in one sentence, if there is none, or it is empty, cut off, damaged or something else.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            _check_ends(file, path)
+            _check_summary(file)
+            file.seek(0)
+            summary = SeekingReader(file, record_size_limit=MAX_CHUNK_BYTES).get_summary()
+    except OSError as error:
+        raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
+    except _BROKEN as error:
+        raise _damaged(path, str(error) or type(error).__name__) from error
+    if summary is None or (summary.statistics is None):
+        raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
+    return RecordingReader(path, summary)
+
+
+def _check_ends(file: BinaryIO, path: Path) -> None:
+    start = file.read(len(MAGIC))
+    if not start:
+        raise UserError(f"Expected a recording, but {path} is empty")
+    if start != MAGIC:
+        raise UserError(f"Expected a recording (MCAP), but {path} is another kind of file")
+    size = file.seek(0, 2)
+    file.seek(max(0, size - len(MAGIC)))
+    if size < 2 * len(MAGIC) + _FOOTER_BYTES or file.read() != MAGIC or path.suffix == PARTIAL:
+        raise UserError(
+            f"Expected a finished recording, but {path} breaks off before its end; run: station repair {path}"
+        )
+
+
+def _check_summary(file: BinaryIO) -> None:
+    """The library does not check the summary's CRC, so a flipped bit in it could send the reader anywhere."""
+    end = file.seek(0, 2) - len(MAGIC)
+    file.seek(end - _FOOTER_BYTES)
+    footer = file.read(_FOOTER_BYTES)
+    start, _, crc = struct.unpack_from("<QQI", footer, 9)
+    if not start or not crc:
+        return
+    file.seek(start)
+    if start > end or zlib.crc32(file.read(end - start - 4)) != crc:
+        raise DamageError("the checksum (CRC) of its index is wrong")
+
+
+def _damaged(path: Path, what: str) -> UserError:
+    return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
+
+
+class RecordingReader:
+    """A finished recording. It holds no file open between calls, and no more than the overlapping chunks within one."""
+
+    def __init__(self, path: Path, summary: Summary) -> None:
+        assert summary.statistics is not None
+        self.path = path
+        self._summary = summary
+        counts = summary.statistics.channel_message_counts
+        self._infos: dict[int, TopicInfo] = {}
+        for number, channel in summary.channels.items():
+            schema = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
+            name = channel.topic.removeprefix("/")
+            self._infos[number] = TopicInfo(name, schema, _CLASSES.get(schema), counts.get(number, 0))
+        self.start_ns: int = summary.statistics.message_start_time
+        """The first log time."""
+        self.end_ns: int = summary.statistics.message_end_time
+        """The last log time."""
+
+    @property
+    def topics(self) -> dict[str, TopicInfo]:
+        """Every topic of the file, `truth/` too, by name."""
+        return {info.name: info for info in sorted(self._infos.values(), key=lambda info: info.name)}
+
+    @property
+    def duration_s(self) -> float:
+        """From the first to the last log time."""
+        return (self.end_ns - self.start_ns) * 1e-9
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        from_ns: int | None = None,
+        to_ns: int | None = None,
+        *,
+        truth: bool = False,
+    ) -> Iterator[Recorded]:
+        """Messages by log time (equal ones as they were written), with from_ns ≤ log time < to_ns.
+
+        Topics whose schema this version does not know are left out; `topics` tells of them.
+
+        Raises:
+            UserError: if the file turns out to be damaged, or for a topic of the truth without `truth`.
+        """
+        wanted = self._wanted(topics, truth=truth)
+        for raw in self._raw(wanted, from_ns, to_ns):
+            info = wanted[raw.channel_id]
+            assert info.message is not None
+            yield Recorded(
+                info.name, payload=raw.payload, cls=info.message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
+            )
+
+    def _wanted(self, topics: Collection[str] | None, *, truth: bool) -> dict[int, TopicInfo]:
+        names = None if topics is None else {topic.removeprefix("/") for topic in topics}
+        if names is not None and not truth and any(name.startswith(TRUTH) for name in names):
+            raise UserError(
+                "The simulation's truth is not for measuring: ask for it with truth=True, in tests and views"
+            )
+        return {
+            number: info
+            for number, info in self._infos.items()
+            if info.message is not None
+            and (truth or not info.name.startswith(TRUTH))
+            and (names is None or info.name in names)
+        }
+
+    def _raw(self, wanted: dict[int, TopicInfo], from_ns: int | None, to_ns: int | None) -> Iterator[RawMessage]:
+        low, high = from_ns or 0, to_ns if to_ns is not None else self.end_ns + 1
+        chunks = [
+            index
+            for index in sorted(self._summary.chunk_indexes, key=lambda index: index.message_start_time)
+            if index.message_end_time >= low
+            and index.message_start_time < high
+            and (not index.message_index_offsets or not wanted.keys().isdisjoint(index.message_index_offsets))
+        ]
+        waiting: list[RawMessage] = []
+        with self.path.open("rb") as file:
+            for number, index in enumerate(chunks):
+                waiting += [raw for raw in self._chunk(file, index, wanted) if low <= raw.log_ns < high]
+                # Stable, so that equal times keep the order of the file; and linear, as they are nearly sorted.
+                waiting.sort(key=_log_ns)
+                if number + 1 < len(chunks) and waiting:
+                    ready = _count_before(waiting, chunks[number + 1].message_start_time)
+                    yield from waiting[:ready]
+                    del waiting[:ready]
+            yield from waiting
+
+    def _chunk(self, file: BinaryIO, index: ChunkIndex, wanted: Collection[int]) -> list[RawMessage]:
+        try:
+            file.seek(index.chunk_start_offset)
+            content = io.BytesIO(file.read(index.chunk_length)[9:])
+            return messages(unpack(Chunk.read(ReadDataStream(content))), wanted=wanted)
+        except _BROKEN as error:
+            raise _damaged(self.path, f"{error} (at byte {index.chunk_start_offset})") from error
+
+    @cached_property
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """The metadata records by name; of several with one name the last."""
+        with self.path.open("rb") as file:
+            found: dict[str, dict[str, str]] = {}
+            for index in self._summary.metadata_indexes:
+                try:
+                    file.seek(index.offset + 9)
+                    record = Metadata.read(ReadDataStream(file))
+                except _BROKEN as error:
+                    raise _damaged(self.path, f"metadata '{index.name}' ({error})") from error
+                found[record.name] = record.metadata
+            return found
+
+    @cached_property
+    def attachments(self) -> dict[str, bytes]:
+        """The attached files by name."""
+        with self.path.open("rb") as file:
+            found: dict[str, bytes] = {}
+            for index in self._summary.attachment_indexes:
+                file.seek(index.offset)
+                try:
+                    record = attachment_of(file.read(index.length)[9:])
+                except _BROKEN as error:
+                    raise _damaged(self.path, f"attachment '{index.name}' ({error})") from error
+                found[record.name] = record.data
+            return found
+
+    def samples(self) -> tuple[Sample, ...]:
+        """The session's samples in the order in which they were taken."""
+        found = (item.message for item in self.messages({"session/sample"}))
+        return tuple(message for message in found if isinstance(message, Sample))
+
+
+def attachment_of(content: bytes) -> Attachment:
+    """The attachment in a record's content; its CRC, which the library skips, is checked.
+
+    Raises:
+        DamageError: if it is wrong.
+    """
+    (crc,) = struct.unpack("<I", content[-4:])
+    if crc and zlib.crc32(content[:-4]) != crc:
+        raise DamageError("its checksum (CRC) is wrong")
+    return Attachment.read(ReadDataStream(io.BytesIO(content)))
+
+
+def _log_ns(raw: RawMessage) -> int:
+    return raw.log_ns
+
+
+def _count_before(sorted_messages: list[RawMessage], time_ns: int) -> int:
+    return bisect_left(sorted_messages, time_ns, key=_log_ns)
+
+
+def digest(reader: RecordingReader) -> str:
+    """SHA-256 of every measured message: topic, capture time and bytes, in order.
+
+    Two sessions of one seed in simulated time have the same. Metadata (versions, file names) and the truth are not in
+    it; nor are log times, which in a live session are never twice the same.
+    """
+    total = hashlib.sha256()
+    for item in reader.messages():
+        total.update(f"{item.topic} {item.publish_ns} {len(item.payload)}\n".encode())
+        total.update(item.payload)
+    return total.hexdigest()
