@@ -1,0 +1,83 @@
+"""Joins the comparison's state machine to a bus, live or simulated: heartbeat, commands, events, log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from shared.bus import Bus, Received
+from shared.clock import Clock
+from shared.foxglove import Log, Timestamp
+from shared.messages import AngleReading, ArmReply, Heartbeat, Message, MotionReport, RunEvent, TiltCommand
+from shared.topics import ANGLE_PREFIX
+from station.angles.instruments import SourceName
+from station.angles.procedure import Output, Phase, Procedure
+from station.angles.watch import Note
+
+HEARTBEAT_NS = 50_000_000
+
+
+def _say_nothing(_: Note) -> None:
+    return
+
+
+class Conductor:
+    """Feeds a `Procedure` from the bus and does what it says. `tick` it at least every 50 ms."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        procedure: Procedure,
+        *,
+        sources: tuple[SourceName, ...],
+        clock: Clock,
+        on_note: Callable[[Note], None] = _say_nothing,
+    ) -> None:
+        self._bus, self._procedure, self._clock, self._on_note = bus, procedure, clock, on_note
+        self._beat_ns = 0
+        for source in sources:
+            bus.subscribe(ANGLE_PREFIX + source.name, self._on_reading)
+        bus.subscribe("arm/motion", self._on_motion)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the comparison is over, for good or bad."""
+        return self._procedure.phase in (Phase.DONE, Phase.FAILED)
+
+    def _on_reading(self, received: Received) -> None:
+        reading = received.message
+        if isinstance(reading, AngleReading):
+            self._procedure.on_reading(reading.source, stamp_ns=reading.stamp_ns)
+
+    def _on_motion(self, received: Received) -> None:
+        if isinstance(received.message, MotionReport):
+            self._procedure.on_motion(received.message, now_ns=self._clock.now_ns())
+
+    def tick(self) -> None:
+        """What is due now."""
+        now_ns = self._clock.now_ns()
+        if now_ns - self._beat_ns >= HEARTBEAT_NS:
+            self._beat_ns = now_ns
+            self._bus.publish("session/heartbeat", Heartbeat(now_ns, armed=not self.finished))
+        self._procedure.tick(now_ns)
+        for output in self._procedure.take_outputs():
+            self._send(output)
+
+    def _send(self, output: Output) -> None:
+        if isinstance(output, TiltCommand):
+            self._bus.publish("arm/command", output)
+            self._bus.request("arm/command", output, self._on_reply, timeout_s=2.0)
+        elif isinstance(output, RunEvent):
+            self._bus.publish("session/event", output)
+        else:
+            stamp = Timestamp.from_ns(self._clock.now_ns())
+            line = Log(timestamp=stamp, level=output.level, message=output.text, name="compare-angles")
+            self._bus.publish("log", line)
+            self._on_note(output)
+
+    def _on_reply(self, reply: Message | None) -> None:
+        known = reply if isinstance(reply, ArmReply) else None
+        self._procedure.on_reply(known, now_ns=self._clock.now_ns())
+
+    def disarm(self) -> None:
+        """The last heartbeat: the arm is to hold, and obeys nobody any more."""
+        self._bus.publish("session/heartbeat", Heartbeat(self._clock.now_ns(), armed=False))
