@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cache
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -82,7 +82,7 @@ def reach_of(rig: RigConfig) -> Reach:
     tilter = Tilter.from_settings(settings)
     ceiling = math.radians(settings.gate.max_tilt_deg)
 
-    @lru_cache(maxsize=None)
+    @cache
     def reach(azimuth_rad: float) -> float:
         return min(tilter.path(azimuth_rad).reach_rad, ceiling)
 

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockOffset, TwinScene
@@ -53,7 +54,7 @@ class Lockstep:
         plan: Plan,
         *,
         recording: Recording | None,
-        camera: Callable[[MemoryBus, RigConfig], LockstepCamera] | None = None,
+        camera: Callable[[Bus, RigConfig], LockstepCamera] | None = None,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
     ) -> None:
         self.clock = SimulatedClock()

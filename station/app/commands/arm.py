@@ -1,0 +1,32 @@
+"""Runs the arm agent: one driver on the bus, behind the safety gate, which works on when the station is gone."""
+
+from __future__ import annotations
+
+import argparse
+
+from shared.clock import SystemClock
+from shared.zenoh_bus import ZenohBus
+from station.app import assembly
+from station.arm import loop
+from station.arm.agent import arm_agent
+
+NAME = "arm"
+HELP = "run the arm agent: driver and safety gate on the bus"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs until it is stopped; the arm is then held where it is."""
+    rig = assembly.rig_from(options.rig)
+    settings = assembly.arm_settings(rig)
+    clock, requests = SystemClock(), loop.Requests()
+    with ZenohBus(rig.id, listen=rig.bus.endpoint("arm"), connect=rig.bus.peers("arm"), clock=clock) as bus:
+        agent = arm_agent(bus, settings)
+        print(f"The arm agent of rig '{rig.id}' ({settings.driver}) is on the bus at {rig.bus.arm}.", flush=True)
+        with loop.signals(requests):
+            loop.run(agent, bus=bus, clock=clock, requests=requests)
+    return 0

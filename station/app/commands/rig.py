@@ -1,0 +1,106 @@
+"""Starts the whole simulated rig and runs a session on it.
+
+Twin, arm agent, camera agent and station are separate processes on the real bus; at the end, or at Ctrl-C, all are
+stopped, and the table of samples and the way to look at the recording are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from shared.errors import UserError
+from station.app import assembly, recordings
+
+NAME = "rig"
+HELP = "the whole simulated rig from one command"
+_GRACE_S = 10.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
+    parser.add_argument("--plan", help="plan file; without it every constant has the paper's value")
+    parser.add_argument("--samples", type=int, default=5, help="how many runs")
+    parser.add_argument("--seed", type=int, default=1, help="seed of twin and session")
+    parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
+    parser.add_argument("--no-view", action="store_true", help="do not open the Rerun viewer")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Gives the session's exit status."""
+    rig_path = options.rig or str(assembly.simulated_rig_path())
+    rig = assembly.rig_from(rig_path)  # a mistake in it is named before anything starts
+    out = str(recordings.recording_path(options.out))
+    view = [] if options.no_view else ["--view"]
+    plan = ["--plan", options.plan] if options.plan else []
+    print(f"Starting the simulated rig '{rig.id}': twin, arm agent, camera agent, station.", flush=True)
+    helpers = [
+        _start("pi_agent", "run", "--rig", rig_path),
+        _start("station", "arm", "--rig", rig_path),
+        _start("station", "twin", "--rig", rig_path, "--seed", str(options.seed)),
+    ]
+    session: subprocess.Popen[bytes] | None = None
+    try:
+        _await_start(helpers)
+        words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", out]
+        session = _start("station", "run", "--rig", rig_path, *words, *plan, *view)
+        return _watch(session, helpers)
+    except KeyboardInterrupt:
+        return 130
+    finally:
+        _stop([process for process in (session, *reversed(helpers)) if process is not None])
+
+
+def _start(module: str, *words: str) -> subprocess.Popen[bytes]:
+    """Starts one process of the rig; in its own group, so that Ctrl-C comes from here and in order."""
+    return subprocess.Popen([sys.executable, "-m", module, *words], start_new_session=True)
+
+
+def _await_start(helpers: list[subprocess.Popen[bytes]]) -> None:
+    """Gives the helpers time to come up; `station run` itself says who is missing."""
+    end = time.monotonic() + 2.0
+    while time.monotonic() < end:
+        _require_running(helpers)
+        time.sleep(0.1)
+
+
+def _require_running(helpers: list[subprocess.Popen[bytes]]) -> None:
+    for process in helpers:
+        if process.poll() is not None:
+            raise UserError(
+                f"`{_words(process)}` ended by itself with status {process.returncode}; its reason is above"
+            )
+
+
+def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[bytes]]) -> int:
+    while session.poll() is None:
+        try:
+            _require_running(helpers)
+            time.sleep(0.1)
+        except KeyboardInterrupt:
+            print("Stopping: the plate goes back to level first (Ctrl-C again: at once).", flush=True)
+            session.send_signal(signal.SIGINT)
+    return int(session.returncode)
+
+
+def _stop(processes: list[subprocess.Popen[bytes]]) -> None:
+    """Ends them one after another: politely, and after a grace for good."""
+    for process in processes:
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            try:
+                process.wait(_GRACE_S)
+            except subprocess.TimeoutExpired:
+                print(f"`{_words(process)}` did not end within {_GRACE_S:g} s and was killed", file=sys.stderr)
+                process.kill()
+                process.wait()
+
+
+def _words(process: subprocess.Popen[bytes]) -> str:
+    words = process.args if isinstance(process.args, list) else [str(process.args)]
+    return " ".join(Path(str(word)).name for word in words[2:])

@@ -1,0 +1,125 @@
+"""Runs a session: tilts the plate until the block slides, again and again, and records everything to one MCAP file.
+
+Live, it expects the camera agent, the arm agent (and the twin, on the simulated rig) on the bus; `station rig` starts
+them all. With --lockstep the same state machine, twin and recorder run in simulated time in this one process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from shared.clock import SIMULATION_EPOCH_NS, SystemClock
+from shared.errors import UserError
+from shared.rig import RigConfig
+from shared.zenoh_bus import ZenohBus
+from station.app import assembly, recordings
+from station.app.live import LiveSession, StopRequest, await_processes, install_signals
+from station.app.lockstep import Lockstep
+from station.app.pixels import pixel_camera
+from station.app.summary import print_summary
+from station.recording.writer import Recording
+from station.sampling.plan import Plan
+
+NAME = "run"
+HELP = "run a session and record it"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
+    parser.add_argument("--plan", help="plan file; without it every constant has the paper's value")
+    parser.add_argument("--samples", type=int, help="how many runs (replaces the plan's)")
+    parser.add_argument("--seed", type=int, help="seed of every random choice (replaces the plan's)")
+    parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
+    parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
+    parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
+    parser.add_argument("--pixels", action="store_true", help="with --lockstep: render frames and track them")
+    parser.add_argument("--view", action="store_true", help="show the session live in Rerun")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs the session; 0 when the plan was carried out, 1 when it had to stop early."""
+    rig = assembly.rig_from(options.rig)
+    plan = assembly.plan_from(options.plan, samples=options.samples, seed=options.seed)
+    if options.pixels and not options.lockstep:
+        raise UserError("Expected --lockstep with --pixels; a live session has the pixels of its own camera")
+    return _lockstep(options, rig, plan) if options.lockstep else _live(options, rig, plan)
+
+
+def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan) -> int:
+    console = Console(stderr=True)
+    path = recordings.recording_path(options.out)
+    origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
+    begin = time.perf_counter()
+    with ExitStack() as stack:
+        recording = stack.enter_context(
+            Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
+        )
+        progress = stack.enter_context(_progress(console))
+        task = progress.add_task("samples", total=plan.samples)
+        lockstep = Lockstep(
+            rig,
+            plan,
+            recording=recording,
+            camera=pixel_camera(plan.seed) if options.pixels else None,
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+        )
+        outcome = lockstep.run(on_sample=lambda count: progress.update(task, completed=count))
+    wall = time.perf_counter() - begin
+    console.print(
+        f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
+        f"{outcome.simulated_s / wall:.0f} times faster than life."
+    )
+    return _close(path, outcome.fault)
+
+
+def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan) -> int:
+    console = Console(stderr=True)
+    path = recordings.recording_path(options.out)
+    clock, stop = SystemClock(), StopRequest()
+    install_signals(stop)
+    with ExitStack() as stack:
+        bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
+        stack.callback(bus.close)
+        bus.announce("station")
+        await_processes(bus, rig)
+        origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
+        recording = Recording(path, provenance=origin, overwrite=options.overwrite)
+        session = LiveSession(
+            bus,
+            rig,
+            plan,
+            recording=recording,
+            clock=clock,
+            stop=stop,
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+        )
+        progress = stack.enter_context(_progress(console))
+        task = progress.add_task("samples", total=plan.samples)
+        fault = session.run(on_tick=lambda: progress.update(task, completed=session.samples))
+    return _close(path, fault)
+
+
+def _progress(console: Console) -> Progress:
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        redirect_stdout=False,
+    )
+
+
+def _close(path: Path, fault: str) -> int:
+    print_summary(path)
+    if fault:
+        print(f"The session ended early: {fault}")
+    return 1 if fault else 0

@@ -1,0 +1,38 @@
+"""Runs the simulated rig's world: a MuJoCo arm, plate and block that speak on the bus as the real ones do."""
+
+from __future__ import annotations
+
+import argparse
+
+from shared.clock import SystemClock
+from shared.errors import UserError
+from shared.zenoh_bus import ZenohBus
+from station.app import assembly
+from station.app.processes import paced, until_stopped
+from station.simulators.mujoco.twin import Twin
+
+NAME = "twin"
+HELP = "simulate arm, plate and block (MuJoCo) on the bus"
+RATE_HZ = 200.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the friction's scatter")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs until it is stopped."""
+    rig = assembly.rig_from(options.rig)
+    if not rig.bus.twin:
+        raise UserError('Expected an endpoint for the twin in the rig file, e.g. [bus] twin = "tcp/127.0.0.1:7449"')
+    clock = SystemClock()
+    with ZenohBus(rig.id, listen=rig.bus.endpoint("twin"), connect=rig.bus.peers("twin"), clock=clock) as bus:
+        world = assembly.twin_world(rig, seed=options.seed, start_ns=clock.now_ns())
+        twin = Twin(bus, world)
+        print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
+        with until_stopped() as stopped:
+            for now_ns in paced(clock, bus, rate_hz=RATE_HZ, stopped=stopped):
+                twin.tick(now_ns)
+    return 0

@@ -1,0 +1,145 @@
+"""A session in real time over the bus: presence of the others, clocks, recorder, view, and a safe end."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from types import FrameType
+
+from shared.bus import Bus
+from shared.clock import Clock
+from shared.errors import UserError
+from shared.messages import MotionReport
+from shared.rig import RigConfig
+from station.app import assembly
+from station.app.clocks import ClockKeeper
+from station.app.session import Session
+from station.recording.recorder import Recorder
+from station.recording.writer import Recording
+from station.sampling.machine import SamplingMachine
+from station.sampling.plan import Plan
+
+PRESENCE_S = 2.0
+LEVELLING_S = 20.0
+_START = {
+    "camera": "pi-agent run --rig RIG.toml (on the Pi; --camera synthetic for the simulated rig)",
+    "arm": "station arm --rig RIG.toml",
+    "twin": "station twin --rig RIG.toml",
+}
+
+
+def await_processes(bus: Bus, rig: RigConfig, *, timeout_s: float = PRESENCE_S) -> None:
+    """Waits for everybody whom the session needs.
+
+    Raises:
+        UserError: naming who is missing and what to start.
+    """
+    needed = {"camera", "arm"} | ({"twin"} if assembly.arm_settings(rig).driver == "simulated" else set[str]())
+    end = time.monotonic() + timeout_s
+    while missing := needed - bus.alive():
+        if time.monotonic() > end:
+            what = "; ".join(
+                f"no {name} on the bus of rig '{rig.id}': start {_START[name]}" for name in sorted(missing)
+            )
+            raise UserError(f"Expected {', '.join(sorted(needed))} within {timeout_s:g} s; {what}")
+        bus.poll(0.05)
+
+
+@dataclass(slots=True)
+class StopRequest:
+    """Why the session should end early, set by a signal or by the recorder."""
+
+    reason: str = ""
+    times: int = 0
+
+    def ask(self, reason: str) -> None:
+        """Asks for the end; asking again is remembered."""
+        self.reason = self.reason or reason
+        self.times += 1
+
+
+def install_signals(stop: StopRequest) -> None:
+    """Ctrl-C and SIGTERM ask for a safe end."""
+
+    def handler(number: int, _frame: FrameType | None) -> None:
+        stop.ask("stopped by the user" if number == signal.SIGINT else "stopped by a signal")
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, handler)
+        signal.signal(signal.SIGTERM, handler)
+
+
+class LiveSession:
+    """Runs a plan on a real (or simulated, but real-time) rig and records it."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        rig: RigConfig,
+        plan: Plan,
+        *,
+        recording: Recording,
+        clock: Clock,
+        stop: StopRequest,
+        on_line: Callable[[str, str], None],
+    ) -> None:
+        self._bus, self._clock, self._stop = bus, clock, stop
+        self._recorder = Recorder(bus, recording, clock=clock, on_stopped=stop.ask)
+        machine = SamplingMachine(
+            plan,
+            size_px=(rig.camera.width_px, rig.camera.height_px),
+            reach=assembly.reach_of(rig),
+            specimen=assembly.specimen(rig),
+            geometry=None,
+        )
+        self._session = Session(
+            bus,
+            machine,
+            block_height_m=rig.block.size_m[2],
+            pivot_above_plate_m=assembly.arm_settings(rig).pivot_above_plate_m or 0.005,
+            on_line=on_line,
+        )
+        self._clocks = ClockKeeper(bus, clock=clock, agents=("camera", "arm"))
+        self._level_run: int | None = None
+        self._motions: list[MotionReport] = []
+        bus.subscribe("arm/motion", lambda received: self._motions.append(received.message))  # pyright: ignore
+
+    @property
+    def samples(self) -> int:
+        """How many runs have given a sample."""
+        return self._session.machine.samples
+
+    def run(self, *, on_tick: Callable[[], None] = lambda: None) -> str:
+        """Runs to the end; gives an empty text or why the session had to stop. The recording is closed either way."""
+        with ExitStack() as stack:
+            stack.callback(self._recorder.close)
+            while not self._session.finished:
+                if self._stop.reason:
+                    self._session.say("warning", f"ending the session: {self._stop.reason}")
+                    self._session.stop(self._stop.reason, now_ns=self._clock.now_ns())
+                    break
+                self._turn()
+                on_tick()
+            self._await_level()
+        return self._session.fault or self._stop.reason
+
+    def _turn(self) -> None:
+        self._bus.poll(0.004)
+        now_ns = self._clock.now_ns()
+        self._session.tick(now_ns)
+        self._clocks.tick(now_ns)
+
+    def _await_level(self) -> None:
+        """Keeps the heart beating until the plate is level again, if it had to be brought back."""
+        if not self._stop.reason:
+            return
+        end = time.monotonic() + LEVELLING_S
+        count = len(self._motions)
+        while time.monotonic() < end and self._stop.times < 2:
+            self._turn()
+            if any(motion.end_ns and not motion.fault for motion in self._motions[count:]):
+                break

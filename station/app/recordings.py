@@ -1,0 +1,41 @@
+"""Where recordings go, and what they say about their origin."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from datetime import datetime
+from pathlib import Path
+
+from shared.rig import RigConfig
+from station.recording.provenance import Provenance
+from station.sampling.plan import Plan
+
+FOLDER = Path("recordings")
+
+
+def recording_path(out: str | None) -> Path:
+    """The path of `--out`, or a new one in ./recordings named by the time."""
+    return Path(out) if out else FOLDER / f"{datetime.now().astimezone():%Y-%m-%d_%H-%M-%S}.mcap"
+
+
+def plan_toml(plan: Plan) -> str:
+    """The plan as TOML with every constant, so that the recording holds what was really used."""
+    values = asdict(plan)
+    tables = {name: value for name, value in values.items() if isinstance(value, dict)}
+    lines = [f"{name} = {json.dumps(value)}" for name, value in values.items() if name not in tables]
+    for name, table in tables.items():
+        lines += ["", f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Provenance:
+    """Rig file, plan, seed and versions."""
+    return Provenance(
+        rig_id=rig.id,
+        started_ns=started_ns,
+        mode="lockstep" if mode == "lockstep" else "live",
+        seed=plan.seed,
+        rig_toml=rig.text,
+        plan_toml=plan_toml(plan),
+    )
