@@ -1,0 +1,45 @@
+"""Where everything stands in the Rerun recording."""
+
+from __future__ import annotations
+
+WORLD = "world"
+ARM = "world/arm"
+PLATFORM = "world/platform"
+PLATE = "world/platform/plate"
+FOAM = "world/platform/foam"
+BLOCK = "world/platform/block"
+MARK = "world/platform/block/mark"
+TRAIL = "world/platform/trail"
+DOWNHILL = "world/platform/downhill"
+
+CAMERA = "world/platform/camera"
+IMAGE = "world/platform/camera/image"
+CORNERS = "world/platform/camera/image/corners"
+REFERENCE = "world/platform/camera/image/reference"
+WAY = "world/platform/camera/image/way"
+PLATE_MARK = "world/platform/camera/image/plate"
+
+TILT = "plots/tilt/measured"
+COMMANDED = "plots/tilt/commanded"
+ONSET = "plots/tilt/onset"
+ANGLES = "plots/tilt/"
+DISPLACEMENT = "plots/displacement/corners"
+MEAN = "plots/displacement/mean"
+THRESHOLD = "plots/displacement/threshold"
+SLID = "plots/block/slid"
+HEIGHT = "plots/block/height"
+
+PHASE = "state/run"
+MOTION = "state/arm"
+STATION = "state/station"
+
+LOG = "log/"
+EVENTS = "log/session"
+SAMPLES = "samples"
+
+CAMERA_RATE = "health/camera/rate"
+CAMERA_DROPPED = "health/camera/dropped"
+CLOCK = "health/clock/"
+TEMPERATURE = "health/air/temperature"
+HUMIDITY = "health/air/humidity"
+JOINTS = "health/joints"

@@ -1,0 +1,84 @@
+"""Where everything stands on the screen. Views that would stay empty are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from station.view import entities
+from station.view.canvas import ELAPSED
+from station.view.setup import Setup
+
+_LIVE_WINDOW_S = 30.0
+_DISPLACEMENT_RANGE_PX = (0.0, 80.0)
+
+
+def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.Blueprint:
+    """The blueprint for a session with these topics; `live` follows the present and shows the last 30 s of curves."""
+    camera = "camera/corners" in topics or "camera/image" in topics
+    upper: list[rrb.View | rrb.Container] = [_scene(setup, arm="arm/joints" in topics)]
+    if camera:
+        upper.insert(0, rrb.Spatial2DView(origin=entities.CAMERA, name="Camera: corners and reference"))
+    window = _window() if live else None
+    curves: list[rrb.View] = []
+    if camera:
+        curves.append(_displacement(window))
+    if "block/pose" in topics:
+        curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
+    curves.insert(0, _curves("plots/tilt", "Tilt (°)", window))
+    states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
+    lower = rrb.Vertical(*curves, states, row_shares=[*([3] * len(curves)), 2])
+    words = rrb.Vertical(
+        rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs"),
+        rrb.Tabs(
+            rrb.TextLogView(origin="log", name="Log"),
+            _curves("health", "Health", window),
+        ),
+    )
+    pictures = rrb.Vertical(rrb.Horizontal(*upper), lower, row_shares=[5, 6])
+    panel = rrb.TimePanel(timeline=ELAPSED, state="collapsed", play_state="following" if live else "playing")
+    return rrb.Blueprint(
+        rrb.Horizontal(pictures, words, column_shares=[7, 3]),
+        panel,
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _linked() -> rrb.TimeAxis:
+    return rrb.TimeAxis(link="LinkToGlobal")
+
+
+def _window() -> list[rr.VisibleTimeRange]:
+    start = rr.TimeRangeBoundary.cursor_relative(seconds=-_LIVE_WINDOW_S)
+    return [rr.VisibleTimeRange(ELAPSED, start=start, end=rr.TimeRangeBoundary.cursor_relative())]
+
+
+def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
+    return rrb.TimeSeriesView(origin=origin, name=name, time_ranges=window, axis_x=_linked())
+
+
+def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
+    """Above the slip threshold nothing more is decided: the axis ends where the threshold does at the largest tilt."""
+    return rrb.TimeSeriesView(
+        origin="plots/displacement",
+        name="Corners from their reference (px): three above the red line are a slip",
+        time_ranges=window,
+        axis_x=_linked(),
+        axis_y=rrb.ScalarAxis(range=_DISPLACEMENT_RANGE_PX, zoom_lock=True),
+    )
+
+
+def _scene(setup: Setup, *, arm: bool) -> rrb.View:
+    """The scene, seen so that the plate is large; the eye goes with the plate when an arm carries it."""
+    reach = 4.5 * setup.plate_side_m
+    return rrb.Spatial3DView(
+        origin=entities.WORLD,
+        name="Arm, plate and block" if arm else "Plate and block",
+        line_grid=rrb.LineGrid3D(visible=True, color=(60, 60, 70, 120)),
+        eye_controls=rrb.EyeControls3D(
+            position=(0.6 * reach, -reach, 0.7 * reach), look_target=(0.0, 0.0, 0.0), tracking_entity=None
+        ),
+    )

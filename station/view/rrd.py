@@ -1,0 +1,52 @@
+"""Writes a session as a Rerun file with its layout inside: what `station replay` opens."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from pathlib import Path
+
+import rerun as rr
+
+from shared.errors import UserError
+from shared.messages import Message
+from station.view.layout import layout
+from station.view.part import Rates
+from station.view.scene import SceneLogger
+from station.view.setup import Setup
+
+APPLICATION = "repose"
+
+
+def write_rrd(
+    items: Iterable[tuple[str, Message, int]],
+    path: Path,
+    *,
+    topics: Collection[str],
+    setup: Setup,
+    name: str,
+    rates: Rates | None = None,
+) -> int:
+    """Draws (topic, message, publish time in ns) into the file `path` as they come; returns how many were drawn.
+
+    `topics` decide the layout. Memory does not grow with the length of the session.
+
+    Raises:
+        UserError: if the file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.open("wb").close()
+    except OSError as error:
+        raise UserError(f"Expected to write the view to {path}, but it cannot be written: {error.strerror}") from error
+    recording = rr.RecordingStream(APPLICATION, make_default=False, make_thread_default=False)
+    recording.set_sinks(rr.FileSink(path), default_blueprint=layout(topics, setup=setup))
+    recording.send_recording_name(name)
+    logger = SceneLogger(recording, setup=setup, rates=rates)
+    count = 0
+    for topic, message, publish_ns in items:
+        logger.log(topic, message, publish_ns)
+        count += 1
+    logger.flush()
+    recording.flush(timeout_sec=60.0)
+    recording.disconnect()
+    return count

@@ -1,0 +1,69 @@
+"""What a view must know about the rig beyond the messages: the arm, the plate, the block, the threshold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from shared.config import parse
+from shared.geometry import Array
+from shared.rig import RigConfig
+from station.rig.arm_model import ArmModel, load_arm_model, transform
+from station.rig.arm_settings import ArmSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Threshold:
+    """The slip rule's l = `base_px` + `per_deg_px` · θ° (paper, section III.C)."""
+
+    base_px: float = 10.0
+    per_deg_px: float = 1.0
+
+    def at(self, tilt_deg: float) -> float:
+        """The threshold l in pixels."""
+        return self.base_px + self.per_deg_px * tilt_deg
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """Shapes and places for drawing.
+
+    `arm` is None when nothing is known of it; `world_from_base` (4, 4) says where its foot stands. Without
+    `opening_m` there is no foam border. `image_px` is the camera's size until a calibration tells it.
+    """
+
+    arm: ArmModel | None = None
+    world_from_base: Array | None = None
+    pivot_above_plate_m: float = 0.0
+    plate_side_m: float = 0.1
+    plate_thickness_m: float = 0.005
+    opening_m: float | None = None
+    foam_height_m: float = 0.01
+    block_size_m: tuple[float, float, float] = (0.01, 0.01, 0.01)
+    mark_side_m: float = 0.01
+    mark_aspect: float = 1.0
+    image_px: tuple[int, int] = (600, 600)
+    threshold: Threshold = Threshold()
+
+
+def setup_of(rig: RigConfig, *, threshold: Threshold | None = None) -> Setup:
+    """The shapes that a rig file describes.
+
+    Raises:
+        UserError: if its `[arm]` table is wrong or names an unknown model.
+    """
+    settings = parse(ArmSettings, rig.arm)
+    model = load_arm_model(settings.model)
+    own_pivot = settings.pivot_above_plate_m
+    return Setup(
+        arm=model,
+        world_from_base=transform(settings.base_xyz_m, (0.0, 0.0, math.radians(settings.base_yaw_deg))),
+        pivot_above_plate_m=model.pivot_above_plate_m if own_pivot is None else own_pivot,
+        plate_side_m=rig.plate.side_m,
+        opening_m=rig.plate.opening_m,
+        block_size_m=rig.block.size_m,
+        mark_side_m=rig.mark.side_mm * 1e-3,
+        mark_aspect=rig.mark.aspect,
+        image_px=(rig.camera.width_px, rig.camera.height_px),
+        threshold=threshold or Threshold(),
+    )

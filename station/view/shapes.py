@@ -1,0 +1,105 @@
+"""The fixed shapes of the scene as Rerun archetypes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from shared.geometry import Array, quaternion_from_matrix
+from station.rig.arm_model import ArmModel, Capsule
+from station.view import colours
+from station.view.setup import Setup
+
+_RING = 64
+
+
+def plate(setup: Setup) -> rr.Boxes3D:
+    """The plate; its top is the plane z = 0 of the plate frame."""
+    half = 0.5 * setup.plate_side_m
+    return rr.Boxes3D(
+        centers=[[0.0, 0.0, -0.5 * setup.plate_thickness_m]],
+        half_sizes=[[half, half, 0.5 * setup.plate_thickness_m]],
+        colors=[colours.PLATE],
+        fill_mode="solid",
+    )
+
+
+def foam(setup: Setup, *, opening_m: float) -> rr.Mesh3D:
+    """The foam border: a square frame with a round hole of diameter `opening_m`, as a closed mesh."""
+    angle = np.linspace(0.0, 2 * math.pi, _RING, endpoint=False) + math.pi / _RING
+    round_xy = np.column_stack([np.cos(angle), np.sin(angle)])
+    square_xy = round_xy / np.abs(round_xy).max(axis=1, keepdims=True)
+    # The corners of the square lie at the middle between two directions; the nearest ones are moved onto them.
+    for corner in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
+        square_xy[np.argmin(np.hypot(*(square_xy - np.array(corner)).T))] = corner
+    inner, outer = 0.5 * opening_m * round_xy, 0.5 * setup.plate_side_m * square_xy
+    rings = [(inner, 0.0), (inner, setup.foam_height_m), (outer, setup.foam_height_m), (outer, 0.0)]
+    vertices = np.concatenate([np.column_stack([xy, np.full(_RING, z)]) for xy, z in rings])
+    faces: list[tuple[int, int, int]] = []
+    for ring in range(3):
+        for i in range(_RING):
+            j = (i + 1) % _RING
+            a, b, c, d = (ring * _RING + i, ring * _RING + j, (ring + 1) * _RING + i, (ring + 1) * _RING + j)
+            faces += [(a, c, b), (b, c, d)]
+    return rr.Mesh3D(
+        vertex_positions=vertices, triangle_indices=faces, vertex_colors=np.tile((*colours.FOAM, 255), (4 * _RING, 1))
+    )
+
+
+def block(setup: Setup) -> rr.Boxes3D:
+    """The block about its middle."""
+    return rr.Boxes3D(
+        half_sizes=[[0.5 * size for size in setup.block_size_m]], colors=[colours.BLOCK], fill_mode="solid"
+    )
+
+
+def mark(setup: Setup) -> rr.Boxes3D:
+    """The dark mark on the block's top, as thin as paper; it lets the block's rim be seen."""
+    half_x, half_y = 0.5 * setup.mark_side_m, 0.5 * setup.mark_side_m * setup.mark_aspect
+    top = 0.5 * setup.block_size_m[2]
+    return rr.Boxes3D(
+        centers=[[0.0, 0.0, top]],
+        half_sizes=[[0.9 * half_x, 0.9 * half_y, 0.02 * top]],
+        colors=[colours.BLOCK_TOP],
+        fill_mode="solid",
+    )
+
+
+class ArmShape:
+    """The arm's capsules: shape once, then a pose for each set of joint angles."""
+
+    def __init__(self, model: ArmModel) -> None:
+        capsules = (model.base_capsule, *(joint.link_capsule for joint in model.joints))
+        self._link_from_capsule = np.array([_along(capsule) for capsule in capsules])
+        self._lengths = [math.dist(capsule.from_m, capsule.to_m) for capsule in capsules]
+        self._radii = [capsule.radius_m for capsule in capsules]
+
+    def shape(self) -> rr.Capsules3D:
+        """Lengths, radii and colours, without places."""
+        shades = [colours.ARM_DARK if i % 2 == 0 else colours.ARM for i in range(len(self._lengths))]
+        return rr.Capsules3D.from_fields(lengths=self._lengths, radii=self._radii, colors=shades, fill_mode="solid")
+
+    def pose(self, world_from_link: Array) -> rr.Capsules3D:
+        """Places for world_from_base and every world_from_link, (n + 1, 4, 4)."""
+        poses = world_from_link @ self._link_from_capsule
+        quaternions = [quaternion_from_matrix(pose[:3, :3]) for pose in poses]
+        return rr.Capsules3D.from_fields(
+            translations=poses[:, :3, 3], quaternions=[rr.Quaternion(xyzw=[x, y, z, w]) for w, x, y, z in quaternions]
+        )
+
+
+def _along(capsule: Capsule) -> NDArray[np.float64]:
+    """link_from_capsule (4, 4): origin at one end, z towards the other."""
+    start, end = np.array(capsule.from_m), np.array(capsule.to_m)
+    length = float(np.linalg.norm(end - start))
+    z = (end - start) / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    aside = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    x = np.cross(aside, z)
+    x /= np.linalg.norm(x)
+    result = np.eye(4)
+    result[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    result[:3, 3] = start
+    return result
