@@ -27,6 +27,7 @@ from shared.messages import Message
 
 _ALIVE = "@alive"
 _LEASE_MS = 1000
+_HISTORY_S = 0.5
 _PRIORITIES = (
     zenoh.Priority.REAL_TIME,
     zenoh.Priority.INTERACTIVE_HIGH,
@@ -158,7 +159,8 @@ class ZenohBus:
             self._session,
             self._key(topic),
             callback,
-            history=ext.HistoryConfig(detect_late_publishers=True),
+            # Enough for what came while this process started; a longer past is nobody's measurement.
+            history=ext.HistoryConfig(detect_late_publishers=True, max_age=_HISTORY_S),
             recovery=ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
         )
         self._recovering[topic] = subscriber

@@ -19,6 +19,7 @@ _IMAGE_SHARE = 0.05
 """Images give way first: they may fill this share of the queue, and are two thousand times as large."""
 _TICK_S = 0.05
 _REPORT_EVERY_NS = 1_000_000_000
+_UNRECORDED = frozenset(name for name, line in topics.TOPICS.items() if not line.recorded)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +42,12 @@ class Counts:
 
 def record_within(bus: Bus, recording: Recording) -> None:
     """Records every message of a bus within the call that publishes it, for simulated time: nothing is dropped."""
-    bus.subscribe("**", recording.write, direct=True)
+
+    def write(received: Received) -> None:
+        if received.topic not in _UNRECORDED:
+            recording.write(received)
+
+    bus.subscribe("**", write, direct=True)
 
 
 class _Repeats:
@@ -103,7 +109,9 @@ class Recorder:
         self._subscribe(bus)
 
     def _subscribe(self, bus: Bus) -> None:
-        for name in topics.TOPICS:
+        for name, line in topics.TOPICS.items():
+            if not line.recorded:
+                continue
             bus.subscribe(name, self._take, direct=True, on_miss=self._take_miss)
         # Angle sources and topics that a newer agent may send have no line in the table, hence no recovery.
         bus.subscribe("**", self._take_unlisted, direct=True)
