@@ -41,7 +41,10 @@ Sender = Literal["camera", "arm", "station", "twin", "any"]
 
 @dataclass(frozen=True, slots=True)
 class Topic:
-    """One line of the table; `rate_hz` is nominal, 0 means on change."""
+    """One line of the table; `rate_hz` is nominal, 0 means on change.
+
+    What is not `recorded` is a simulator's own wire, whose content other topics hold as well.
+    """
 
     name: str
     message: type[m.Message]
@@ -49,6 +52,7 @@ class Topic:
     sender: Sender
     rate_hz: float
     meaning: str
+    recorded: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +90,8 @@ _TOPICS = (
     Topic("clock", m.ClockOffset, STATUS, "station", 1, "agent clocks against the station's"),
     Topic("tf", foxglove.FrameTransforms, STATUS, "station", 30, "world > platform > camera, block"),
     Topic("log", foxglove.Log, EVENT, "any", 0, "one line an event, warnings and errors"),
-    Topic("twin/target", m.JointTarget, STATE, "arm", 100, "joint set-points for the twin"),
-    Topic("twin/joints", m.JointState, STATE, "twin", 200, "the twin's joints"),
+    Topic("twin/target", m.JointTarget, STATE, "arm", 100, "joint set-points for the twin", recorded=False),
+    Topic("twin/joints", m.JointState, STATE, "twin", 200, "the twin's joints", recorded=False),
     Topic("truth/scene", m.TwinScene, STATE, "twin", 200, "what the synthetic camera may see"),
 )
 _SERVICES = (
