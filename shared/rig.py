@@ -114,6 +114,8 @@ class RigConfig:
     block: BlockConfig = field(default_factory=BlockConfig)
     arm: Table = field(default_factory=lambda: Table({}))
     twin: Table = field(default_factory=lambda: Table({}))
+    angles: Table = field(default_factory=lambda: Table({}))
+    """`[angles.<name>]`: one table for each angle source, read by the station."""
     text: str = ""
     """The file itself, word by word: every recording carries it."""
 
