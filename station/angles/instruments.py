@@ -26,16 +26,21 @@ _PERIOD_S = 0.005
 
 @dataclass(frozen=True, slots=True)
 class SourceName:
-    """A source's name, and whether it speaks only when it is asked."""
+    """A source's name, its kind, and whether it speaks only when it is asked."""
 
     name: str
-    on_demand: bool
+    kind: str
+    on_demand: bool = False
 
 
 def source_names(table: Table) -> tuple[SourceName, ...]:
     """The sources in the `[angles]` table of a rig; raises UserError when a kind does not exist."""
-    tables = ((name, table.child(name)) for name in table.values)
-    return tuple(SourceName(name, load_kind(split_table(child)[0].kind or name).ON_DEMAND) for name, child in tables)
+    return tuple(_source_name(name, table.child(name)) for name in table.values)
+
+
+def _source_name(name: str, table: Table) -> SourceName:
+    kind = split_table(table)[0].kind or name
+    return SourceName(name, kind, load_kind(kind).ON_DEMAND)
 
 
 class Instruments:
