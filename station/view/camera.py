@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 
 import numpy as np
@@ -17,6 +18,10 @@ from station.view.part import Handler, Rates
 from station.view.reference import ReferenceTracker
 from station.view.setup import Setup
 
+_RECENT = 90
+_IMAGE_STALE_NS = 500_000_000
+_SAME_FRAME_NS = 3_000_000
+
 
 class CameraPart:
     """Draws below `entities.CAMERA`; pixels are moved by half a pixel from OpenCV's convention to Rerun's."""
@@ -26,6 +31,9 @@ class CameraPart:
         self._resolution = setup.image_px
         self._images = Cap(rates.image_hz)
         self._drawings = {name: Cap(rates.drawing_hz) for name in (entities.CORNERS, entities.PLATE_MARK)}
+        self._recent: deque[MarkerCorners] = deque(maxlen=_RECENT)
+        self._image_ns: int | None = None
+        self._waiting = False
         self._reference = ReferenceTracker()
         self._shown_reference: Array | None = None
         self._intrinsics: Array | None = None
@@ -45,14 +53,30 @@ class CameraPart:
         }
 
     def _on_image(self, image: CompressedImage) -> None:
-        if self._images.due(self._canvas.now_ns):
-            media_type = f"image/{image.format.replace('jpg', 'jpeg')}"
-            self._canvas.log(entities.IMAGE, rr.EncodedImage(contents=image.data, media_type=media_type))
+        if not self._images.due(self._canvas.now_ns):
+            return
+        media_type = f"image/{image.format.replace('jpg', 'jpeg')}"
+        self._canvas.log(entities.IMAGE, rr.EncodedImage(contents=image.data, media_type=media_type))
+        self._image_ns, self._waiting = image.timestamp.ns or self._canvas.now_ns, True
+        for corners in self._recent:
+            self._draw_with_image(corners)
 
     def _on_corners(self, corners: MarkerCorners) -> None:
         self._reference.on_corners(corners)
-        if not self._drawings[entities.CORNERS].due(self._canvas.now_ns):
-            return
+        self._recent.append(corners)
+        if self._image_ns is not None and self._canvas.now_ns - self._image_ns < _IMAGE_STALE_NS:
+            self._draw_with_image(corners)
+        elif self._drawings[entities.CORNERS].due(self._canvas.now_ns):
+            self._draw(corners)
+
+    def _draw_with_image(self, corners: MarkerCorners) -> None:
+        """Draws the corners of the image's own frame, at its time: others would look like a bad tracker."""
+        if self._waiting and self._image_ns is not None and abs(corners.capture_ns - self._image_ns) < _SAME_FRAME_NS:
+            self._waiting = False
+            self._canvas.at(self._image_ns)
+            self._draw(corners)
+
+    def _draw(self, corners: MarkerCorners) -> None:
         seen = np.reshape(corners.corners_px, (4, 2)) if corners.found else None
         self._outline(entities.CORNERS, seen, colours.MARK)
         self._points(seen)

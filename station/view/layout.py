@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import rerun as rr
@@ -12,6 +13,7 @@ from station.view.canvas import ELAPSED
 from station.view.setup import Setup
 
 _LIVE_WINDOW_S = 30.0
+_ASIDE_DEG = -35.0
 _DISPLACEMENT_RANGE_PX = (0.0, 80.0)
 
 
@@ -29,11 +31,13 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.
         curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
     curves.insert(0, _curves("plots/tilt", "Tilt (°)", window))
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
-    lower = rrb.Vertical(*curves, states, row_shares=[*([3] * len(curves)), 2])
+    lower = rrb.Vertical(*curves, states, row_shares=[1] * (len(curves) + 1))
     words = rrb.Vertical(
         rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs"),
         rrb.Tabs(
-            rrb.TextLogView(origin="log", name="Log"),
+            rrb.TextLogView(
+                origin="log", name="Log", columns=rrb.TextLogColumns(text_log_columns=["loglevel", "body"])
+            ),
             _curves("health", "Health", window),
         ),
     )
@@ -57,7 +61,9 @@ def _window() -> list[rr.VisibleTimeRange]:
 
 
 def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    return rrb.TimeSeriesView(origin=origin, name=name, time_ranges=window, axis_x=_linked())
+    return rrb.TimeSeriesView(
+        origin=origin, name=name, time_ranges=window, axis_x=_linked(), plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop)
+    )
 
 
 def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
@@ -68,17 +74,19 @@ def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
         time_ranges=window,
         axis_x=_linked(),
         axis_y=rrb.ScalarAxis(range=_DISPLACEMENT_RANGE_PX, zoom_lock=True),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
     )
 
 
 def _scene(setup: Setup, *, arm: bool) -> rrb.View:
-    """The scene, seen so that the plate is large; the eye goes with the plate when an arm carries it."""
-    reach = 4.5 * setup.plate_side_m
+    """The scene, seen from beyond the plate, so that the arm stands behind it and hides nothing."""
+    reach = (3.3 if arm else 2.5) * setup.plate_side_m
+    x, y, z = setup.look_at_m
+    away = math.atan2(y, x) + math.radians(_ASIDE_DEG)
+    eye = (x + 0.8 * reach * math.cos(away), y + 0.8 * reach * math.sin(away), z + 0.6 * reach)
     return rrb.Spatial3DView(
         origin=entities.WORLD,
         name="Arm, plate and block" if arm else "Plate and block",
         line_grid=rrb.LineGrid3D(visible=True, color=(60, 60, 70, 120)),
-        eye_controls=rrb.EyeControls3D(
-            position=(0.6 * reach, -reach, 0.7 * reach), look_target=(0.0, 0.0, 0.0), tracking_entity=None
-        ),
+        eye_controls=rrb.EyeControls3D(position=eye, look_target=(x, y, z), eye_up=(0.0, 0.0, 1.0)),
     )

@@ -25,14 +25,12 @@ class TiltPart:
         del setup, rates
         self._canvas = canvas
         self._sources: set[str] = set()
-        canvas.name_curves(entities.TILT, ["tilt (°)"], [colours.TILT], width=2.0)
+        canvas.name_curves(entities.TILT, ["measured"], [colours.TILT], width=2.0)
         steps = rr.SeriesLines(
-            names=["commanded (°)"], colors=[colours.COMMANDED], widths=[1.0], interpolation_mode="StepAfter"
+            names=["commanded"], colors=[colours.COMMANDED], widths=[1.0], interpolation_mode="StepAfter"
         )
         canvas.static(entities.COMMANDED, steps)
-        onset = rr.SeriesPoints(
-            names=["slip onset (°)"], colors=[colours.ONSET], markers=["circle"], marker_sizes=[5.0]
-        )
+        onset = rr.SeriesPoints(names=["slip onset"], colors=[colours.ONSET], markers=["circle"], marker_sizes=[5.0])
         canvas.static(entities.ONSET, onset)
 
     def handlers(self) -> Mapping[str, Handler]:
@@ -55,7 +53,7 @@ class TiltPart:
         if path not in self._sources:
             self._sources.add(path)
             shade = colours.CORNERS[len(self._sources) % len(colours.CORNERS)]
-            self._canvas.name_curves(path, [f"{reading.source} (°)"], [shade])
+            self._canvas.name_curves(path, [reading.source or "unnamed"], [shade])
         self._canvas.curve(path, math.degrees(reading.angle_rad))
 
     def _on_sample(self, sample: Sample) -> None:
@@ -76,10 +74,10 @@ class DisplacementPart:
         self._reference = ReferenceTracker()
         self._tilt_deg = 0.0
         self._drawing = False
-        names = [f"corner {number} (px)" for number in range(4)]
-        canvas.name_curves(entities.DISPLACEMENT, names, colours.CORNERS, width=1.0)
-        canvas.name_curves(entities.MEAN, ["mean (px)"], [colours.MEAN], width=2.0)
-        canvas.name_curves(entities.THRESHOLD, ["threshold l (px)"], [colours.THRESHOLD], width=2.0)
+        names = [f"corner {number}" for number in range(4)]
+        canvas.name_curves(entities.DISPLACEMENT, names, colours.CORNERS, width=2.5)
+        canvas.name_curves(entities.MEAN, ["mean"], [colours.MEAN], width=1.0)
+        canvas.name_curves(entities.THRESHOLD, ["threshold l"], [colours.THRESHOLD], width=2.0)
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
@@ -95,6 +93,7 @@ class DisplacementPart:
 
     def _on_corners(self, corners: MarkerCorners) -> None:
         self._reference.on_corners(corners)
+        self._canvas.curve(entities.THRESHOLD, self._threshold.at(self._tilt_deg))
         reference = self._reference.corners_px
         if reference is None or not corners.found:
             self._break()
@@ -103,10 +102,9 @@ class DisplacementPart:
         moved = np.linalg.norm(np.reshape(corners.corners_px, (4, 2)) - reference, axis=1)
         self._canvas.curve(entities.DISPLACEMENT, *moved.tolist())
         self._canvas.curve(entities.MEAN, float(moved.mean()))
-        self._canvas.curve(entities.THRESHOLD, self._threshold.at(self._tilt_deg))
 
     def _break(self) -> None:
         if self._drawing:
             self._drawing = False
-            for path, width in ((entities.DISPLACEMENT, 4), (entities.MEAN, 1), (entities.THRESHOLD, 1)):
-                self._canvas.gap(path, width=width)
+            self._canvas.gap(entities.DISPLACEMENT, width=4)
+            self._canvas.gap(entities.MEAN, width=1)

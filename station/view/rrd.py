@@ -17,6 +17,14 @@ from station.view.setup import Setup
 APPLICATION = "repose"
 
 
+def new_recording() -> rr.RecordingStream:
+    """A recording whose only clock is the messages' own."""
+    recording = rr.RecordingStream(APPLICATION, make_default=False, make_thread_default=False)
+    recording.set_log_time_enabled(False)
+    recording.set_log_tick_enabled(False)
+    return recording
+
+
 def write_rrd(
     items: Iterable[tuple[str, Message, int]],
     path: Path,
@@ -38,8 +46,10 @@ def write_rrd(
         path.open("wb").close()
     except OSError as error:
         raise UserError(f"Expected to write the view to {path}, but it cannot be written: {error.strerror}") from error
-    recording = rr.RecordingStream(APPLICATION, make_default=False, make_thread_default=False)
-    recording.set_sinks(rr.FileSink(path), default_blueprint=layout(topics, setup=setup))
+    recording = new_recording()
+    recording.set_sinks(rr.FileSink(path))
+    # Active, not only default: the viewer keeps the last layout of an application and would show this one's camera.
+    recording.send_blueprint(layout(topics, setup=setup), make_active=True, make_default=True)
     recording.send_recording_name(name)
     logger = SceneLogger(recording, setup=setup, rates=rates)
     count = 0

@@ -72,8 +72,9 @@ class LogPart:
         return {"log": self._on_log, "session/event": self._on_event, "arm/motion": self._on_motion}
 
     def _on_log(self, line: Log) -> None:
-        path = entities.LOG + (line.name or "unnamed").replace("/", "_")
-        self._canvas.log(path, rr.TextLog(line.message, level=_LEVEL_NAMES.get(line.level, "INFO")))
+        who = line.name or "unnamed"
+        text = rr.TextLog(f"{who}: {line.message}", level=_LEVEL_NAMES.get(line.level, "INFO"))
+        self._canvas.log(entities.LOG + who.replace("/", "_"), text)
 
     def _on_event(self, event: RunEvent) -> None:
         if event.reason:
@@ -94,10 +95,16 @@ class SamplesPart:
         self._canvas = canvas
         self._rows: deque[str] = deque(maxlen=_RUNS_SHOWN)
         self._directions: dict[int, _Spread] = {}
+        self._present: tuple[int, str] | None = None
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
-        return {"session/sample": self._on_sample}
+        return {"session/event": self._on_event, "session/sample": self._on_sample}
+
+    def _on_event(self, event: RunEvent) -> None:
+        if self._present != (event.run, event.phase) and event.phase in colours.PHASES:
+            self._present = (event.run, event.phase)
+            self._show()
 
     def _on_sample(self, sample: Sample) -> None:
         self._rows.appendleft(_row(sample))
@@ -107,7 +114,8 @@ class SamplesPart:
         self._show()
 
     def _show(self) -> None:
-        head = "| run | direction | onset | remarks |\n|---:|---:|---:|---|\n"
+        present = "run {}: {}".format(*self._present) if self._present else "not begun"
+        head = f"## {present}\n\n| run | direction | onset | remarks |\n|---:|---:|---:|---|\n"
         table = head + "\n".join(self._rows)
         means = "".join(
             f"| {_direction(number)} | {spread.count} | {spread.text()} |\n"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from shared.config import parse
 from shared.geometry import Array
 from shared.rig import RigConfig
-from station.rig.arm_model import ArmModel, load_arm_model, transform
+from station.rig.arm_model import ArmModel, forward_kinematics, load_arm_model, transform
 from station.rig.arm_settings import ArmSettings
 
 
@@ -29,7 +29,8 @@ class Setup:
     """Shapes and places for drawing.
 
     `arm` is None when nothing is known of it; `world_from_base` (4, 4) says where its foot stands. Without
-    `opening_m` there is no foam border. `image_px` is the camera's size until a calibration tells it.
+    `opening_m` there is no foam border. `look_at_m` is the place in the world that the scene is about. `image_px` is
+    the camera's size until a calibration tells it.
     """
 
     arm: ArmModel | None = None
@@ -43,6 +44,7 @@ class Setup:
     mark_side_m: float = 0.01
     mark_aspect: float = 1.0
     image_px: tuple[int, int] = (600, 600)
+    look_at_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     threshold: Threshold = Threshold()
 
 
@@ -55,9 +57,13 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None) -> Setup:
     settings = parse(ArmSettings, rig.arm)
     model = load_arm_model(settings.model)
     own_pivot = settings.pivot_above_plate_m
+    world_from_base = transform(settings.base_xyz_m, (0.0, 0.0, math.radians(settings.base_yaw_deg)))
+    home_rad = [math.radians(angle) for angle in settings.home_deg] or model.home_rad
+    x, y, z = forward_kinematics(model, home_rad, world_from_base=world_from_base)[:3, 3].tolist()
     return Setup(
         arm=model,
-        world_from_base=transform(settings.base_xyz_m, (0.0, 0.0, math.radians(settings.base_yaw_deg))),
+        world_from_base=world_from_base,
+        look_at_m=(x, y, z),
         pivot_above_plate_m=model.pivot_above_plate_m if own_pivot is None else own_pivot,
         plate_side_m=rig.plate.side_m,
         opening_m=rig.plate.opening_m,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -51,7 +52,16 @@ def session_messages(*, camera: bool = True, arm: bool = True) -> Iterator[Item]
         stamp = _ns(seconds)
         items.append(("session/event", m.RunEvent(stamp_ns=stamp, run=1, phase=phase), stamp))
         items.append(("log", _log(stamp, f"run 1: {phase}"), stamp))
-    items.append(("arm/command", m.TiltCommand(stamp_ns=_ns(1.2), run=1, angle_rad=math.radians(30), step=1), _ns(1.2)))
+    for step in range(1, 9):
+        begin, end = 1.2 + 0.225 * (step - 1), 1.2 + 0.225 * step - 0.1
+        command = m.TiltCommand(stamp_ns=_ns(begin), run=1, angle_rad=math.radians(3 * step), step=step)
+        items.append(("arm/command", command, _ns(begin)))
+        motion = m.MotionReport(stamp_ns=_ns(begin), run=1, step=step, begin_ns=_ns(begin))
+        items.append(("arm/motion", motion, _ns(begin)))
+        items.append(("arm/motion", replace(motion, stamp_ns=_ns(end), end_ns=_ns(end)), _ns(end)))
+    for index in range(int(END_S * 10)):
+        stamp = _ns(index / 10)
+        items.append(("session/heartbeat", m.Heartbeat(stamp_ns=stamp, armed=index > 3), stamp))
     items.append(("session/sample", sample(), _ns(3.3)))
     items.append(("log", _log(_ns(3.0), "3 of 4 corners moved further than the threshold", "warning"), _ns(3.0)))
     for index in range(int(END_S * 90)):
