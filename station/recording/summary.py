@@ -1,0 +1,52 @@
+"""What a session's samples say at a glance: mean and spread of the onset angle by direction."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from shared.messages import Sample
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionSummary:
+    """The runs of one direction (−1: free azimuth).
+
+    `mean_rad` and `sd_rad` (n − 1 in the denominator) are over the kept runs only: neither flagged nor censored. They
+    are NaN without enough runs. Leaving censored runs out biases the mean downwards, hence their count.
+    """
+
+    direction: int
+    kept: int
+    censored: int
+    flagged: int
+    mean_rad: float
+    sd_rad: float
+
+
+def is_kept(sample: Sample) -> bool:
+    """Whether a sample counts in a mean: it slipped, and no filter rejected it."""
+    return not sample.censored and not sample.flags
+
+
+def by_direction(samples: Sequence[Sample]) -> tuple[DirectionSummary, ...]:
+    """One summary for each direction that occurs, in order."""
+    return tuple(
+        _summary(direction, [sample for sample in samples if sample.direction == direction])
+        for direction in sorted({sample.direction for sample in samples})
+    )
+
+
+def _summary(direction: int, samples: Sequence[Sample]) -> DirectionSummary:
+    angles = [sample.onset_angle_rad for sample in samples if is_kept(sample)]
+    censored = sum(sample.censored for sample in samples)
+    return DirectionSummary(
+        direction=direction,
+        kept=len(angles),
+        censored=censored,
+        flagged=len(samples) - len(angles) - censored,
+        mean_rad=statistics.fmean(angles) if angles else math.nan,
+        sd_rad=statistics.stdev(angles) if len(angles) > 1 else math.nan,
+    )

@@ -1,0 +1,205 @@
+"""Sample tables: one row a run, the columns of `Sample`, as CSV or Parquet, and back.
+
+Vectors are lists in Parquet and numbered columns in CSV (`euler_rad_0` to `euler_rad_2`); the flags are a list in
+Parquet and one text in CSV, separated by `|`. Numbers are written so that reading gives the same ones.
+A table of another rig may have fewer columns (they keep their defaults) and others (they are left alone), but it must
+have `onset_angle_rad`.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, cast, get_type_hints
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from shared.errors import UserError
+from shared.messages import Floats, Sample, Strings
+from station.recording.reader import open_recording
+
+LENGTHS = {"euler_rad": 3, "reference_corners_px": 8, "corner_variance_px2": 8, "post_corners_px": 8}
+"""How many columns of a CSV file a vector gets at least."""
+REQUIRED = "onset_angle_rad"
+_FLAG_SEPARATOR = "|"
+_HINTS: dict[str, Any] = {
+    name: hint for name, hint in get_type_hints(Sample).items() if name in {spec.name for spec in fields(Sample)}
+}
+_ARROW: dict[Any, pa.DataType] = {
+    int: pa.int64(),
+    float: pa.float64(),
+    bool: pa.bool_(),
+    str: pa.string(),
+    Floats: pa.list_(pa.float64()),
+    Strings: pa.list_(pa.string()),
+}
+
+
+def write_samples(samples: Sequence[Sample], path: Path) -> None:
+    """Writes a table; the name's ending (.csv or .parquet) says which.
+
+    Raises:
+        UserError: for another ending, or a folder that cannot be written to.
+    """
+    write = {".csv": _write_csv, ".parquet": _write_parquet}.get(path.suffix)
+    if write is None:
+        raise UserError(f"Expected a table's name to end in .csv or .parquet, got '{path.name}'")
+    try:
+        write(samples, path)
+    except OSError as error:
+        raise UserError(f"Expected to write the table to {path}, but that failed: {error.strerror}") from error
+
+
+def read_samples(path: Path) -> tuple[Sample, ...]:
+    """The samples in a table (.csv, .parquet) or a recording (.mcap).
+
+    Raises:
+        UserError: if the file is missing, of another kind, lacks the onset angle, or holds something that is no number.
+    """
+    if path.suffix == ".mcap":
+        return open_recording(path).samples()
+    read = {".csv": _read_csv, ".parquet": _read_parquet}.get(path.suffix)
+    if read is None:
+        raise UserError(f"Expected samples in a .csv, .parquet or .mcap file, got '{path.name}'")
+    try:
+        return read(path)
+    except OSError as error:
+        raise UserError(f"Expected a table of samples at {path}, but it cannot be read: {error}") from error
+
+
+# --- Parquet ---------------------------------------------------------------------------------------------------------
+
+
+def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
+    columns = [
+        pa.array([_plain(getattr(sample, name)) for sample in samples], type=_ARROW[hint])
+        for name, hint in _HINTS.items()
+    ]
+    pq.write_table(pa.table(columns, names=list(_HINTS)), path)
+
+
+def _plain(value: Any) -> Any:
+    return list(cast(tuple[Any, ...], value)) if isinstance(value, tuple) else value
+
+
+def _read_parquet(path: Path) -> tuple[Sample, ...]:
+    try:
+        table = pq.read_table(path)
+    except pa.ArrowInvalid as error:
+        raise UserError(f"Expected a Parquet table of samples, but {path} is not one ({error})") from error
+    _require(table.column_names, path)
+    known = [name for name in _HINTS if name in table.column_names]
+    rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
+    return tuple(_from_row(row, number, path) for number, row in enumerate(rows, start=1))
+
+
+def _from_row(row: dict[str, Any], number: int, path: Path) -> Sample:
+    values: dict[str, Any] = {}
+    for name, value in row.items():
+        if value is not None:
+            values[name] = _checked(name, value, f"{path}, row {number}")
+    return Sample(**values)
+
+
+def _checked(name: str, value: Any, where: str) -> Any:
+    hint = _HINTS[name]
+    try:
+        if hint in (Floats, Strings):
+            kind = float if hint == Floats else str
+            return tuple(kind(item) for item in value)
+        return hint(value)
+    except (TypeError, ValueError) as error:
+        raise UserError(f"{where}: expected {_wanted(hint)} for '{name}', got {value!r}") from error
+
+
+# --- CSV -------------------------------------------------------------------------------------------------------------
+
+
+def _write_csv(samples: Sequence[Sample], path: Path) -> None:
+    widths = {
+        name: max([LENGTHS.get(name, 0), *(len(getattr(sample, name)) for sample in samples)])
+        for name, hint in _HINTS.items()
+        if hint == Floats
+    }
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([column for name in _HINTS for column in _columns(name, widths)])
+        for sample in samples:
+            writer.writerow([cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)])
+
+
+def _columns(name: str, widths: dict[str, int]) -> list[str]:
+    return [f"{name}_{index}" for index in range(widths[name])] if name in widths else [name]
+
+
+def _cells(name: str, value: Any, widths: dict[str, int]) -> list[str]:
+    hint = _HINTS[name]
+    if name in widths:
+        return [*(repr(float(item)) for item in value), *[""] * (widths[name] - len(value))]
+    if hint == Strings:
+        return [_FLAG_SEPARATOR.join(value)]
+    return [value if hint is str else repr(hint(value)).lower()]
+
+
+def _read_csv(path: Path) -> tuple[Sample, ...]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, restval="")
+            _require(reader.fieldnames or (), path)
+            return tuple(_from_cells(row, f"{path}, line {reader.line_num}") for row in reader)
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UserError(f"Expected a CSV table of samples, but {path} is not one ({error})") from error
+
+
+def _require(columns: Sequence[str], path: Path) -> None:
+    if REQUIRED not in columns:
+        found = ", ".join(columns[:8]) or "none"
+        raise UserError(f"Expected a table of samples with a column '{REQUIRED}' in {path}; its columns are: {found}")
+
+
+def _from_cells(row: dict[str, str], where: str) -> Sample:
+    values: dict[str, Any] = {}
+    for name, hint in _HINTS.items():
+        if hint == Floats:
+            cells = _numbered(name, row)
+            while cells and not cells[-1]:
+                cells.pop()
+            values[name] = tuple(_number(cell, f"{name}_{index}", float, where) for index, cell in enumerate(cells))
+        elif row.get(name):
+            values[name] = _from_cell(name, row[name], where)
+    return Sample(**values)
+
+
+def _numbered(name: str, row: dict[str, str]) -> list[str]:
+    cells: list[str] = []
+    while (column := f"{name}_{len(cells)}") in row:
+        cells.append(row[column])
+    return cells
+
+
+def _from_cell(name: str, cell: str, where: str) -> Any:
+    hint = _HINTS[name]
+    if hint == Strings:
+        return tuple(cell.split(_FLAG_SEPARATOR))
+    if hint is str:
+        return cell
+    if hint is bool:
+        if cell.lower() not in ("true", "false", "1", "0"):
+            raise UserError(f"{where}: expected true or false for '{name}', got '{cell}'")
+        return cell.lower() in ("true", "1")
+    return _number(cell, name, hint, where)
+
+
+def _number(cell: str, name: str, kind: Any, where: str) -> Any:
+    try:
+        return kind(cell)
+    except ValueError as error:
+        raise UserError(f"{where}: expected {_wanted(kind)} for '{name}', got '{cell}'") from error
+
+
+def _wanted(hint: Any) -> str:
+    names = {int: "a whole number", float: "a number", bool: "true or false", Floats: "a list of numbers"}
+    return names.get(hint, "a text")
