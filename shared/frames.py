@@ -17,13 +17,13 @@ module follow OpenCV (the centre of the top-left pixel is (0, 0)); viewers put (
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shared import foxglove
-from shared.geometry import Array, matrix_from_quaternion, quaternion_from_matrix
+from shared.geometry import Array, quaternion_from_matrix
 from shared.messages import BlockPose, CameraGeometry, PlatformState
 
 WORLD = "world"
@@ -48,11 +48,11 @@ _POINT_FIELDS = (
 
 
 def transform(
-    *, parent: str, child: str, xyz_m: ArrayLike, quaternion_wxyz: ArrayLike, stamp_ns: int
+    *, parent: str, child: str, xyz_m: Iterable[float], quaternion_wxyz: Iterable[float], stamp_ns: int
 ) -> foxglove.FrameTransform:
     """The pose parent_from_child as a message; translation and rotation are always set."""
-    x, y, z = (float(value) for value in np.asarray(xyz_m, dtype=float))
-    qw, qx, qy, qz = (float(value) for value in np.asarray(quaternion_wxyz, dtype=float))
+    x, y, z = map(float, xyz_m)
+    qw, qx, qy, qz = map(float, quaternion_wxyz)
     return foxglove.FrameTransform(
         timestamp=foxglove.Timestamp.from_ns(stamp_ns),
         parent_frame_id=parent,
@@ -62,10 +62,12 @@ def transform(
     )
 
 
-def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> Array:
-    """The plate's centre (3,) in the world, metres: the pivot is `pivot_above_plate_m` along the plate's normal."""
-    normal = matrix_from_quaternion((state.qw, state.qx, state.qy, state.qz))[:, 2]
-    return np.array([state.px, state.py, state.pz]) - pivot_above_plate_m * normal
+def plate_origin(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> tuple[float, float, float]:
+    """The plate's centre in the world, metres: the pivot is `pivot_above_plate_m` along the plate's normal."""
+    w, x, y, z = state.qw, state.qx, state.qy, state.qz
+    normal = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
+    height = pivot_above_plate_m
+    return state.px - height * normal[0], state.py - height * normal[1], state.pz - height * normal[2]
 
 
 def platform_transform(state: PlatformState, *, pivot_above_plate_m: float = 0.0) -> foxglove.FrameTransform:

@@ -9,6 +9,7 @@ stands in the homography `plate_from_pixel` and nowhere else.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -118,12 +119,23 @@ def mark_corners(*, side_m: float, aspect: float = 1.0) -> Array:
     return np.array([[-half_x, half_y], [half_x, half_y], [half_x, -half_y], [-half_x, -half_y]])
 
 
-def block_pose_of(corners_px: ArrayLike, geometry: CameraGeometry) -> tuple[float, float, float]:
-    """The block's x, y (m) and yaw (rad) in the plate frame from its mark's four corners (4, 2): least squares."""
-    seen = corners_on_plate(np.reshape(corners_px, (4, 2)), geometry)
-    model = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
-    centre = seen.mean(axis=0)
-    offset = seen - centre
-    cosine = float(np.sum(model * offset))
-    sine = float(np.sum(model[:, 0] * offset[:, 1] - model[:, 1] * offset[:, 0]))
-    return float(centre[0]), float(centre[1]), math.atan2(sine, cosine)
+def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tuple[float, float, float]:
+    """The block's x, y (m) and yaw (rad) in the plate frame from its mark's corners (x0 y0 … x3 y3): least squares.
+
+    Plain arithmetic, because it runs many times a second: the rigid fit of four points has a closed form.
+    """
+    a, b, c, d, e, f, g, h, i = geometry.plate_from_pixel
+    raised = 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.mark_height_m else 1.0
+    seen: list[tuple[float, float]] = []
+    for u, v in zip(corners_px[0::2], corners_px[1::2], strict=True):
+        w = g * u + h * v + i
+        seen.append(((a * u + b * v + c) / w, (d * u + e * v + f) / w))
+    foot_x, foot_y = geometry.camera_x_m, geometry.camera_y_m
+    # Turning the model's corners by the yaw that fits best makes these two sums parallel to (cos yaw, sin yaw).
+    cosine = sine = 0.0
+    half_x, half_y = 0.5 * geometry.marker_side_m, 0.5 * geometry.marker_side_m * geometry.marker_aspect
+    for (x, y), (sign_x, sign_y) in zip(seen, ((-1, 1), (1, 1), (1, -1), (-1, -1)), strict=True):
+        cosine += sign_x * half_x * x + sign_y * half_y * y
+        sine += sign_x * half_x * y - sign_y * half_y * x
+    mean_x, mean_y = sum(x for x, _ in seen) / 4, sum(y for _, y in seen) / 4
+    return foot_x + (mean_x - foot_x) * raised, foot_y + (mean_y - foot_y) * raised, math.atan2(sine, cosine)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 from shared import frames
 from shared.bus import Bus, Received
-from shared.foxglove import LEVELS, Log, Timestamp
+from shared.foxglove import LEVELS, FrameTransform, Log, Timestamp
 from shared.geometry import block_pose_of
 from shared.messages import (
     ArmReply,
@@ -44,6 +45,7 @@ class Session:
         self._busy = False
         self._now_ns = 0
         self._heartbeat_ns = self._transforms_ns = 0
+        self._view: tuple[tuple[float, ...], FrameTransform] | None = None
         self._seen: dict[type[Message], Message] = {}
         self.finished = False
         self.fault = ""
@@ -128,7 +130,7 @@ class Session:
         if isinstance(attitude, PlatformState):
             transforms.append(frames.platform_transform(attitude, pivot_above_plate_m=self._pivot_m))
         if isinstance(geometry, CameraGeometry):
-            transforms.append(frames.camera_transform(geometry, stamp_ns=now_ns))
+            transforms.append(self._camera_transform(geometry, now_ns))
             if isinstance(corners, MarkerCorners) and corners.found:
                 x, y, yaw = block_pose_of(corners.corners_px, geometry)
                 block = frames.block_transform(
@@ -137,3 +139,9 @@ class Session:
                 transforms.append(block)
         if transforms:
             self._bus.publish("tf", frames.tf(*transforms))
+
+    def _camera_transform(self, geometry: CameraGeometry, now_ns: int) -> FrameTransform:
+        """Computed anew only when the calibration says something else: it is the same for a whole session."""
+        if self._view is None or self._view[0] != geometry.plate_from_pixel:
+            self._view = (geometry.plate_from_pixel, frames.camera_transform(geometry, stamp_ns=now_ns))
+        return replace(self._view[1], timestamp=Timestamp.from_ns(now_ns))
