@@ -44,8 +44,9 @@ def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
         "mode": "peer",
         "listen/endpoints": list(listen),
         "connect/endpoints": list(connect),
-        # A missing peer is retried in the background; it never keeps a process from starting.
-        "connect/timeout_ms": 0,
+        # A missing peer is retried in the background for ever (0 would mean one attempt); it never keeps a process
+        # from starting.
+        "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
         "scouting/multicast/enabled": False,
