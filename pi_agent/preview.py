@@ -43,8 +43,6 @@ class Preview:
         self._due_ns = 0
         self._wake = threading.Event()
         self._requests: list[FrameRequest] = []
-        self.skipped = 0
-        """Requested frames that were overwritten before they could be sent."""
 
     def attach(self, view: View) -> None:
         """The camera was opened."""
@@ -79,9 +77,13 @@ class Preview:
         while not stop.is_set():
             self._wake.wait(0.2)
             self._wake.clear()
-            if self._view is not None:
-                self._serve_requests(self._view, stop.is_set)
-                self._preview(self._view)
+            self.work(stop.is_set)
+
+    def work(self, stopped: Callable[[], bool] = lambda: False) -> None:
+        """Sends what is due now."""
+        if self._view is not None:
+            self._serve_requests(self._view, stopped)
+            self._preview(self._view)
 
     def _preview(self, view: View) -> None:
         kept = view.ring.latest() if self._interval_ns and not self._requests else None

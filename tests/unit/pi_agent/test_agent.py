@@ -1,0 +1,164 @@
+"""The agent with its threads, on a bus within the process."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pi_agent.agent import Agent
+from pi_agent.cameras import Camera, CameraContext, load_camera
+from pi_agent.synthetic_view import SyntheticView
+from shared.bus import Received
+from shared.clock import SystemClock
+from shared.errors import UserError
+from shared.memory_bus import MemoryBus
+from shared.messages import ClockPing, ClockPong, FrameReply, FrameRequest, Message
+from shared.rig import RigConfig
+from tests.unit.pi_agent.rigs import FakeTwin, ScriptedCamera, rig, scene
+
+PATIENCE_S = 20.0
+
+
+class Listener:
+    """Keeps what comes over the bus, by topic."""
+
+    def __init__(self, bus: MemoryBus) -> None:
+        self.messages: dict[str, list[Any]] = defaultdict(list)
+        bus.subscribe("**", self._keep)
+
+    def _keep(self, received: Received) -> None:
+        self.messages[received.topic].append(received.message)
+
+    def __getitem__(self, topic: str) -> list[Any]:
+        return self.messages[topic]
+
+    @property
+    def log(self) -> str:
+        return "\n".join(line.message for line in self["log"])
+
+    def wait(self, happened: Callable[[], bool]) -> None:
+        give_up = time.monotonic() + PATIENCE_S
+        while not happened():
+            assert time.monotonic() < give_up, f"it did not come to pass; the log says: {self.log}"
+            time.sleep(0.01)
+
+
+@contextlib.contextmanager
+def running(config: RigConfig, camera: Camera, bus: MemoryBus) -> Iterator[Agent]:
+    agent, stop = Agent(config, camera, bus, SystemClock()), threading.Event()
+    thread = threading.Thread(target=agent.run, args=(stop,))
+    thread.start()
+    try:
+        yield agent
+    finally:
+        stop.set()
+        thread.join(timeout=10)
+        assert not thread.is_alive()
+
+
+def images(count: int) -> list[Any]:
+    view = SyntheticView(rig(), rng=np.random.default_rng(1))
+    return [view.frame(scene(), 0) for _ in range(count)]
+
+
+def test_everything_that_the_agent_says_comes_over_the_bus():
+    config, clock = rig(), SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock))
+    with FakeTwin(bus, clock), running(config, camera, bus) as agent:
+        heard.wait(lambda: len(heard["camera/corners"]) > 60 and len(heard["camera/status"]) > 1)
+        heard.wait(lambda: len(heard["camera/image"]) > 3 and len(heard["camera/plate"]) > 8)
+        heard.wait(lambda: bool(heard["camera/geometry"] and heard["camera/calibration"]))
+        assert "camera" in bus.alive()
+    corners = heard["camera/corners"]
+    assert all(report.found for report in corners)
+    assert {report.boot_id for report in corners} == {agent.boot_id}
+    assert all(a.seq < b.seq and a.capture_ns < b.capture_ns for a, b in zip(corners, corners[1:], strict=False))
+    status = heard["camera/status"][-1]
+    assert (status.fault, status.exposure_ns, status.boot_id) == ("", 2_000_000, agent.boot_id)
+    assert status.frames > 0
+    assert len(heard["camera/image/overlay"]) == len(heard["camera/image"])
+    assert "synthetic camera: 600 x 600 at 90.00 Hz, global shutter" in heard.log
+
+
+def test_the_clock_and_full_frames_are_served():
+    config, clock = rig(preview_hz=0.0), SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock))
+    replies: list[Message | None] = []
+    with FakeTwin(bus, clock), running(config, camera, bus):
+        heard.wait(lambda: len(heard["camera/corners"]) > 10)
+        before = clock.now_ns()
+        bus.request("camera/clock", ClockPing(station_ns=5), replies.append)
+        stretch = FrameRequest(from_ns=before - 50_000_000, to_ns=before + 50_000_000)
+        bus.request("camera/frames", stretch, replies.append)
+        heard.wait(lambda: bool(heard["camera/image"]) and heard["camera/corners"][-1].capture_ns > stretch.to_ns)
+    pong, reply = replies
+    assert isinstance(pong, ClockPong)
+    assert pong.station_ns == 5
+    assert before <= pong.agent_ns <= clock.now_ns()
+    assert isinstance(reply, FrameReply)
+    assert reply.frames > 2
+    stamps = [image.timestamp.ns for image in heard["camera/image"]]
+    assert all(stretch.from_ns <= stamp <= stretch.to_ns for stamp in stamps)
+    assert len(set(stamps)) == len(stamps)
+
+
+def test_a_missing_twin_is_named_and_its_coming_mends_it():
+    config, clock = rig(), SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock))
+    with running(config, camera, bus):
+        heard.wait(lambda: any("start `station twin`" in status.fault for status in heard["camera/status"]))
+        assert heard["camera/corners"] == []
+        with FakeTwin(bus, clock):
+            heard.wait(lambda: len(heard["camera/corners"]) > 3)
+            heard.wait(lambda: heard["camera/status"][-1].fault == "")
+    assert heard.log.count("start `station twin`") == 1
+    assert "Frames come again" in heard.log
+
+
+@pytest.mark.parametrize("fault", [UserError("the cable is out"), RuntimeError("segment 3 failed")])
+def test_a_camera_that_fails_is_opened_again_and_its_count_goes_on(fault: Exception):
+    camera = ScriptedCamera([*images(3), fault, *images(3)])
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), camera, bus):
+        heard.wait(lambda: len(heard["camera/corners"]) == 6)
+        heard.wait(lambda: any(str(fault) in status.fault for status in heard["camera/status"]))
+    assert [report.seq for report in heard["camera/corners"]] == list(range(6))
+    assert camera.opened == camera.closed
+    assert str(fault) in heard.log
+
+
+def test_a_silent_camera_is_a_fault():
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera(images(2)), bus):
+        heard.wait(lambda: any("No frame from the camera" in status.fault for status in heard["camera/status"]))
+
+
+def test_a_wrong_format_is_a_fault():
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera([np.zeros((480, 640), np.uint8)]), bus):
+        heard.wait(lambda: any("640 x 480" in status.fault for status in heard["camera/status"]))
+    assert heard["camera/corners"] == []
+
+
+def test_a_lower_rate_than_wanted_is_said():
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera(images(1), rate_hz=58.92), bus):
+        heard.wait(lambda: bool(heard["camera/corners"]))
+    assert "58.92 Hz where rate_hz asks for 90.00" in heard.log

@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pi_agent.__main__ import main
+
+
+def test_a_missing_rig_file_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["--rig", str(tmp_path / "rig.toml")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "rig.toml" in said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('id = "a"\n[camera]\nrate = 90\n', "line 3"),
+        ('id = "a"\n[camera]\ndriver = "polaroid"\n', "polaroid"),
+        ('id = "a"\n[camera]\ndriver = "synthetic"\n[camera.options]\nlight = "much"\n', "line 5"),
+        ('id = "a"\n[camera]\ncalibration = "none.toml"\n', "none.toml"),
+    ],
+)
+def test_a_wrong_rig_file_is_named_with_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str
+):
+    file = tmp_path / "rig.toml"
+    file.write_text(
+        text.replace("[camera]", '[bus]\ncamera = ""\narm = ""\nstation = ""\n[camera]').replace("line", "")
+    )
+    assert main(["run", "--rig", str(file)]) == 2
+    err = capsys.readouterr().err
+    assert "Traceback" not in err
+    expected = {"line 3": "rate", "line 5": "light"}.get(said, said)
+    assert expected in err
+
+
+def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit) as end:
+        main(["--help"])
+    assert end.value.code == 0
+    assert "pi-agent calibrate" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    assert "video_file" in capsys.readouterr().out

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from pi_agent.cameras import Camera, CameraContext, Frame, load_camera
+from pi_agent.observer import Observer
+from pi_agent.synthetic_view import SyntheticView
+from shared.clock import SystemClock
+from shared.errors import UserError
+from shared.memory_bus import MemoryBus
+from tests.unit.pi_agent.rigs import rig, scene
+
+
+def camera(folder: Path, **options: Any) -> Camera:
+    clock = SystemClock()
+    config = rig(driver="video_file", options=options)
+    return load_camera(CameraContext(rig=config, bus=MemoryBus(clock), clock=clock, folder=folder))
+
+
+def read(source: Camera) -> Frame:
+    frame = source.read(2.0)
+    assert frame is not None
+    return frame
+
+
+def pictures(folder: Path, count: int, *, size: int = 32) -> None:
+    for number in range(count):
+        cv2.imwrite(str(folder / f"{number:04d}.png"), np.full((size, size), 10 * number, dtype=np.uint8))
+
+
+def test_a_folder_is_played_in_order_at_the_given_rate(tmp_path: Path):
+    pictures(tmp_path, 5)
+    source = camera(tmp_path, path=".", rate_hz=20.0)
+    info = source.open()
+    frames = [read(source) for _ in range(4)]
+    assert info.rate_hz == 20.0
+    assert [frame.image[0, 0] // 10 for frame in frames] == [frame.seq for frame in frames]
+    assert np.all(np.diff([frame.capture_ns for frame in frames]) % 50_000_000 == 0)
+
+
+def test_the_end_is_said_and_stays_said(tmp_path: Path):
+    pictures(tmp_path, 2)
+    source = camera(tmp_path, path=".", rate_hz=1000.0)
+    source.open()
+    with pytest.raises(UserError, match="played to its end"):
+        for _ in range(3):
+            source.read(1.0)
+    source.close()
+    with pytest.raises(UserError, match="played to its end"):
+        source.open()
+
+
+def test_a_loop_goes_on(tmp_path: Path):
+    pictures(tmp_path, 3)
+    source = camera(tmp_path, path=".", rate_hz=200.0, loop=True)
+    source.open()
+    frames = [read(source) for _ in range(10)]
+    assert all(frame.image[0, 0] == 10 * (frame.seq % 3) for frame in frames)
+
+
+def test_a_video_is_tracked_as_a_camera_is(tmp_path: Path):
+    view = SyntheticView(rig(), rng=np.random.default_rng(1))
+    writer = cv2.VideoWriter(str(tmp_path / "v.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (600, 600))
+    for number in range(6):
+        image, corners = view.frame_and_corners(scene(0.001 * number), 0)
+        writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+    writer.release()
+    source = camera(tmp_path, path="v.avi")
+    info = source.open()
+    assert info.rate_hz == pytest.approx(30.0)
+    observer = Observer(rig(), info)
+    reports = [observer.block(read(source)) for _ in range(2)]
+    assert all(report.found for report in reports)
+    last = SyntheticView(rig(), rng=np.random.default_rng(1)).frame_and_corners(scene(0.001 * reports[-1].seq), 0)[1]
+    np.testing.assert_allclose(np.reshape(reports[-1].corners_px, (4, 2)), last, atol=0.3)
+    del corners
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("v.mp4", b"this is no video", "cannot read"),
+        ("a/p.png", b"no picture", "cannot read"),
+        ("b/x.txt", b"", "none"),
+    ],
+)
+def test_garbage_is_named_in_one_sentence(tmp_path: Path, name: str, content: bytes, said: str):
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(content)
+    source = camera(tmp_path, path=name if "." in name.split("/", maxsplit=1)[0] else name.split("/", maxsplit=1)[0])
+    with pytest.raises(UserError, match=said):
+        source.open()
+
+
+def test_a_missing_file_is_named(tmp_path: Path):
+    with pytest.raises(UserError, match=r"nowhere\.mp4"):
+        camera(tmp_path, path="nowhere.mp4").open()
+
+
+def test_the_path_has_no_default(tmp_path: Path):
+    with pytest.raises(UserError, match="path"):
+        camera(tmp_path)
+
+
+def test_an_unknown_option_is_named(tmp_path: Path):
+    with pytest.raises(UserError, match="speed"):
+        camera(tmp_path, path=".", speed=2)
