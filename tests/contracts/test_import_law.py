@@ -1,0 +1,55 @@
+"""Who may import whom, as the house was laid out."""
+
+import importlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOORS = {
+    "zenoh": ("shared/zenoh_bus.py",),
+    "mcap": ("station/recording/",),
+    "rerun": ("station/view/",),
+    "picamera2": ("pi_agent/cameras/pi_camera.py",),
+    "mujoco": ("station/simulators/mujoco/", "station/arm/"),
+    "rospy": ("station/arm/drivers/",),
+    "pymavlink": ("station/angles/sources/",),
+    "natnet": ("station/angles/sources/",),
+    "serial": ("station/angles/sources/",),
+}
+
+
+def sources() -> list[Path]:
+    return [path for package in ("pi_agent", "station", "shared") for path in (ROOT / package).rglob("*.py")]
+
+
+def test_the_floors_of_the_house():
+    importlib.import_module("importlinter")
+    done = subprocess.run(
+        [sys.executable, "-c", "from importlinter.cli import lint_imports_command; lint_imports_command()"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("package", sorted(DOORS))
+def test_each_foreign_package_has_one_door(package: str):
+    pattern = re.compile(rf"^\s*(import|from) {package}\b", re.MULTILINE)
+    users = [str(path.relative_to(ROOT)) for path in sources() if pattern.search(path.read_text(encoding="utf-8"))]
+    assert [user for user in users if not user.startswith(DOORS[package])] == []
+
+
+def test_physics_and_gap_have_no_files_clock_or_bus():
+    pattern = re.compile(
+        r"^\s*(import|from) (time|pathlib|shared\.bus|shared\.zenoh_bus|shared\.clock)\b", re.MULTILINE
+    )
+    folders = [ROOT / "station" / name for name in ("physics", "gap") if (ROOT / "station" / name).exists()]
+    users = [path for folder in folders for path in folder.rglob("*.py") if pattern.search(path.read_text("utf-8"))]
+    assert users == []
