@@ -18,7 +18,7 @@ DOORS = {
     "rospy": ("station/arm/drivers/",),
     "pymavlink": ("station/angles/sources/",),
     "natnet": ("station/angles/sources/",),
-    "serial": ("station/angles/sources/",),
+    "serial": ("station/angles/",),
 }
 
 
