@@ -1,8 +1,9 @@
 """A serial inclinometer (pyserial): one reading a line of text.
 
-The default line is a number with sign and decimals in degrees, anywhere in the line: `+012.34`, `X=1.25 deg`,
-`$INC,-0.50*5F`. `pattern` is a regular expression that says otherwise: its group `angle` is the tilt of a sensor with
-one axis; its groups `x` and `y` are those of a sensor with two (how far its x and y axes point above the horizon).
+The default line is a number in degrees, with or without a label before it and a unit behind it: `+012.34`,
+`X=1.25 deg`, `$INC,-0.50*5F`. Anything else in the line makes it unreadable. `pattern` is a regular expression for the
+whole line that says otherwise: its group `angle` is the tilt of a sensor with one axis; its groups `x` and `y` are
+those of a sensor with two (how far its x and y axes point above the horizon).
 With `checksum = "nmea"` only lines are taken that end in `*HH`, the XOR of the characters between `$` and `*`.
 A sensor that must be asked gets `request` `request_hz` times a second.
 """
@@ -23,6 +24,8 @@ from station.angles.sources import SourceLink
 
 ON_DEMAND = False
 NUMBER = r"[-+]?\d+(?:\.\d+)?"
+LINE = rf"\s*(?:\$?[A-Za-z]+\s*[=:,]\s*)?(?P<angle>{NUMBER})\s*(?:deg|\u00b0|\u00c2\u00b0)?\s*"
+"""The default `pattern`; the degree sign comes in Latin-1 or in UTF-8, and either is read as Latin-1."""
 _LONGEST = 1024
 _SHOWN = 40
 
@@ -36,7 +39,7 @@ class InclinometerOptions:
 
     port: str
     baud: int = 9600
-    pattern: str = rf"(?P<angle>{NUMBER})"
+    pattern: str = LINE
     unit: Literal["deg", "rad", "mm/m"] = "deg"
     sign: Literal[1, -1] = 1
     offset_deg: float = 0.0
@@ -97,12 +100,12 @@ class InclinometerSource:
             self._bytes.write(self._options.request.encode())
 
     def _reading(self, line: bytes, stamp_ns: int) -> Reading | None:
-        text = line.decode("ascii", errors="backslashreplace").strip()
+        text = line.decode("latin-1").strip()
         payload = text if self._options.checksum == "none" else _checked(text)
-        found = self._pattern.search(payload) if payload is not None else None
+        found = self._pattern.fullmatch(payload) if payload is not None else None
         values = {name: self._radians(value) for name, value in found.groupdict().items()} if found else {}
         if not values or not all(abs(value) <= math.pi for value in values.values()):
-            self._complain(f"the line {text[:_SHOWN]!r} holds no angle")
+            self._complain(f"the line {ascii(text[:_SHOWN])} holds no angle")
             return None
         if "angle" in values:
             return Reading(stamp_ns=stamp_ns, angle_rad=values["angle"])
