@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ssik import Manipulator
 
 Array = NDArray[np.float64]
+_TRIES = 8
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
@@ -68,9 +69,11 @@ def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDAr
 
 
 def solver(model: ArmModel) -> Manipulator:
-    """The analytic solver of this arm; building it is cheap for a spherical wrist, minutes (once) for a curved one."""
+    """The analytic solver of this arm; without a catalogue entry a curved wrist takes minutes to prepare, once."""
     from ssik import Manipulator  # noqa: PLC0415 - only planning needs all branches; the agent starts without it
 
+    if model.catalogue:
+        return Manipulator.from_prebuilt(model.catalogue)
     joints = joint_transforms(model, np.zeros(len(model.joints)))
     return Manipulator.from_transforms(
         np.concatenate([joints, model.last_from_flange[None]]), np.array([joint.axis for joint in model.joints])
@@ -82,9 +85,37 @@ def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | 
 
     Limited joints are brought into their own range, endless ones into 0 to 2 pi. `arm` saves building the solver.
     """
-    target = base_from_pivot @ np.linalg.inv(model.flange_from_pivot)
-    found = (arm or solver(model)).solve(target, respect_limits=False, enumerate_windings=False)
-    poses = np.array([np.asarray(solution.q) for solution in found]).reshape(-1, len(model.joints))
+    arm = arm or solver(model)
+    pivot_from_flange = np.linalg.inv(model.flange_from_pivot)
+    poses: list[Array] = []
+    for nearby in _nearby(base_from_pivot, count=_TRIES if model.catalogue else 1):
+        found = arm.solve(nearby @ pivot_from_flange, respect_limits=False, enumerate_windings=False)
+        poses.extend(np.asarray(solution.q) for solution in found)
+    candidates = np.array(poses).reshape(-1, len(model.joints))
+    exact, error = follow(model, candidates, np.broadcast_to(base_from_pivot, (len(candidates), 4, 4)), iterations=5)
+    exact = exact[error < 1e-9]
     lowest = np.where(np.isfinite(model.lower_rad), model.lower_rad, 0.0)
-    poses = lowest + np.mod(poses - lowest, 2 * np.pi)
-    return poses[within_limits(model, poses)]
+    exact = lowest + np.mod(exact - lowest, 2 * np.pi)
+    return _distinct(exact[within_limits(model, exact)])
+
+
+def _nearby(pose: Array, *, count: int) -> list[Array]:
+    """The pose itself and others within 2 mm of it.
+
+    A catalogue's ready-made solver loses branches of a curved wrist (2 of 4 on average), other ones for each pose:
+    several poses near by give them all, and Newton's method brings them to this one.
+    """
+    shifts = np.random.default_rng(0).uniform(-0.002, 0.002, (count, 3))
+    shifts[0] = 0
+    poses = np.repeat(pose[None], count, axis=0)
+    poses[:, :3, 3] += shifts
+    return list(poses)
+
+
+def _distinct(poses: Array) -> Array:
+    """The poses (k, n) without repetitions (to a thousandth of a radian, full turns apart from each other or not)."""
+    kept: list[Array] = []
+    for pose in poses:
+        if not any(np.abs(np.mod(pose - other + np.pi, 2 * np.pi) - np.pi).max() < 1e-3 for other in kept):
+            kept.append(pose)
+    return np.array(kept).reshape(-1, poses.shape[-1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass, field
 from threading import Event
 from types import FrameType
@@ -26,7 +26,7 @@ class Requests:
 
 
 @contextlib.contextmanager
-def signals(requests: Requests) -> Iterator[None]:
+def signals(requests: Requests) -> Generator[None]:
     """SIGINT and SIGTERM end the loop with the arm held; SIGUSR1 is the emergency stop."""
 
     def on_signal(number: int, frame: FrameType | None) -> None:

@@ -60,7 +60,8 @@ class ArmModel:
     """An arm with the plate mounted on it.
 
     `plate_xyz_m` and `plate_rpy_rad` place the plate frame in the flange frame; the pivot lies `pivot_above_plate_m`
-    along the plate's normal. `home_rad` is a joint pose in which the arm may wait.
+    along the plate's normal. `home_rad` is a joint pose that holds the plate level. `catalogue` is the arm's name among
+    those that the IK library ships ready-made (empty: it is solved from the joints).
     """
 
     name: str
@@ -74,6 +75,7 @@ class ArmModel:
     plate_rpy_rad: Vector
     pivot_above_plate_m: float
     home_rad: tuple[float, ...]
+    catalogue: str = ""
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -226,6 +228,7 @@ def _arm(table: dict[str, Any]) -> ArmModel:
         plate_rpy_rad=_vector(table["tool"], "origin_rpy_rad"),
         pivot_above_plate_m=float(table["tool"]["pivot_above_plate_m"]),
         home_rad=home,
+        catalogue=str(table.get("catalogue", "")),
     )
 
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from shared.bus import Received
-from shared.clock import SimulatedClock
+from shared.clock import SimulatedClock, SystemClock
+from shared.config import Table
 from shared.memory_bus import MemoryBus
 from shared.messages import JointState, JointTarget
 from station.arm.drivers import Driver, DriverLink, load_driver
 from station.arm.tilt_path import TiltStage
+from tests.system.ros1 import require_ros1, ros_arm, roscore
 
 Array = NDArray[np.float64]
 TICK_NS = 10_000_000
@@ -40,7 +44,7 @@ class End:
 
 
 @contextmanager
-def simulated(stage: TiltStage) -> Iterator[End]:
+def simulated(stage: TiltStage) -> Generator[End]:
     """The twin: an arm that takes every set-point of the bus."""
     clock = SimulatedClock()
     bus = MemoryBus(clock)
@@ -63,4 +67,28 @@ def simulated(stage: TiltStage) -> Iterator[End]:
     driver.close()
 
 
-ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {"simulated": simulated}
+@contextmanager
+def ros1(stage: TiltStage) -> Generator[End]:
+    """A robot in a process of its own on a real ROS master, in real time."""
+    clock = SystemClock()
+    with ros_arm("jaco2_spherical"):
+        options = Table({"master_uri": roscore(), "connect_timeout_s": 20.0})
+        link = DriverLink(bus=MemoryBus(clock), model=stage.model, options=options)
+        driver = load_driver("ros1", link=link)
+
+        def advance() -> None:
+            time.sleep(TICK_NS * 1e-9)
+            driver.tick(clock.now_ns())
+
+        def where() -> Array:
+            reading = driver.read()
+            return stage.home_rad if reading is None else reading.position_rad
+
+        try:
+            yield End(driver=driver, link=link, now_ns=clock.now_ns, advance=advance, arm_rad=where)
+        finally:
+            driver.close()
+
+
+ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {"simulated": simulated, "ros1": ros1}
+NEEDS: dict[str, Callable[[pytest.Config], None]] = {"ros1": require_ros1}

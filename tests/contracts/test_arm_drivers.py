@@ -18,7 +18,15 @@ from station.arm.drivers import driver_names, load_driver, match_joints
 from station.arm.tilt_path import TiltStage, tilt_path, tilt_stage
 from station.arm.trajectory import JointTrajectory, TiltLimits, TiltState, plan_tilt
 from station.rig.arm_model import load_arm_model
-from tests.contracts.arm_ends import ENDS, End
+from tests.contracts.arm_ends import ENDS, NEEDS, End
+from tests.system.ros1 import stop_roscore
+
+
+@pytest.fixture(scope="module", autouse=True)
+def roscore_ended() -> Iterator[None]:
+    """The real ROS master, if any test needed one, goes with this module."""
+    yield
+    stop_roscore()
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +47,8 @@ def end(request: pytest.FixtureRequest, stage: TiltStage) -> Iterator[End]:
     """A connected driver with an arm at its other end, standing at the home pose."""
     name: str = request.param
     assert name in ENDS, f"the driver {name} has no other end in tests/contracts/arm_ends.py"
+    if name in NEEDS:
+        NEEDS[name](request.config)
     make: Callable[[TiltStage], AbstractContextManager[End]] = ENDS[name]
     with make(stage) as opened:
         yield opened
