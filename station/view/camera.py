@@ -32,8 +32,8 @@ class CameraPart:
         self._images = Cap(rates.image_hz)
         self._drawings = {name: Cap(rates.drawing_hz) for name in (entities.CORNERS, entities.PLATE_MARK)}
         self._recent: deque[MarkerCorners] = deque(maxlen=_RECENT)
-        self._image_ns: int | None = None
-        self._waiting = False
+        self._shown_ns: int | None = None
+        self._waiting_ns: int | None = None
         self._reference = ReferenceTracker()
         self._shown_reference: Array | None = None
         self._intrinsics: Array | None = None
@@ -57,23 +57,28 @@ class CameraPart:
             return
         media_type = f"image/{image.format.replace('jpg', 'jpeg')}"
         self._canvas.log(entities.IMAGE, rr.EncodedImage(contents=image.data, media_type=media_type))
-        self._image_ns, self._waiting = image.timestamp.ns or self._canvas.now_ns, True
+        self._shown_ns, self._waiting_ns = self._canvas.now_ns, image.timestamp.ns
         for corners in self._recent:
             self._draw_with_image(corners)
 
     def _on_corners(self, corners: MarkerCorners) -> None:
         self._reference.on_corners(corners)
         self._recent.append(corners)
-        if self._image_ns is not None and self._canvas.now_ns - self._image_ns < _IMAGE_STALE_NS:
+        if self._shown_ns is not None and self._canvas.now_ns - self._shown_ns < _IMAGE_STALE_NS:
             self._draw_with_image(corners)
         elif self._drawings[entities.CORNERS].due(self._canvas.now_ns):
             self._draw(corners)
 
     def _draw_with_image(self, corners: MarkerCorners) -> None:
-        """Draws the corners of the image's own frame, at its time: others would look like a bad tracker."""
-        if self._waiting and self._image_ns is not None and abs(corners.capture_ns - self._image_ns) < _SAME_FRAME_NS:
-            self._waiting = False
-            self._canvas.at(self._image_ns)
+        """Draws the corners of the image's own frame, at its time: others would look like a bad tracker.
+
+        Both carry the camera's own clock; the image's time on the station's clock is the one that it was shown at.
+        """
+        if self._waiting_ns is None or self._shown_ns is None:
+            return
+        if abs(corners.capture_ns - self._waiting_ns) < _SAME_FRAME_NS:
+            self._waiting_ns = None
+            self._canvas.at(self._shown_ns)
             self._draw(corners)
 
     def _draw(self, corners: MarkerCorners) -> None:

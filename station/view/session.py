@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import rerun as rr
 
 from shared.foxglove import LEVELS, Log
-from shared.messages import Heartbeat, MotionReport, RunEvent, Sample
+from shared.messages import ArmReply, Heartbeat, MotionReport, RunEvent, Sample
 from station.view import colours, entities
 from station.view.canvas import Canvas
 from station.view.part import Handler, Rates
@@ -69,7 +69,12 @@ class LogPart:
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
-        return {"log": self._on_log, "session/event": self._on_event, "arm/motion": self._on_motion}
+        return {
+            "log": self._on_log,
+            "session/event": self._on_event,
+            "arm/motion": self._on_motion,
+            "arm/reply": self._on_reply,
+        }
 
     def _on_log(self, line: Log) -> None:
         who = line.name or "unnamed"
@@ -81,6 +86,10 @@ class LogPart:
             level = "WARN" if event.phase == "ABORTED" else "INFO"
             text = f"run {event.run}, {event.phase}: {event.reason}"
             self._canvas.log(entities.EVENTS, rr.TextLog(text, level=level))
+
+    def _on_reply(self, reply: ArmReply) -> None:
+        if not reply.accepted:
+            self._canvas.log(entities.EVENTS, rr.TextLog(f"the arm refused: {reply.reason}", level="WARN"))
 
     def _on_motion(self, report: MotionReport) -> None:
         if report.fault:

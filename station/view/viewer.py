@@ -1,0 +1,159 @@
+"""The Rerun viewer: where its binary is, opening it, and taking pictures without a display."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from rerun.experimental import ViewerClient
+
+from shared.errors import UserError
+from station.view.canvas import ELAPSED
+
+LOOPBACK = "127.0.0.1"
+_LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
+_START_S, _LOAD_S, _SETTLE_S = 20.0, 30.0, 1.0
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def can_draw_headless() -> bool:
+    """Whether pictures can be drawn without a display: by Mesa's software renderer, or what VK_ICD_FILENAMES names."""
+    return _LAVAPIPE.exists() or "VK_ICD_FILENAMES" in os.environ
+
+
+def binary() -> str:
+    """The viewer that came with this environment: the program itself, because the script in bin/ leaves it behind.
+
+    Raises:
+        UserError: if it is not installed.
+    """
+    spec = find_spec("rerun_cli")
+    for folder in (spec.submodule_search_locations or []) if spec else []:
+        if (path := Path(folder) / "rerun").exists():
+            return str(path)
+    raise UserError("Expected the Rerun viewer beside this program, but it is missing; run: pip install rerun-sdk")
+
+
+def open_file(path: Path) -> None:
+    """Opens a file in a viewer of its own, which outlives this process."""
+    _detached(binary(), "--bind", LOOPBACK, "--port", "auto", str(path))
+
+
+def open_stream(uri: str) -> None:
+    """Opens a viewer on what is being served at `uri`; it outlives this process."""
+    _detached(binary(), "--bind", LOOPBACK, "--port", "auto", "--connect", uri)
+
+
+def _detached(*words: str) -> None:
+    subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def free_port(first: int = 0) -> int:
+    """A port of the loopback address that nobody listens on: `first` if it is free."""
+    for port in (first, 0):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((LOOPBACK, port))
+            except OSError:
+                continue
+            return int(probe.getsockname()[1])
+    raise UserError(f"Expected a free port on {LOOPBACK}, but there is none")
+
+
+@contextmanager
+def headless(*, size: tuple[int, int] = (1600, 1000)) -> Generator[ViewerClient]:
+    """A viewer without a window, on the loopback address, ended on leaving.
+
+    Raises:
+        UserError: if it cannot draw here.
+    """
+    if not can_draw_headless():
+        raise UserError(
+            "Expected a Vulkan renderer for a picture without a display, but there is none; "
+            "run: apt-get install mesa-vulkan-drivers"
+        )
+    port = free_port()
+    environment = {"VK_ICD_FILENAMES": str(_LAVAPIPE), "RUST_LOG": "error", **os.environ}
+    words = [binary(), "--headless", "--renderer", "vulkan", "--bind", LOOPBACK, "--port", str(port)]
+    words += ["--window-size", f"{size[0]}x{size[1]}"]
+    process = subprocess.Popen(
+        words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        yield _connect(process, port)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+
+
+def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
+    end = time.monotonic() + _START_S
+    while time.monotonic() < end and process.poll() is None:
+        try:
+            client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
+            client.get_state()
+        except (ConnectionError, RuntimeError):  # not listening yet, or not answering yet
+            time.sleep(0.1)
+        else:
+            return client
+    raise UserError(
+        f"Expected Rerun's headless viewer to start within {_START_S:g} s, but it did not (status {process.poll()}); "
+        "is the Vulkan driver that VK_ICD_FILENAMES names whole?"
+    )
+
+
+def show(client: ViewerClient, path: Path, *, at_s: float | None = None) -> Any:
+    """Loads a file, moves to `at_s` seconds after its start (None: its end); gives the viewer's state.
+
+    Raises:
+        UserError: if the file does not appear.
+    """
+    client.open(str(path.resolve()))
+    end = time.monotonic() + _LOAD_S
+    state = client.get_state()
+    while time.monotonic() < end and not _loaded(state):
+        time.sleep(0.2)
+        state = client.get_state()
+    if not state.recordings:
+        raise UserError(f"Expected the viewer to show {path}, but it did not load within {_LOAD_S:g} s")
+    if at_s is None:
+        lines = [line for recording in state.recordings for line in recording.timelines if line.name == ELAPSED]
+        at_s = max((line.end or 0 for line in lines), default=0) * 1e-9
+    client.set_time(ELAPSED, duration=at_s, play_state="paused")
+    time.sleep(_SETTLE_S)  # the views are laid out and drawn over several frames
+    return client.get_state()
+
+
+def _loaded(state: Any) -> bool:
+    return bool(state.recordings) and bool(state.views) and not state.loading
+
+
+def screenshot(path: Path, out: Path, *, at_s: float | None = None) -> list[str]:
+    """Draws a file as the viewer shows it into a PNG; gives what the views complained of.
+
+    Raises:
+        UserError: if it cannot be drawn here or `out` cannot be written.
+    """
+    with headless() as client:
+        state = show(client, path, at_s=at_s)
+        picture = client.take_screenshot()
+    try:
+        out.write_bytes(picture)
+    except OSError as error:
+        raise UserError(
+            f"Expected to write the picture to {out}, but it cannot be written: {error.strerror}"
+        ) from error
+    return [f"{view.name}: {report.summary}" for view in state.views for report in view.reports]
