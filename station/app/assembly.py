@@ -16,7 +16,7 @@ from shared.messages import CameraGeometry
 from shared.rig import RigConfig, load_rig
 from station.arm.tilter import Tilter
 from station.rig.arm_settings import ArmSettings
-from station.sampling.machine import Reach
+from station.sampling.machine import Reach, SamplingMachine
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
 from station.simulators.mujoco.settings import TwinSettings
@@ -33,6 +33,22 @@ def simulated_rig_path() -> Path:
 def rig_from(path: str | None) -> RigConfig:
     """The rig of `--rig`, or the simulated one."""
     return load_rig(Path(path) if path else simulated_rig_path())
+
+
+def rig_of_table(table: Table) -> RigConfig:
+    """The rig of a table that was read elsewhere, such as the one inside a recording."""
+    return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
+
+
+def sampling_machine(rig: RigConfig, plan: Plan) -> SamplingMachine:
+    """The state machine for a rig and a plan."""
+    return SamplingMachine(
+        plan,
+        size_px=(rig.camera.width_px, rig.camera.height_px),
+        reach=reach_of(rig),
+        specimen=specimen(rig),
+        geometry=None,
+    )
 
 
 def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Plan:

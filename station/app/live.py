@@ -20,11 +20,11 @@ from station.app.clocks import ClockKeeper
 from station.app.session import Session
 from station.recording.recorder import Recorder
 from station.recording.writer import Recording
-from station.sampling.machine import SamplingMachine
 from station.sampling.plan import Plan
 
 PRESENCE_S = 2.0
 LEVELLING_S = 20.0
+_LAST_S = 0.5
 _START = {
     "camera": "pi-agent run --rig RIG.toml (on the Pi; --camera synthetic for the simulated rig)",
     "arm": "station arm --rig RIG.toml",
@@ -89,13 +89,7 @@ class LiveSession:
     ) -> None:
         self._bus, self._clock, self._stop = bus, clock, stop
         self._recorder = Recorder(bus, recording, clock=clock, on_stopped=stop.ask)
-        machine = SamplingMachine(
-            plan,
-            size_px=(rig.camera.width_px, rig.camera.height_px),
-            reach=assembly.reach_of(rig),
-            specimen=assembly.specimen(rig),
-            geometry=None,
-        )
+        machine = assembly.sampling_machine(rig, plan)
         self._session = Session(
             bus,
             machine,
@@ -125,6 +119,7 @@ class LiveSession:
                 self._turn()
                 on_tick()
             self._await_level()
+            self._listen_on()
         return self._session.fault or self._stop.reason
 
     def _turn(self) -> None:
@@ -132,6 +127,12 @@ class LiveSession:
         now_ns = self._clock.now_ns()
         self._session.tick(now_ns)
         self._clocks.tick(now_ns)
+
+    def _listen_on(self) -> None:
+        """What was sent last is still on its way to the recorder."""
+        end = time.monotonic() + _LAST_S
+        while time.monotonic() < end:
+            self._turn()
 
     def _await_level(self) -> None:
         """Keeps the heart beating until the plate is level again, if it had to be brought back."""

@@ -18,7 +18,6 @@ from station.app.session import Session
 from station.arm.agent import arm_agent
 from station.recording.recorder import record_within
 from station.recording.writer import Recording
-from station.sampling.machine import SamplingMachine
 from station.sampling.plan import Plan
 from station.simulators.mujoco.twin import Twin
 from station.simulators.projected_camera import ProjectedCamera, ProjectionSettings
@@ -67,13 +66,7 @@ class Lockstep:
         self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
         self._arm = arm_agent(self.bus, settings)
         self._camera = camera(self.bus, rig) if camera else _projected(self.bus, rig, seed=int(camera_seed))
-        machine = SamplingMachine(
-            plan,
-            size_px=(rig.camera.width_px, rig.camera.height_px),
-            reach=assembly.reach_of(rig),
-            specimen=assembly.specimen(rig),
-            geometry=None,
-        )
+        machine = assembly.sampling_machine(rig, plan)
         self.session = Session(
             self.bus,
             machine,

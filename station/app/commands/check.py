@@ -1,0 +1,58 @@
+"""Replays a recording through the state machine: from the same messages it must take the same decisions.
+
+Plan, seed and rig are those inside the recording. A difference means that the logic has changed since, or that the
+recording does not hold what the station saw.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tomllib
+from pathlib import Path
+
+from shared.config import Table, parse
+from shared.errors import UserError
+from station.app import assembly
+from station.recording.reader import RecordingReader, open_recording
+from station.sampling.machine import INPUTS, SamplingMachine
+from station.sampling.plan import Plan
+from station.sampling.replay import DECISIONS, replay
+
+NAME = "check"
+HELP = "replay a recording's messages: does the logic take the same decisions?"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("file", type=Path, help="a recording (.mcap) of a session")
+
+
+def run(options: argparse.Namespace) -> int:
+    """0 when every decision is the same, 1 when one differs."""
+    reader = open_recording(options.file)
+    stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
+    verdict = replay(machine_of(reader), stream)
+    if verdict.difference is not None:
+        print(f"{verdict.decisions} decisions are the same, then: {verdict.difference}")
+        return 1
+    print(f"All {verdict.decisions} decisions are the same.")
+    return 0
+
+
+def machine_of(reader: RecordingReader) -> SamplingMachine:
+    """A fresh machine with the plan and the rig inside a recording.
+
+    Raises:
+        UserError: if the recording is not of a session.
+    """
+    plan, rig = parse(Plan, _table(reader, "plan.toml")), assembly.rig_of_table(_table(reader, "rig.toml"))
+    return assembly.sampling_machine(rig, plan)
+
+
+def _table(reader: RecordingReader, name: str) -> Table:
+    if name not in reader.attachments:
+        raise UserError(
+            f"Expected {name} inside {reader.path}, but it has none; only sessions can be replayed like this"
+        )
+    text = reader.attachments[name].decode("utf-8")
+    return Table(tomllib.loads(text), f"{reader.path}: {name}", text)

@@ -1,0 +1,144 @@
+"""Says how a recording is: rates, gaps, latencies, losses, clocks, phases, and every broken rule of the format."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from station.recording.checkup.report import Report, examine
+from station.recording.checkup.rules import Finding, findings
+from station.recording.checkup.streams import StreamHealth
+from station.recording.reader import digest, open_recording
+
+NAME = "doctor"
+HELP = "check a recording: rates, gaps, latency, losses, clocks, phases; exit status 1 when a rule is broken"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("file", type=Path, help="a recording (.mcap)")
+    parser.add_argument("--json", action="store_true", help="print everything as JSON")
+    parser.add_argument("--digest", action="store_true", help="add the SHA-256 of every measured message")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Prints the report; gives 1 when a rule is broken."""
+    reader = open_recording(args.file)
+    report = examine(reader)
+    broken = findings(report)
+    sha = digest(reader) if args.digest else ""
+    if args.json:
+        print(json.dumps(_json(report, broken, sha), indent=2, allow_nan=False))
+    else:
+        _print(report, broken, sha)
+    return 1 if broken else 0
+
+
+def _json(report: Report, broken: tuple[Finding, ...], sha: str) -> dict[str, Any]:
+    values = _without_nan(asdict(report))
+    return {**values, "findings": [asdict(finding) for finding in broken], **({"digest": sha} if sha else {})}
+
+
+def _without_nan(value: Any) -> Any:
+    """JSON has no NaN: what cannot be said is null."""
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, list | tuple):
+        return [_without_nan(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:
+    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+    console.print(f"{report.path}: {report.duration_s:.1f} s, {report.mode or 'of unknown origin'}")
+    console.print(_streams_table(report.streams))
+    for line in _lines(report):
+        console.print(line, markup=False)
+    if sha:
+        console.print(f"digest  {sha}")
+    for finding in broken:
+        console.print(f"✗ {finding.rule}: {finding.sentence}", style="red", markup=False)
+    if not broken:
+        console.print("✓ no rule broken", style="green")
+
+
+def _streams_table(streams: tuple[StreamHealth, ...]) -> Table:
+    table = Table(
+        title="Topics (interval and gap between captures; latency from capture to record)", title_justify="left"
+    )
+    table.add_column("topic")
+    columns = (
+        "count",
+        "Hz",
+        "nominal",
+        "jitter p99 ms",
+        "gaps",
+        "longest s",
+        "p50 ms",
+        "p99 ms",
+        "missing",
+        "not found",
+    )
+    for column in columns:
+        table.add_column(column, justify="right")
+    for stream in streams:
+        nominal = f"{stream.nominal_hz:g}" if stream.nominal_hz else "–"
+        timing = [_figure(value, 2) for value in (stream.latency_p50_ms, stream.latency_p99_ms)]
+        table.add_row(
+            "/" + stream.topic,
+            str(stream.count),
+            _figure(stream.rate_hz, 1),
+            nominal,
+            _figure(stream.jitter_p99_ms, 2),
+            str(stream.gaps),
+            _figure(stream.gap_max_s, 3),
+            *timing,
+            str(stream.missing),
+            str(stream.not_found),
+        )
+    return table
+
+
+def _figure(value: float, digits: int) -> str:
+    return "–" if math.isnan(value) else f"{value:.{digits}f}"
+
+
+def _lines(report: Report) -> list[str]:
+    session, arm = report.session, report.arm
+    recorder = report.recorder
+    lost = ", ".join(f"{recorder.get(what, 0)} {what}" for what in ("dropped", "missed", "duplicates"))
+    phases = ", ".join(f"{phase} {count}" for phase, count in session.phases.items()) or "none"
+    lines = [
+        f"samples {session.samples} ({session.kept} kept, {session.censored} censored) of {session.runs} runs",
+        f"phases  {phases}",
+        f"losses  recorder: {lost}" if recorder else "losses  the recorder left no count",
+        f"        camera agent: {session.agent_dropped} frames dropped",
+    ]
+    lines += [
+        f"clock   {clock.agent}: {clock.offset_ms:+.3f} ± {clock.sigma_ms:.3f} ms (spread {clock.spread_ms:.3f} ms, "
+        f"round trip {clock.rtt_ms:.3f} ms)"
+        for clock in session.clocks
+    ]
+    if arm.commands:
+        lines.append(
+            f"arm     {arm.commands} commands; to begin p50 {_figure(arm.begin_p50_ms, 1)}, p99 "
+            f"{_figure(arm.begin_p99_ms, 1)} ms; to motion of 0.02° p50 {_figure(arm.seen_p50_ms, 1)}, p99 "
+            f"{_figure(arm.seen_p99_ms, 1)} ms; {len(arm.faults)} faults"
+        )
+    if report.repair:
+        lines.append(f"repair  {report.repair.get('lost_bytes', '0')} bytes were lost when the session broke off")
+    history = sum(stream.history for stream in report.streams)
+    if history:
+        lines.append(
+            f"history {history} messages were captured before the session and recovered (not in the latencies)"
+        )
+    lines += [f"warning {line}" for line in session.last_warnings]
+    return lines

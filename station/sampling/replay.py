@@ -1,0 +1,103 @@
+"""The replay law: over a recording, the state machine must take the decisions that it took live."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+
+from shared.messages import Message, RunEvent, Sample, TiltCommand
+from station.sampling.actions import Action, Report, Tilt
+from station.sampling.machine import INPUTS, SamplingMachine
+
+DECISIONS = ("arm/command", "session/event", "session/sample")
+"""The topics on which the machine's decisions are recorded."""
+_ROUNDING = 1e-9
+STOPPED = "stopped by"
+"""How the reason of an end that no message brought about begins: what comes after it cannot be replayed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """The first decision that was taken otherwise; None stands for no decision at all."""
+
+    number: int
+    recorded: Message | None
+    replayed: Message | None
+
+    def __str__(self) -> str:
+        """One sentence."""
+        if self.recorded is None or self.replayed is None or type(self.recorded) is not type(self.replayed):
+            return f"decision {self.number}: recorded {self.recorded}, replayed {self.replayed}"
+        names = [
+            f"{spec.name} {getattr(self.recorded, spec.name)!r} against {getattr(self.replayed, spec.name)!r}"
+            for spec in fields(self.recorded)
+            if not _same(getattr(self.recorded, spec.name), getattr(self.replayed, spec.name))
+        ]
+        kind = type(self.recorded).__name__
+        return f"decision {self.number}, a {kind}: recorded against replayed: {'; '.join(names)}"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """How many decisions were compared, and the first that differs, if any."""
+
+    decisions: int
+    difference: Difference | None
+
+
+def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> Verdict:
+    """Feeds a recording to a fresh machine and compares its decisions with the recorded ones.
+
+    Args:
+        machine: built with the plan, seed, reach and specimen of the recording.
+        stream: topic, message and receive time (ns) of everything of `INPUTS` and `DECISIONS`, by receive time.
+    """
+    recorded: list[Message] = []
+    replayed: list[Message] = []
+    compared = 0
+    for topic, message, now_ns in stream:
+        if topic in DECISIONS:
+            if _stopped(message):
+                break
+            recorded.append(message)
+        if topic in INPUTS:
+            replayed.extend(_decisions(machine.handle(message, now_ns=now_ns)))
+        while recorded and replayed:
+            if not _equal(recorded[0], replayed[0]):
+                return Verdict(compared, Difference(compared + 1, recorded[0], replayed[0]))
+            del recorded[0], replayed[0]
+            compared += 1
+    # A recording may end between an input and the decision that followed from it, but not the other way round.
+    if recorded:
+        return Verdict(compared, Difference(compared + 1, recorded[0], None))
+    return Verdict(compared, None)
+
+
+def _stopped(message: Message) -> bool:
+    return isinstance(message, RunEvent) and message.phase == "ABORTED" and message.reason.startswith(STOPPED)
+
+
+def _decisions(actions: list[Action]) -> list[TiltCommand | RunEvent | Sample]:
+    taken: list[TiltCommand | RunEvent | Sample] = []
+    for action in actions:
+        if isinstance(action, Tilt):
+            taken.append(action.command)
+        elif isinstance(action, Report):
+            taken.append(action.message)
+    return taken
+
+
+def _equal(one: Message, other: Message) -> bool:
+    return type(one) is type(other) and all(
+        _same(getattr(one, spec.name), getattr(other, spec.name)) for spec in fields(one)
+    )
+
+
+def _same(one: object, other: object) -> bool:
+    """Equal, or both not a number. Floats may differ by rounding: libraries add in another order from time to time."""
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=_ROUNDING) or (math.isnan(one) and math.isnan(other))
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(_same(a, b) for a, b in zip(one, other, strict=True))  # pyright: ignore[reportUnknownArgumentType]
+    return one == other
