@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from itertools import zip_longest
 
 from shared.messages import Message, RunEvent, Sample, TiltCommand
 from station.sampling.actions import Action, Report, Tilt
@@ -12,6 +13,7 @@ from station.sampling.machine import INPUTS, SamplingMachine
 
 DECISIONS = ("arm/command", "session/event", "session/sample")
 """The topics on which the machine's decisions are recorded."""
+_TOPIC_OF: dict[type[Message], str] = {TiltCommand: DECISIONS[0], RunEvent: DECISIONS[1], Sample: DECISIONS[2]}
 _ROUNDING = 1e-9
 STOPPED = "stopped by"
 """How the reason of an end that no message brought about begins: what comes after it cannot be replayed."""
@@ -53,25 +55,42 @@ def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
         machine: built with the plan, seed, reach and specimen of the recording.
         stream: topic, message and receive time (ns) of everything of `INPUTS` and `DECISIONS`, by receive time.
     """
-    recorded: list[Message] = []
-    replayed: list[Message] = []
-    compared = 0
+    # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
+    lanes = {topic: _Lane() for topic in DECISIONS}
     for topic, message, now_ns in stream:
         if topic in DECISIONS:
             if _stopped(message):
                 break
-            recorded.append(message)
+            lanes[topic].recorded.append(message)
         if topic in INPUTS:
-            replayed.extend(_decisions(machine.handle(message, now_ns=now_ns)))
-        while recorded and replayed:
-            if not _equal(recorded[0], replayed[0]):
-                return Verdict(compared, Difference(compared + 1, recorded[0], replayed[0]))
-            del recorded[0], replayed[0]
-            compared += 1
-    # A recording may end between an input and the decision that followed from it, but not the other way round.
-    if recorded:
-        return Verdict(compared, Difference(compared + 1, recorded[0], None))
+            for decision in _decisions(machine.handle(message, now_ns=now_ns)):
+                lanes[_TOPIC_OF[type(decision)]].replayed.append(decision)
+    compared = 0
+    for lane in lanes.values():
+        count, difference = lane.compare()
+        compared += count
+        if difference is not None:
+            return Verdict(compared, difference)
     return Verdict(compared, None)
+
+
+@dataclass(slots=True)
+class _Lane:
+    """The decisions of one topic, as recorded and as replayed."""
+
+    recorded: list[Message] = field(default_factory=list[Message])
+    replayed: list[Message] = field(default_factory=list[Message])
+
+    def compare(self) -> tuple[int, Difference | None]:
+        """How many agree, and the first that does not.
+
+        A recording may end between an input and the decision that followed from it, but not the other way round.
+        """
+        pairs = zip_longest(self.recorded, self.replayed[: len(self.recorded)])
+        for number, (recorded, replayed) in enumerate(pairs, start=1):
+            if recorded is None or replayed is None or not _equal(recorded, replayed):
+                return number - 1, Difference(number, recorded, replayed)
+        return len(self.recorded), None
 
 
 def _stopped(message: Message) -> bool:

@@ -113,13 +113,11 @@ def _figure(value: float, digits: int) -> str:
 
 def _lines(report: Report) -> list[str]:
     session, arm = report.session, report.arm
-    recorder = report.recorder
-    lost = ", ".join(f"{recorder.get(what, 0)} {what}" for what in ("dropped", "missed", "duplicates"))
     phases = ", ".join(f"{phase} {count}" for phase, count in session.phases.items()) or "none"
     lines = [
         f"samples {session.samples} ({session.kept} kept, {session.censored} censored) of {session.runs} runs",
         f"phases  {phases}",
-        f"losses  recorder: {lost}" if recorder else "losses  the recorder left no count",
+        f"losses  {_recorder_line(report)}",
         f"        camera agent: {session.agent_dropped} frames dropped",
     ]
     lines += [
@@ -142,3 +140,10 @@ def _lines(report: Report) -> list[str]:
         )
     lines += [f"warning {line}" for line in session.last_warnings]
     return lines
+
+
+def _recorder_line(report: Report) -> str:
+    if report.recorder:
+        counts = (f"{report.recorder.get(what, 0)} {what}" for what in ("dropped", "missed", "duplicates"))
+        return "recorder: " + ", ".join(counts)
+    return "recorder: no count, the session broke off" if report.mode == "live" else "recorder: nothing can be lost"
