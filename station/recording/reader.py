@@ -154,6 +154,11 @@ class RecordingReader:
         return {info.name: info for info in sorted(self._infos.values(), key=lambda info: info.name)}
 
     @property
+    def compressions(self) -> tuple[str, ...]:
+        """How the chunks are packed: every name that occurs."""
+        return tuple(sorted({index.compression for index in self._summary.chunk_indexes}))
+
+    @property
     def duration_s(self) -> float:
         """From the first to the last log time."""
         return (self.end_ns - self.start_ns) * 1e-9

@@ -1,0 +1,88 @@
+"""One pass over a recording, and the report that comes of it."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+from station.recording.checkup.arm import ArmHealth, ArmWatch
+from station.recording.checkup.session import SessionHealth, SessionWatch
+from station.recording.checkup.streams import StreamHealth, StreamWatch
+from station.recording.reader import RecordingReader
+
+_ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
+_SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "log"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What a recording is like. `recorder` is what the recorder counted (recorded, dropped, missed, duplicates).
+
+    `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
+    """
+
+    path: str
+    mode: str
+    duration_s: float
+    streams: tuple[StreamHealth, ...]
+    session: SessionHealth
+    arm: ArmHealth
+    recorder: dict[str, int]
+    repair: dict[str, str]
+    compression: tuple[str, ...]
+    metadata: tuple[str, ...]
+    attachments: tuple[str, ...]
+    unknown: tuple[str, ...]
+
+    def stream(self, topic: str) -> StreamHealth | None:
+        """The line of one topic, or None when it does not occur."""
+        return next((stream for stream in self.streams if stream.topic == topic), None)
+
+
+def examine(reader: RecordingReader) -> Report:
+    """Reads the whole recording once. The simulation's truth is not looked at.
+
+    Raises:
+        UserError: if the file is damaged.
+    """
+    started_ns = int(reader.metadata.get("session", {}).get("started_ns") or reader.start_ns)
+    streams: dict[str, StreamWatch] = {}
+    nominal = {"camera/corners": _camera_rate_hz(reader)}
+    session, arm = SessionWatch(), ArmWatch()
+    for item in reader.messages():
+        watch = streams.get(item.topic)
+        if watch is None:
+            watch = StreamWatch(item.topic, start_ns=started_ns, nominal_hz=nominal.get(item.topic))
+            streams[item.topic] = watch
+        watch.add(item)
+        if item.topic in _ARM_TOPICS:
+            arm.add(item)
+        elif item.topic in _SESSION_TOPICS:
+            session.add(item)
+    metadata = reader.metadata
+    counted = {name: int(value) for name, value in metadata.get("recorder", {}).items() if value.isdigit()}
+    return Report(
+        path=str(reader.path),
+        mode=metadata.get("session", {}).get("mode", ""),
+        duration_s=reader.duration_s,
+        streams=tuple(streams[topic].health() for topic in sorted(streams)),
+        session=session.health(),
+        arm=arm.health(),
+        recorder=counted,
+        repair=metadata.get("repair", {}),
+        compression=reader.compressions,
+        metadata=tuple(metadata),
+        attachments=tuple(reader.attachments),
+        unknown=tuple(name for name, info in reader.topics.items() if info.message is None),
+    )
+
+
+def _camera_rate_hz(reader: RecordingReader) -> float | None:
+    """The frame rate that the recording's own rig file asks for; None when it does not say."""
+    try:
+        rig: dict[str, Any] = tomllib.loads(reader.attachments.get("rig.toml", b"").decode())
+        rate = rig["camera"]["rate_hz"]
+    except (KeyError, TypeError, ValueError):  # a TOML or a Unicode error is a ValueError
+        return None
+    return float(rate) if isinstance(rate, int | float) and rate > 0 else None

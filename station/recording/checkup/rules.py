@@ -1,0 +1,170 @@
+"""The rules of the format that a recording can break, each with a name. A finding is a rule broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from station.recording.checkup.report import Report
+
+LATENCY_P99_MS = 15.0
+"""Capture to record at 90 Hz on two cores."""
+CLOCK_SIGMA_MS = 2.0
+_AHEAD_MS = 1.0
+_RATE_SHARE = 0.95
+"""A rate that is short by less than this is rounding at the ends of a short session."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One broken rule: its name, and one sentence with what was expected and what was found."""
+
+    rule: str
+    sentence: str
+
+
+Rule = Callable[[Report], Iterator[Finding]]
+
+
+def _block(report: Report) -> Iterator[Finding]:
+    if report.stream("camera/corners") is None and report.stream("block/pose") is None:
+        yield Finding("block", "expected the block on /camera/corners or /block/pose, found neither")
+
+
+def _rates(report: Report) -> Iterator[Finding]:
+    floors = {"arm/platform": 100.0, "camera/plate": 10.0}
+    corners = report.stream("camera/corners")
+    if corners is not None:
+        floors["camera/corners"] = corners.nominal_hz
+        floors["arm/joints"] = 100.0
+    for topic, floor in floors.items():
+        stream = report.stream(topic)
+        if stream is None:
+            if topic == "arm/platform" or corners is not None:
+                yield Finding("rate", f"expected {floor:g} Hz on /{topic}, found nothing")
+        elif stream.count > 1 and not stream.rate_hz >= _RATE_SHARE * floor:
+            yield Finding("rate", f"expected {floor:g} Hz on /{topic}, found {stream.rate_hz:.1f} Hz")
+
+
+def _gaps(report: Report) -> Iterator[Finding]:
+    for topic in ("camera/corners", "arm/platform"):
+        stream = report.stream(topic)
+        if stream is not None and stream.gaps:
+            where = f"the longest {stream.gap_max_s * 1e3:.0f} ms at {stream.gap_max_at_s:.2f} s"
+            yield Finding("gap", f"expected /{topic} without gaps, found {stream.gaps}, {where}")
+
+
+def _missing(report: Report) -> Iterator[Finding]:
+    for stream in report.streams:
+        if stream.missing:
+            yield Finding(
+                "missing", f"expected every message of /{stream.topic}, {stream.missing} of its numbers never came"
+            )
+
+
+def _latency(report: Report) -> Iterator[Finding]:
+    corners = report.stream("camera/corners")
+    if corners is not None and corners.latency_p99_ms > LATENCY_P99_MS:
+        found = f"{corners.latency_p99_ms:.1f} ms"
+        yield Finding("latency", f"expected corners within {LATENCY_P99_MS:g} ms of their capture (p99), found {found}")
+
+
+def _clocks(report: Report) -> Iterator[Finding]:
+    for stream in report.streams:
+        if stream.latency_min_ms < -_AHEAD_MS and not stream.topic.startswith("twin/"):  # nobody measures its clock
+            early = f"{-stream.latency_min_ms:.1f} ms before"
+            yield Finding("clock", f"expected capture before receipt on /{stream.topic}, found a message {early} it")
+    known = {clock.agent for clock in report.session.clocks}
+    senders = {"camera": "camera/corners", "arm": "arm/platform"}
+    if report.mode != "import":
+        for agent, topic in senders.items():
+            if report.stream(topic) is not None and agent not in known:
+                yield Finding("clock", f"expected the offset of the {agent} agent's clock on /clock, found none")
+    for clock in report.session.clocks:
+        if clock.sigma_ms > CLOCK_SIGMA_MS:
+            found = f"± {clock.sigma_ms:.1f} ms"
+            yield Finding("clock", f"expected the {clock.agent} agent's clock to within {CLOCK_SIGMA_MS:g} ms, {found}")
+
+
+def _losses(report: Report) -> Iterator[Finding]:
+    for what in ("dropped", "missed"):
+        if count := report.recorder.get(what, 0):
+            topics = [name.removeprefix(f"{what} ") for name in report.recorder if name.startswith(f"{what} ")]
+            yield Finding(what, f"expected every message to be recorded, {count} were {what} ({', '.join(topics)})")
+    if report.session.agent_dropped:
+        yield Finding(
+            "dropped", f"expected every frame to be tracked, the agent dropped {report.session.agent_dropped}"
+        )
+
+
+def _calibration(report: Report) -> Iterator[Finding]:
+    if report.stream("camera/corners") is not None:
+        for topic in ("camera/calibration", "camera/geometry"):
+            if report.stream(topic) is None:
+                yield Finding("calibration", f"expected the calibration on /{topic}, found none")
+
+
+def _provenance(report: Report) -> Iterator[Finding]:
+    for name in ("session", "versions"):
+        if name not in report.metadata:
+            yield Finding(
+                "provenance", f"expected the metadata '{name}', found none: where does the recording come from?"
+            )
+    if report.mode != "import" and "rig.toml" not in report.attachments:
+        yield Finding("provenance", "expected the rig file as attachment rig.toml, found none")
+
+
+def _runs(report: Report) -> Iterator[Finding]:
+    session = report.session
+    if session.eventless_samples:
+        yield Finding(
+            "runs", f"expected the phases of every sampled run, runs {_list(session.eventless_samples)} have none"
+        )
+    if len(session.unended_runs) > 1:
+        yield Finding("runs", f"expected every run but the last to end, runs {_list(session.unended_runs)} did not")
+
+
+def _motions(report: Report) -> Iterator[Finding]:
+    if report.mode == "import":
+        return
+    if report.arm.unanswered:
+        yield Finding("motion", f"expected the begin of every commanded motion, {report.arm.unanswered} have none")
+    if report.arm.unfinished > 1:  # the last one may be under way when a session ends
+        yield Finding("motion", f"expected the end of every commanded motion, {report.arm.unfinished} have none")
+    if report.arm.commands and not report.session.phases.get("SYNC"):
+        yield Finding("sync", "expected one small move seen by camera and arm (phase SYNC) in a session, found none")
+
+
+def _format(report: Report) -> Iterator[Finding]:
+    for name in report.compression:
+        if name not in ("lz4", "zstd"):
+            yield Finding("format", f"expected chunks packed with lz4 or zstd, found '{name or 'none'}'")
+    if report.unknown:
+        names = ", ".join("/" + name for name in report.unknown)
+        yield Finding("format", f"expected topics that this version knows, found {names}")
+
+
+RULES: tuple[Rule, ...] = (
+    _block,
+    _rates,
+    _gaps,
+    _missing,
+    _latency,
+    _clocks,
+    _losses,
+    _calibration,
+    _provenance,
+    _runs,
+    _motions,
+    _format,
+)
+
+
+def _list(runs: tuple[int, ...]) -> str:
+    shown = ", ".join(str(run) for run in runs[:8])
+    return f"{shown}, …" if len(runs) > 8 else shown
+
+
+def findings(report: Report) -> tuple[Finding, ...]:
+    """Every broken rule, in the order of the rules."""
+    return tuple(finding for rule in RULES for finding in rule(report))

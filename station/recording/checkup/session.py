@@ -1,0 +1,105 @@
+"""What a session went through: phases, runs, samples, clocks, warnings."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import dataclass
+
+from shared import foxglove
+from shared.messages import AgentStatus, ClockOffset, RunEvent, Sample
+from station.recording.reader import Recorded
+from station.recording.summary import is_kept
+
+_LAST_LINES = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockHealth:
+    """One agent's clock against the station's. The spread is between the smallest and the largest offset seen."""
+
+    agent: str
+    offset_ms: float
+    spread_ms: float
+    sigma_ms: float
+    rtt_ms: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionHealth:
+    """Phases with how often each began; runs by their end; `agent_dropped` frames; the last warnings and errors."""
+
+    phases: dict[str, int]
+    runs: int
+    unended_runs: tuple[int, ...]
+    samples: int
+    kept: int
+    censored: int
+    eventless_samples: tuple[int, ...]
+    clocks: tuple[ClockHealth, ...]
+    agent_dropped: int
+    agent_fault: str
+    warnings: int
+    last_warnings: tuple[str, ...]
+
+
+class SessionWatch:
+    """Collects what `SessionHealth` says."""
+
+    def __init__(self) -> None:
+        self._phases: Counter[str] = Counter()
+        self._ends: dict[int, bool] = {}
+        self._samples: list[Sample] = []
+        self._offsets: dict[str, list[int]] = {}
+        self._clock: dict[str, ClockOffset] = {}
+        self._dropped: dict[int, int] = {}
+        self._fault = ""
+        self._warnings = 0
+        self._lines: deque[str] = deque(maxlen=_LAST_LINES)
+
+    def add(self, item: Recorded) -> None:
+        """Takes the next message of session/event, session/sample, clock, camera/status or log."""
+        message = item.message
+        if isinstance(message, RunEvent):
+            self._phases[message.phase] += 1
+            if message.phase != "SYNC":
+                self._ends[message.run] = message.phase in ("DONE", "ABORTED")
+        elif isinstance(message, Sample):
+            self._samples.append(message)
+        elif isinstance(message, ClockOffset):
+            low, high = self._offsets.get(message.agent, (message.offset_ns, message.offset_ns))
+            self._offsets[message.agent] = [min(low, message.offset_ns), max(high, message.offset_ns)]
+            self._clock[message.agent] = message
+        elif isinstance(message, AgentStatus):
+            self._dropped[message.boot_id] = message.dropped
+            self._fault = message.fault or self._fault
+        elif isinstance(message, foxglove.Log) and message.level >= foxglove.LEVELS["warning"]:
+            self._warnings += 1
+            self._lines.append(f"{message.name}: {message.message}")
+
+    def health(self) -> SessionHealth:
+        """What the messages so far say."""
+        kept = sum(is_kept(sample) for sample in self._samples)
+        return SessionHealth(
+            phases=dict(self._phases),
+            runs=len(self._ends),
+            unended_runs=tuple(run for run, ended in self._ends.items() if not ended),
+            samples=len(self._samples),
+            kept=kept,
+            censored=sum(sample.censored for sample in self._samples),
+            eventless_samples=tuple(sample.run for sample in self._samples if sample.run not in self._ends),
+            clocks=tuple(self._clock_health(agent) for agent in sorted(self._clock)),
+            agent_dropped=sum(self._dropped.values()),
+            agent_fault=self._fault,
+            warnings=self._warnings,
+            last_warnings=tuple(self._lines),
+        )
+
+    def _clock_health(self, agent: str) -> ClockHealth:
+        last, (low, high) = self._clock[agent], self._offsets[agent]
+        return ClockHealth(
+            agent=agent,
+            offset_ms=last.offset_ns * 1e-6,
+            spread_ms=(high - low) * 1e-6,
+            sigma_ms=last.sigma_ns * 1e-6,
+            rtt_ms=last.rtt_ns * 1e-6,
+        )
