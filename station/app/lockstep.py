@@ -130,5 +130,10 @@ def _projected(bus: MemoryBus, rig: RigConfig, *, seed: int) -> ProjectedCamera:
         fiducial_m=(-place, place),
         fiducial_side_m=rig.plate.fiducial_side_mm * 1e-3,
         rng=np.random.default_rng(seed),
-        settings=ProjectionSettings(rate_hz=rig.camera.rate_hz, plate_rate_hz=rig.camera.plate_rate_hz),
+        settings=ProjectionSettings(
+            rate_hz=rig.camera.rate_hz,
+            plate_rate_hz=rig.camera.plate_rate_hz,
+            # The synthetic camera's own option: what can be had without pixels, this camera has as well.
+            sag_px=float(rig.camera.options.values.get("sag_px", 0.0)),
+        ),
     )

@@ -19,12 +19,13 @@ _NOISE_BLOCK = 512
 
 @dataclass(frozen=True, kw_only=True)
 class ProjectionSettings:
-    """Noise of one corner coordinate in pixels, exposure, and how the camera sags (pixels a radian of tilt)."""
+    """Noise of one corner coordinate, exposure, rates, and how far the picture moves when the plate stands upright."""
 
     sigma_px: float = 0.06
     exposure_ns: int = 2_000_000
     rate_hz: float = 90.0
     plate_rate_hz: float = 15.0
+    sag_px: float = 0.0
 
 
 class ProjectedCamera:
@@ -60,7 +61,7 @@ class ProjectedCamera:
         """The frame whose exposure has its middle at `now_ns`."""
         self._bus.publish("camera/corners", self._see_block(now_ns, scene))
         if self._seq % self._every_plate == 1:
-            self._bus.publish("camera/plate", self._see_plate(now_ns))
+            self._bus.publish("camera/plate", self._see_plate(now_ns, scene))
         if self._seq % round(self._settings.rate_hz) == 1:
             self._report(now_ns)
 
@@ -70,11 +71,13 @@ class ProjectedCamera:
         upright = 1.0 - 2.0 * (qx * qx + qy * qy)
         cosine = math.cos(yaw := math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
         sine, scale, noise = math.sin(yaw), self._scale, self._next_noise()
+        u0, v0 = self._sag(scene)
+        u0, v0 = u0 + self._centre[0], v0 + self._centre[1]
         corners: list[float] = []
         for k, (mx, my) in enumerate(self._model):
             x, y = scene.block_x_m + cosine * mx - sine * my, scene.block_y_m + sine * mx + cosine * my
-            corners.append(self._centre[0] + scale * x + noise[2 * k])
-            corners.append(self._centre[1] - scale * y + noise[2 * k + 1])
+            corners.append(u0 + scale * x + noise[2 * k])
+            corners.append(v0 - scale * y + noise[2 * k + 1])
         inside = all(0 <= u < self._size_px[0] for u in corners[0::2]) and all(
             0 <= v < self._size_px[1] for v in corners[1::2]
         )
@@ -91,10 +94,16 @@ class ProjectedCamera:
             tipped=upright < _TIPPED_COSINE,
         )
 
-    def _see_plate(self, now_ns: int) -> MarkerCorners:
+    def _sag(self, scene: TwinScene) -> tuple[float, float]:
+        """The picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
+        down_x = -2.0 * (scene.qx * scene.qz - scene.qw * scene.qy)
+        down_y = -2.0 * (scene.qy * scene.qz + scene.qw * scene.qx)
+        return -self._settings.sag_px * down_x, self._settings.sag_px * down_y
+
+    def _see_plate(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
         self._plate_seq += 1
-        noise = self._next_noise()
-        corners = tuple(value + noise[k] for k, value in enumerate(self._plate))
+        noise, shift = self._next_noise(), self._sag(scene)
+        corners = tuple(value + noise[k] + shift[k % 2] for k, value in enumerate(self._plate))
         sigma = self._settings.sigma_px
         return MarkerCorners(
             now_ns,
