@@ -22,7 +22,7 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.
     camera = "camera/corners" in topics or "camera/image" in topics
     upper: list[rrb.View | rrb.Container] = [_scene(setup, arm="arm/joints" in topics)]
     if camera:
-        upper.insert(0, rrb.Spatial2DView(origin=entities.CAMERA, name="Camera: corners and reference"))
+        upper.insert(0, _camera(setup))
     window = _window() if live else None
     curves: list[rrb.View] = []
     if camera:
@@ -48,6 +48,15 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.
         panel,
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _camera(setup: Setup) -> rrb.View:
+    width, height = setup.image_px
+    return rrb.Spatial2DView(
+        origin=entities.CAMERA,
+        name="Camera: corners and reference",
+        visual_bounds=rrb.VisualBounds2D(x_range=(0.0, width), y_range=(0.0, height)),
     )
 
 

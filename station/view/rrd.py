@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import rerun as rr
@@ -15,6 +16,15 @@ from station.view.scene import SceneLogger
 from station.view.setup import Setup
 
 APPLICATION = "repose"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn:
+    """How many messages were looked at, where the timeline `elapsed` begins, and what made no sense, by topic."""
+
+    count: int
+    start_ns: int
+    refused: dict[str, int]
 
 
 def new_recording() -> rr.RecordingStream:
@@ -33,8 +43,8 @@ def write_rrd(
     setup: Setup,
     name: str,
     rates: Rates | None = None,
-) -> int:
-    """Draws (topic, message, publish time in ns) into the file `path` as they come; returns how many were drawn.
+) -> Drawn:
+    """Draws (topic, message, publish time in ns) into the file `path` as they come.
 
     `topics` decide the layout. Memory does not grow with the length of the session.
 
@@ -59,4 +69,4 @@ def write_rrd(
     logger.flush()
     recording.flush(timeout_sec=60.0)
     recording.disconnect()
-    return count
+    return Drawn(count=count, start_ns=logger.start_ns, refused=dict(logger.refused))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 
 import rerun as rr
@@ -44,7 +44,8 @@ class SceneLogger:
     """Takes messages of any topic, in any order of topics, and draws them.
 
     `root` (such as `simulation/`) puts everything below another entity, so that several loggers can share one
-    recording; give them the same `start_ns`. `parts` are what is drawn.
+    recording; give them the same `start_ns`. `parts` are what is drawn. Messages whose numbers make no sense are not
+    drawn; `refused` counts them by topic.
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class SceneLogger:
         start_ns: int | None = None,
         parts: Sequence[PartMaker] = PARTS,
     ) -> None:
+        self.refused: Counter[str] = Counter()
         self._canvas = Canvas(recording, root=root, start_ns=start_ns)
         self._exact: defaultdict[str, list[Handler]] = defaultdict(list)
         self._prefixes: list[tuple[str, Handler]] = []
@@ -77,7 +79,15 @@ class SceneLogger:
         if handlers:
             self._canvas.at(stamp_ns)
         for handler in handlers:
-            handler(message)
+            try:
+                handler(message)
+            except (ValueError, ArithmeticError, IndexError):  # corners that are not four, an attitude of zeros
+                self.refused[topic] += 1
+
+    @property
+    def start_ns(self) -> int:
+        """Where the timeline `elapsed` begins: the first message's time."""
+        return self._canvas.start_ns or 0
 
     def flush(self) -> None:
         """Sends what was gathered; call it now and then while a session runs, and at the end."""

@@ -105,6 +105,7 @@ class SamplesPart:
         self._rows: deque[str] = deque(maxlen=_RUNS_SHOWN)
         self._directions: dict[int, _Spread] = {}
         self._present: tuple[int, str] | None = None
+        self._present_ns = 0
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
@@ -113,6 +114,7 @@ class SamplesPart:
     def _on_event(self, event: RunEvent) -> None:
         if self._present != (event.run, event.phase) and event.phase in colours.PHASES:
             self._present = (event.run, event.phase)
+            self._present_ns = self._canvas.now_ns
             self._show()
 
     def _on_sample(self, sample: Sample) -> None:
@@ -120,7 +122,11 @@ class SamplesPart:
         if not sample.censored and not sample.flags:
             spread = self._directions.setdefault(sample.direction, _Spread())
             spread.add(math.degrees(sample.onset_angle_rad))
+        # A sample is stamped with the slip's detection, but known only later, after the phases that follow.
+        sample_ns = self._canvas.now_ns
+        self._canvas.at(max(sample_ns, self._present_ns))
         self._show()
+        self._canvas.at(sample_ns)
 
     def _show(self) -> None:
         present = "run {}: {}".format(*self._present) if self._present else "not begun"

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from shared.config import parse
 from shared.geometry import Array
@@ -48,28 +51,52 @@ class Setup:
     threshold: Threshold = Threshold()
 
 
-def setup_of(rig: RigConfig, *, threshold: Threshold | None = None) -> Setup:
-    """The shapes that a rig file describes.
+def setup_from_poses(poses: Sequence[tuple[float, float, float]]) -> Setup:
+    """A guess from the block's places (x, y, z of its middle, metres) when no rig file tells the shapes.
+
+    A block rests most of the time, so a low quantile of z is half its height; it is drawn as a cube, on a plate that
+    reaches a little beyond its places.
+    """
+    if not poses:
+        return Setup()
+    places = np.array(poses)
+    side = 2.0 * max(float(np.quantile(places[:, 2], 0.2)), 1e-3)
+    reach = float(np.abs(places[:, :2]).max()) + side
+    return Setup(
+        plate_side_m=2.0 * reach,
+        plate_thickness_m=0.1 * side,
+        block_size_m=(side, side, side),
+        mark_side_m=0.8 * side,
+    )
+
+
+def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool = True) -> Setup:
+    """The shapes that a rig file describes; without an arm there is neither foam border nor anything to look up at.
 
     Raises:
         UserError: if its `[arm]` table is wrong or names an unknown model.
     """
+    shapes = Setup(
+        plate_side_m=rig.plate.side_m,
+        block_size_m=rig.block.size_m,
+        mark_side_m=rig.mark.side_mm * 1e-3,
+        mark_aspect=rig.mark.aspect,
+        image_px=(rig.camera.width_px, rig.camera.height_px),
+        threshold=threshold or Threshold(),
+    )
+    if not armed:
+        return shapes
     settings = parse(ArmSettings, rig.arm)
     model = load_arm_model(settings.model)
     own_pivot = settings.pivot_above_plate_m
     world_from_base = transform(settings.base_xyz_m, (0.0, 0.0, math.radians(settings.base_yaw_deg)))
     home_rad = [math.radians(angle) for angle in settings.home_deg] or model.home_rad
     x, y, z = forward_kinematics(model, home_rad, world_from_base=world_from_base)[:3, 3].tolist()
-    return Setup(
+    return replace(
+        shapes,
         arm=model,
         world_from_base=world_from_base,
         look_at_m=(x, y, z),
         pivot_above_plate_m=model.pivot_above_plate_m if own_pivot is None else own_pivot,
-        plate_side_m=rig.plate.side_m,
         opening_m=rig.plate.opening_m,
-        block_size_m=rig.block.size_m,
-        mark_side_m=rig.mark.side_mm * 1e-3,
-        mark_aspect=rig.mark.aspect,
-        image_px=(rig.camera.width_px, rig.camera.height_px),
-        threshold=threshold or Threshold(),
     )
