@@ -15,6 +15,7 @@ from pathlib import Path
 
 from shared.errors import UserError
 from station.app import assembly, recordings
+from station.view.viewer import has_display
 
 NAME = "rig"
 HELP = "the whole simulated rig from one command"
@@ -36,7 +37,6 @@ def run(options: argparse.Namespace) -> int:
     rig_path = options.rig or str(assembly.simulated_rig_path())
     rig = assembly.rig_from(rig_path)  # a mistake in it is named before anything starts
     out = str(recordings.recording_path(options.out))
-    view = [] if options.no_view else ["--view"]
     plan = ["--plan", options.plan] if options.plan else []
     print(f"Starting the simulated rig '{rig.id}': twin, arm agent, camera agent, station.", flush=True)
     helpers = [
@@ -45,15 +45,24 @@ def run(options: argparse.Namespace) -> int:
         _start("station", "twin", "--rig", rig_path, "--seed", str(options.seed)),
     ]
     session: subprocess.Popen[bytes] | None = None
+    view = _view(rig_path, wanted=not options.no_view)
     try:
         _await_start(helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", out]
-        session = _start("station", "run", "--rig", rig_path, *words, *plan, *view)
+        session = _start("station", "run", "--rig", rig_path, *words, *plan)
         return _watch(session, helpers)
     except KeyboardInterrupt:
         return 130
     finally:
-        _stop([process for process in (session, *reversed(helpers)) if process is not None])
+        _stop([process for process in (session, view, *reversed(helpers)) if process is not None])
+
+
+def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
+    """The live view as a process of its own, so that drawing never delays the station."""
+    if wanted and has_display():
+        return _start("station", "replay", "--live", "--rig", rig_path)
+    print(f"To watch it live: station replay --live --rig {rig_path}", flush=True)
+    return None
 
 
 def _start(module: str, *words: str) -> subprocess.Popen[bytes]:

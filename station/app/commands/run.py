@@ -40,7 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
     parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
     parser.add_argument("--pixels", action="store_true", help="with --lockstep: render frames and track them")
-    parser.add_argument("--view", action="store_true", help="show the session live in Rerun")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -33,19 +33,27 @@ def run(args: argparse.Namespace) -> int:
     if args.digest:
         print(digest(open_recording(args.file)))
         return 0
-    samples = read_samples(args.file)
-    # A pipe has no width: the table keeps its own.
-    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-    if samples:
-        console.print(_samples_table(samples))
-        console.print(_directions_table(by_direction(samples)))
-    else:
-        console.print(f"{args.file} holds no samples: no run of the session came to its end.")
+    console, samples = _console(), read_samples(args.file)
+    show(samples, console, source=args.file)
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path)
             console.print(f"{len(samples)} samples written to {path}")
     return 0
+
+
+def _console() -> Console:
+    # A pipe has no width: the table keeps its own.
+    return Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+
+
+def show(samples: Sequence[Sample], console: Console, *, source: Path) -> None:
+    """Prints the samples and their means by direction."""
+    if samples:
+        console.print(_samples_table(samples))
+        console.print(_directions_table(by_direction(samples)))
+    else:
+        console.print(f"{source} holds no samples: no run of the session came to its end.")
 
 
 def _samples_table(samples: Sequence[Sample]) -> Table:
