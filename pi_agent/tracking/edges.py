@@ -36,10 +36,11 @@ class StepModel(NamedTuple):
 
 
 class Profiles(NamedTuple):
-    """What the profiles (4, n) say: the edge's offset (px), contrast, contrast × relative blur error, misfit (RMS), and
+    """What the profiles (4, n) say: their place on the expected edge, the edge's offset (px), contrast, contrast × relative blur error, misfit (RMS), and
     whether a pixel was saturated (None: none was).
     """
 
+    base: NDArray[np.complex128]
     offset: Floats
     contrast: Matrix
     blur_change: Matrix
@@ -86,7 +87,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     left_over = flat @ model.misfit
     misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
     offset = (answer[:, :, 2] / contrast) * blur_px[:, None]
-    return Profiles(offset, contrast, answer[:, :, 3], misfit, _saturated(light))
+    return Profiles(base, offset, contrast, answer[:, :, 3], misfit, _saturated(light))
 
 
 def _saturated(light: Light) -> NDArray[np.bool_] | None:

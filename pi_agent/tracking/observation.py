@@ -11,11 +11,12 @@ class Observation:
     """The mark in one frame.
 
     `corners_px`: (4, 2) by identity, clockwise as seen; NaN when there are none. `sigma_px`: standard deviation of one
-    coordinate of a corner. `residual_px`: RMS distance of the edge points from their lines. `corner_dt_ns`: mid-exposure
-    of each corner's row after the capture time. `found` is False whenever the corners must not be taken for the block's
-    planar motion, and `reason` says why ("" when found); for a tipping block the corners are given all the same.
-    `identity`: "marked" (read from the mark), "continuous" (followed since it was first seen), "assumed" (a plain
-    square after a dropout: right modulo a quarter turn) or "" when not found. `tip_rad`: lean told by foreshortening.
+    coordinate of a corner. `residual_px`: RMS distance of the edge points from their lines. `corner_dt_ns`:
+    mid-exposure of each corner's row after the capture time. `reason`: why there is no mark, or that it tips.
+    `tip_rad`: lean told by foreshortening, 0 below what can be told; above 0 the corners are where they are seen, but
+    must not be taken for motion in the plate's plane. `identity`: "marked" (read from the mark), "continuous"
+    (followed since it was first seen), "assumed" (a plain square after a dropout: right modulo a quarter turn), or ""
+    when not found.
     """
 
     capture_ns: int

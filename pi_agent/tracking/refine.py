@@ -16,17 +16,42 @@ SEARCHED = 14  # a search reads so many
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
-SETTLED = 0.2  # a correction below this share of the blur needs no further pass
+SETTLED = 0.08  # a correction below this share of the blur needs no further pass
+BLUR_SETTLED = 0.12  # nor does a blur that was right to this share
 BLUR_RANGE_PX = (0.55, 4.0)
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
 
 
 @dataclass(frozen=True)
 class Task:
-    """What stays the same from pass to pass: the estimator, and the part of each edge that is no edge (a notch)."""
+    """What stays the same from frame to frame: the estimator, and the part of each edge that is no edge (a notch)."""
 
     model: edges.StepModel
     left_out: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """How a rolling shutter bends a turning mark: its centre, velocity and yaw rate (px, px/s, rad/s), time per row (s).
+
+    Only what is quadratic in the rows matters here; the linear part stays in the corners, which are reported where and
+    when their own rows saw them. An error of the velocity is of no account for the same reason.
+    """
+
+    centre: complex
+    velocity_px_s: complex
+    yaw_rate_rad_s: float
+    line_s: float
+
+    def shift(self, points: Points) -> Points:
+        """How far the points have moved, by the time at which their rows are exposed, since the centre's row was."""
+        velocity = self.velocity_px_s + 1j * self.yaw_rate_rad_s * (points - self.centre)
+        return velocity * ((points.imag - self.centre.imag) * self.line_s)
+
+    def as_seen(self, corners: Points) -> Points:
+        """Corners at their own rows' times from corners at the time of the centre's row."""
+        seen = corners + self.shift(corners)
+        return corners + self.shift(seen)
 
 
 @dataclass(frozen=True)
@@ -61,22 +86,30 @@ def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Poin
     return lines.intersect(expected, fit.offset, fit.rise)
 
 
-def refine(reader: PixelReader, corners: Points, *, blur_px: Floats, task: Task, most_passes: int) -> Fit | None:
+def refine(
+    reader: PixelReader,
+    corners: Points,
+    *,
+    blur_px: Floats,
+    task: Task,
+    most_passes: int,
+    sweep: Sweep | None = None,
+) -> Fit | None:
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
     `blur_px`: (4,) expected blur of the edges. Ends when a pass changed next to nothing.
     """
     blur = np.clip(blur_px, *BLUR_RANGE_PX)
     fit: Fit | None = None
-    for number in range(most_passes):
-        fit = _one_pass(reader, corners, blur, task=task)
-        if fit is None or (fit.moved < SETTLED):
+    for _ in range(most_passes):
+        fit = _one_pass(reader, corners, blur, task=task, sweep=sweep)
+        if fit is None or fit.moved < SETTLED:
             return fit
         corners, blur = fit.corners, fit.blur_px
     return fit
 
 
-def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task) -> Fit | None:
+def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task, sweep: Sweep | None) -> Fit | None:
     expected = lines.expected_edges(corners, clear_px=1.0 + 3.0 * float(blur.max()))
     if expected.length.min() < 8.0:
         return None
@@ -90,20 +123,27 @@ def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task)
     counted = np.add.reduce(weight, axis=1)
     if counted.min() < PROFILES // 4:
         return None
-    line = _robust_lines(found.offset, weight, counted, expected)
+    offset = found.offset
+    if sweep is not None:
+        offset = offset - (1j * np.conj(expected.tangent)[:, None] * sweep.shift(found.base)).real
+    line = _robust_lines(offset, weight, counted, expected)
     total = line.moments[:, 0]
     if total.min() < PROFILES / 6:
         return None
     change = np.add.reduce(line.weight * found.blur_change, axis=1) / (total * typical)
+    refined = lines.intersect(expected, line.offset, line.rise)
+    if sweep is not None:
+        refined = sweep.as_seen(refined)
+    moved = max(float(np.max(np.abs(refined - corners) / blur)), SETTLED / BLUR_SETTLED * float(np.max(np.abs(change))))
     return Fit(
-        corners=lines.intersect(expected, line.offset, line.rise),
+        corners=refined,
         sigma_px=float(np.hypot(lines.corner_sigma(line, expected), SYSTEMATIC_PX)),
         residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total))),
         agreement=np.add.reduce(line.weight > 0.3, axis=1) / PROFILES,
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        moved=float(np.max((np.abs(line.offset) + 0.5 * np.abs(line.rise)) / blur)),
+        moved=moved,
     )
 
 

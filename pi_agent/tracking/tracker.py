@@ -16,13 +16,14 @@ from pi_agent.tracking.edges import step_model
 from pi_agent.tracking.motion import Motion
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.refine import Fit, Task, refine, search_edges
+from pi_agent.tracking.refine import Fit, Sweep, Task, refine, search_edges
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
 Attempt = tuple[Fit | None, judge.Verdict]
 
-MOST_PASSES = 4
+MOST_PASSES = 5
+LEAST_BEND_PX = 0.003  # a smaller bend of the edges by the rolling shutter is left alone
 LEARNING = 0.05  # share of the newest frame in the blur and the shape that are remembered
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
@@ -77,7 +78,9 @@ class Tracker:
         if not _inside(corners, self._reader):
             return None, judge.Verdict("the mark leaves the frame")
         blur = self._expected_blur(corners)
-        fit = refine(self._reader, corners, blur_px=blur, task=self._task, most_passes=MOST_PASSES)
+        fit = refine(
+            self._reader, corners, blur_px=blur, task=self._task, most_passes=MOST_PASSES, sweep=self._sweep(corners)
+        )
         if fit is None:
             return None, NO_MARK
         return fit, judge.judge(fit, config=self.config, shape=self._shape, shear=self._shear())
@@ -90,6 +93,14 @@ class Tracker:
         step = np.roll(corners, -1) - corners
         across = (np.conj(step) * path).imag / np.abs(step)
         return np.sqrt(self._blur_px**2 + across**2 / 12.0)
+
+    def _sweep(self, corners: Points) -> Sweep | None:
+        """The bend of a turning mark's edges by the rolling shutter, where it can be seen."""
+        line_s, motion = self.config.shutter.line_s, self._motion
+        diagonal = abs(complex(corners[2] - corners[0]))
+        if abs(motion.yaw_rate_rad_s) * line_s * diagonal**2 / 8 < LEAST_BEND_PX:
+            return None
+        return Sweep(complex(corners.sum()) / 4, motion.velocity_px_s, motion.yaw_rate_rad_s, line_s)
 
     def _shear(self) -> float:
         return self._motion.velocity_px_s.real * self.config.shutter.line_s
@@ -152,7 +163,7 @@ class Tracker:
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
         return Observation(
             capture_ns=capture_ns,
-            found=not verdict.reason,
+            found=True,
             reason=verdict.reason,
             corners_px=corners,
             sigma_px=fit.sigma_px,

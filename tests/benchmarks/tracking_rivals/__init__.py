@@ -1,0 +1,1 @@
+"""Frames with known corners under stated conditions, and the other methods that ours is compared with."""

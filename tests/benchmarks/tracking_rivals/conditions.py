@@ -1,0 +1,285 @@
+"""The conditions under which tracking is measured: each makes short sequences of frames with known corners."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.rendering import (
+    ExactRenderer,
+    Glare,
+    Layer,
+    Optics,
+    Pose,
+    Scene,
+    Sensor,
+    Shadow,
+    plate_fiducials,
+    surface,
+)
+from pi_agent.rendering.painting import EXACT, FAST, Quality
+from pi_agent.rendering.plates import Plate
+from pi_agent.rendering.projection import corners_px
+from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.mark import Feature, Mark
+from pi_agent.tracking.shutter import Shutter
+from pi_agent.tracking.tone import LINEAR, PI_DEFAULT
+
+Floats = NDArray[np.float64]
+Rng = np.random.Generator
+
+FRAME_S = 1 / 90
+MOVING = Quality(fine=3, instants=13, step_px=0.3)
+ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000.0)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Frames in order, their true corners and capture times; `fresh`: whether the last is also a first sight."""
+
+    frames: tuple[NDArray[np.uint8], ...]
+    corners: tuple[Floats, ...]
+    config: TrackerConfig
+
+    def capture_ns(self, number: int) -> int:
+        """Capture time of a frame."""
+        return round(number * FRAME_S * 1e9)
+
+
+Maker = Callable[[Rng], Trial]
+
+
+class Plates:
+    """A few surfaces of each kind, turned and mirrored at random: making one takes longer than a frame."""
+
+    def __init__(self) -> None:
+        rng = np.random.default_rng(77)
+        self._fields = {kind: [surface(kind, rng=rng) for _ in range(4)] for kind in ("wood", "steel")}
+        self._fields["plain"] = [surface("plain", rng=rng)]
+
+    def pick(self, rng: Rng, kind: str | None = None) -> Plate:
+        """A surface of the kind, or of wood or steel."""
+        fields = self._fields[kind or ("wood", "steel")[int(rng.integers(2))]]
+        field = np.rot90(fields[int(rng.integers(len(fields)))], int(rng.integers(4)))
+        field = np.roll(field, tuple(rng.integers(0, len(field), 2).tolist()), axis=(0, 1))
+        return np.ascontiguousarray(field[::-1] if rng.random() < 0.5 else field)
+
+
+PLATES = Plates()
+
+
+def random_mark(rng: Rng, *, margin: float = 0.0, feature: Feature = "none", aspect: float = 1.0) -> Mark:
+    """A mark of 60 to 120 px."""
+    return Mark(side_mm=float(rng.uniform(10, 20)), margin=margin, feature=feature, aspect=aspect, tag_id=7)
+
+
+def random_pose(rng: Rng) -> Pose:
+    """Anywhere on the plate where the whole mark is seen, at any yaw."""
+    x, y = rng.uniform(-26, 26, 2).tolist()
+    return Pose(x, y, float(rng.uniform(0, 2 * np.pi)))
+
+
+def nudged(pose: Pose, rng: Rng) -> Pose:
+    """A little further: 0.3 px and 0.1 degree."""
+    dx, dy = rng.normal(0, 0.05, 2).tolist()
+    return replace(pose, x_mm=pose.x_mm + dx, y_mm=pose.y_mm + dy, yaw_rad=pose.yaw_rad + float(rng.normal(0, 0.002)))
+
+
+def still(
+    scene: Scene, rng: Rng, *, quality: Quality = EXACT, disturbed: Scene | None = None, pose: Pose | None = None
+) -> Trial:
+    """Two frames of a block that hardly moves; the second one of the disturbed scene."""
+    first = pose or random_pose(rng)
+    second = nudged(first, rng) if pose is None else first
+    shots = [
+        ExactRenderer(scene, quality=quality).render(first, rng=rng),
+        ExactRenderer(disturbed or scene, quality=quality).render(second, rng=rng),
+    ]
+    config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
+    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+
+
+def clean(rng: Rng) -> Trial:
+    """A uniform plate, little noise, a straight tone curve."""
+    sensor = Sensor(full_scale_e=60_000, read_noise_e=2)
+    return still(Scene(PLATES.pick(rng, "plain"), mark=random_mark(rng), sensor=sensor), rng)
+
+
+def nominal(rng: Rng) -> Trial:
+    """Bare tape on wood or steel, noise, vignetting, the Pi's own tone curve (known to the tracker)."""
+    sensor = Sensor(tone=PI_DEFAULT)
+    return still(Scene(PLATES.pick(rng), mark=random_mark(rng), sensor=sensor, fiducials=plate_fiducials()), rng)
+
+
+def nominal_linear(rng: Rng) -> Trial:
+    """Bare tape, a straight tone curve."""
+    return still(Scene(PLATES.pick(rng), mark=random_mark(rng), fiducials=plate_fiducials()), rng)
+
+
+def recommended(rng: Rng) -> Trial:
+    """White margin, dot, straight tone curve."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    return still(Scene(PLATES.pick(rng), mark=mark, fiducials=plate_fiducials()), rng)
+
+
+def with_tag(rng: Rng) -> Trial:
+    """White margin, AprilTag code, straight tone curve."""
+    mark = random_mark(rng, margin=0.16, feature="tag")
+    return still(Scene(PLATES.pick(rng), mark=mark, fiducials=plate_fiducials()), rng)
+
+
+def with_notch(rng: Rng) -> Trial:
+    """White margin, notch, straight tone curve."""
+    mark = random_mark(rng, margin=0.16, feature="notch")
+    return still(Scene(PLATES.pick(rng), mark=mark, fiducials=plate_fiducials()), rng)
+
+
+def rectangle(rng: Rng) -> Trial:
+    """The paper's rectangle-like marker: bare tape, one side longer."""
+    mark = Mark(side_mm=float(rng.uniform(10, 15)), aspect=1.25)
+    return still(Scene(PLATES.pick(rng), mark=mark, fiducials=plate_fiducials()), rng)
+
+
+def blurred(rng: Rng) -> Trial:
+    """The recommended mark out of focus: 1.2 to 2 px."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    optics = Optics(blur_px=float(rng.uniform(1.2, 2.0)))
+    return still(Scene(PLATES.pick(rng), mark=mark, optics=optics, fiducials=plate_fiducials()), rng)
+
+
+def sliding(rng: Rng) -> Trial:
+    """0.3 m/s in any direction, turning at up to 3 rad/s, rolling shutter, 2 ms exposure; recommended mark."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    scene = Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials())
+    return moving(scene, rng, speed_mm_s=300.0, turn_rad_s=3.0)
+
+
+def sliding_tape(rng: Rng) -> Trial:
+    """The same with bare tape."""
+    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
+    return moving(scene, rng, speed_mm_s=300.0, turn_rad_s=3.0)
+
+
+def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, frames: int = 5) -> Trial:
+    """Frames of a block at constant speed through the plate's middle."""
+    direction = float(rng.uniform(0, 2 * np.pi))
+    vx, vy = speed_mm_s * np.cos(direction), speed_mm_s * np.sin(direction)
+    turn, yaw = float(rng.uniform(-turn_rad_s, turn_rad_s)), float(rng.uniform(0, 2 * np.pi))
+    renderer = ExactRenderer(scene, quality=MOVING)
+    shots = []
+    for number in range(frames):
+        time = (number - 0.5 * (frames - 1)) * FRAME_S
+        pose = Pose(vx * time, vy * time, yaw + turn * time, vx, vy, turn)
+        shots.append(renderer.render(pose, rng=rng))
+    config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
+    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+
+
+def _either_mark(rng: Rng) -> Mark:
+    return random_mark(rng) if rng.random() < 0.5 else random_mark(rng, margin=0.16, feature="dot")
+
+
+def _adverse(rng: Rng, disturb: Callable[[Scene, Floats, Rng], Scene]) -> Trial:
+    """An undisturbed frame, then a disturbed one; bare tape or the recommended mark."""
+    tone = PI_DEFAULT if rng.random() < 0.3 else LINEAR
+    scene = Scene(PLATES.pick(rng), mark=_either_mark(rng), sensor=Sensor(tone=tone), fiducials=plate_fiducials())
+    pose = random_pose(rng)
+    disturbed = disturb(scene, corners_px(scene, pose), rng)
+    return still(scene, rng, quality=FAST, disturbed=disturbed, pose=pose)
+
+
+def glare(rng: Rng) -> Trial:
+    """One to three highlights on or near the mark."""
+
+    def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
+        centre = corners.mean(axis=0)
+        places = centre + rng.normal(0, 55, (int(rng.integers(1, 4)), 2))
+        spots = [Glare(x, y, float(rng.uniform(5, 40)), float(rng.uniform(0.3, 2.0))) for x, y in places.tolist()]
+        return replace(scene, glare=tuple(spots))
+
+    return _adverse(rng, disturb)
+
+
+def clutter(rng: Rng) -> Trial:
+    """Dark and bright things on the plate, some of them within 3 px of the mark."""
+
+    def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
+        reach = float(np.linalg.norm(corners - corners.mean(axis=0), axis=1).max()) * (1 + 2 * scene.mark.margin)
+        things: list[Layer] = []
+        while len(things) < 8:
+            polygon = _thing(rng)
+            gap = np.linalg.norm(_dense(polygon) - corners.mean(axis=0), axis=1).min() - reach
+            if gap > 3.0 and not _holds(polygon, corners.mean(axis=0)):
+                things.append(Layer((polygon,), float(rng.uniform(0.03, 0.9))))
+        return replace(scene, clutter=tuple(things))
+
+    return _adverse(rng, disturb)
+
+
+def occlusion(rng: Rng) -> Trial:
+    """A finger, wire or corner of paper over 2 to 25 % of the outline."""
+
+    def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
+        outline = _dense(corners)
+        while True:
+            middle = outline[int(rng.integers(len(outline)))]
+            polygon = _thing(rng) - 300.0 + middle + rng.normal(0, 12, 2)
+            covered = np.mean([_holds(polygon, point) for point in outline[::4]])
+            if 0.02 <= covered <= 0.25:
+                return replace(scene, occluders=(Layer((polygon,), float(rng.uniform(0.03, 0.9))),))
+
+    return _adverse(rng, disturb)
+
+
+def dim(rng: Rng) -> Trial:
+    """A sixth to a twentieth of the light."""
+    return _adverse(rng, lambda scene, corners, rng: replace(scene, light=float(rng.uniform(0.05, 0.16))))
+
+
+def shadow(rng: Rng) -> Trial:
+    """The edge of a shadow across the mark, sharp or soft."""
+
+    def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
+        angle = float(rng.uniform(0, 2 * np.pi))
+        through = corners.mean(axis=0) + rng.normal(0, 20, 2)
+        offset = float(through @ np.array([np.cos(angle), np.sin(angle)]))
+        return replace(
+            scene, shadows=(Shadow(angle, offset, float(rng.uniform(0.25, 0.7)), float(rng.uniform(0.5, 12))),)
+        )
+
+    return _adverse(rng, disturb)
+
+
+def _thing(rng: Rng) -> Floats:
+    """A turned rectangle (4, 2), thin or thick, somewhere in the frame, clockwise as seen."""
+    width, height = rng.uniform(3, 40), rng.uniform(15, 140)
+    base = 0.5 * np.array([[-width, -height], [width, -height], [width, height], [-width, height]])
+    angle = rng.uniform(0, 2 * np.pi)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return base @ turn + rng.uniform(20, 580, 2)
+
+
+def _dense(polygon: Floats) -> Floats:
+    share = np.arange(100)[:, None] / 100
+    return np.concatenate([a + share * (b - a) for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)])
+
+
+def _holds(polygon: Floats, point: Floats) -> bool:
+    step, gap = np.roll(polygon, -1, axis=0) - polygon, point - polygon
+    return bool(np.all(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0] >= 0))
+
+
+NORMAL: dict[str, Maker] = {
+    "clean": clean,
+    "nominal tape": nominal,
+    "tape, linear": nominal_linear,
+    "rectangle tape": rectangle,
+    "recommended": recommended,
+    "tag": with_tag,
+    "notch": with_notch,
+    "out of focus": blurred,
+    "sliding": sliding,
+    "sliding tape": sliding_tape,
+}
+ADVERSE: dict[str, Maker] = {"glare": glare, "clutter": clutter, "occlusion": occlusion, "dim": dim, "shadow": shadow}
