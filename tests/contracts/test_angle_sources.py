@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
-from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,6 +26,7 @@ from tests.unit.angles.emulators import (
     Pixhawk,
     SerialInclinometer,
     TwinOnBus,
+    serving,
 )
 
 TILTS = tuple(math.radians(angle) for angle in (0.0, 3.0, 10.0, 0.5))
@@ -81,25 +80,6 @@ class Bench:
                 return readings
             time.sleep(0.001)
         raise AssertionError(f"no reading; complaints: {self.complaints}")
-
-
-@contextmanager
-def serving(end: Emulator) -> Generator[None]:
-    """Lets an emulator answer while the source opens."""
-    stop = threading.Event()
-
-    def serve() -> None:
-        while not stop.is_set():
-            end.serve()
-            stop.wait(0.005)
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join()
 
 
 @pytest.fixture(params=source_kinds())

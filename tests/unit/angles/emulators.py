@@ -7,8 +7,11 @@ import math
 import os
 import socket
 import struct
+import threading
 import time
 import tty
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -49,6 +52,25 @@ class Emulator(Protocol):
     def close(self) -> None:
         """Gone."""
         ...
+
+
+@contextmanager
+def serving(end: Emulator) -> Generator[None]:
+    """Lets an emulator answer while the source opens."""
+    stop = threading.Event()
+
+    def serve() -> None:
+        while not stop.is_set():
+            end.serve()
+            stop.wait(0.005)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
 
 
 def free_udp_port() -> int:
