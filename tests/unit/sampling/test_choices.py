@@ -120,8 +120,7 @@ def test_the_reference_is_mean_and_variance_of_several_frames():
 def test_a_noisy_reference_is_refused_repeated_and_given_up_at_last():
     reading = ReferenceReading(ReferencePlan(frames=4, attempts=2))
     for attempt in (1, 2):
-        for k in range(4):
-            result = reading.add(moved(*[(3.0 * (-1) ** k, 0.0)] * 4))
+        result = [reading.add(moved(*[(3.0 * (-1) ** k, 0.0)] * 4)) for k in range(4)][-1]
         assert isinstance(result, str)
         assert "expected at most 1 px" in result
         assert reading.refused == attempt
@@ -130,12 +129,9 @@ def test_a_noisy_reference_is_refused_repeated_and_given_up_at_last():
 
 def test_a_still_block_is_accepted_after_a_refusal():
     reading = ReferenceReading(ReferencePlan(frames=3))
-    for k in range(3):
-        refused = reading.add(moved(*[(5.0 * k, 0.0)] * 4))
+    refused = [reading.add(moved(*[(5.0 * k, 0.0)] * 4)) for k in range(3)][-1]
     assert isinstance(refused, str)
-    for _ in range(3):
-        result = reading.add(SQUARE)
-    assert isinstance(result, Reference)
+    assert isinstance([reading.add(SQUARE) for _ in range(3)][-1], Reference)
 
 
 # --- slip ------------------------------------------------------------------------------------------------------------
