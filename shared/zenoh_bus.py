@@ -284,3 +284,67 @@ class ZenohBus:
         self._publishers.clear()
         with contextlib.suppress(zenoh.ZError):
             self._session.close()
+
+
+class RawSession:
+    """A Zenoh network that is not ours, such as ROS 2's: plain keys and bytes, for an arm driver.
+
+    Callbacks run on Zenoh's thread and may only enqueue. Close it, or the process hangs at its end.
+    """
+
+    def __init__(self, *, connect: Sequence[str] = (), listen: Sequence[str] = (), mode: str = "client") -> None:
+        """Opens the session.
+
+        Raises:
+            UserError: if a client finds nobody at `connect`, or an endpoint cannot be listened on.
+        """
+        config = zenoh.Config()
+        settings: dict[str, Any] = {
+            "mode": mode,
+            "listen/endpoints": list(listen),
+            "connect/endpoints": list(connect),
+            "connect/timeout_ms": 2000,
+            "connect/exit_on_failure": True,
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+        }
+        for key, value in settings.items():
+            config.insert_json5(key, json.dumps(value))
+        try:
+            self._session = zenoh.open(config)
+        except zenoh.ZError as error:
+            raise UserError(
+                f"Expected a Zenoh router at {', '.join(connect) or ', '.join(listen)}, but Zenoh says: {error}"
+            ) from error
+        self._entities: list[Any] = []
+        self.id = str(self._session.zid())
+
+    def put(self, key: str, payload: bytes, *, attachment: bytes = b"") -> None:
+        """Sends bytes, and loses none that the network can carry."""
+        self._session.put(key, payload, attachment=attachment or None, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def subscribe(self, key: str, handler: Callable[[bytes, bytes], None]) -> None:
+        """Calls `handler(payload, attachment)` for every sample of a key."""
+
+        def callback(sample: zenoh.Sample) -> None:
+            handler(sample.payload.to_bytes(), sample.attachment.to_bytes() if sample.attachment else b"")
+
+        self._entities.append(self._session.declare_subscriber(key, callback))
+
+    def announce(self, key: str) -> None:
+        """Holds a liveliness token until the session is closed."""
+        self._entities.append(self._session.liveliness().declare_token(key))
+
+    def announced(self, pattern: str, *, timeout_s: float = 1.0) -> list[str]:
+        """The keys of the liveliness tokens that match a pattern, as known now."""
+        replies = self._session.liveliness().get(pattern, timeout=timeout_s)
+        return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
+
+    def close(self) -> None:
+        """Leaves the network."""
+        for entity in self._entities:
+            with contextlib.suppress(zenoh.ZError):
+                entity.undeclare()
+        self._entities.clear()
+        with contextlib.suppress(zenoh.ZError):
+            self._session.close()

@@ -86,8 +86,11 @@ class ArmAgent:
             self._accept(message)
         except UserError as refused:
             self._log(WARNING, f"command refused: {refused}")
-            return ArmReply(reason=str(refused))
-        return ArmReply(accepted=True)
+            return self._reply(message, reason=str(refused))
+        return self._reply(message)
+
+    def _reply(self, command: TiltCommand, *, reason: str = "") -> ArmReply:
+        return ArmReply(not reason, reason, self._now_ns, command.run, command.step)
 
     def _accept(self, command: TiltCommand) -> None:
         """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
@@ -105,7 +108,7 @@ class ArmAgent:
         if self._tilter.located:
             return
         if self._reading is None:
-            raise UserError("The arm does not report its joints: check its power, cable and driver.")
+            raise UserError(self._driver.fault() or "The arm does not report its joints: check its power and cable.")
         self._tilter.locate(self._reading.position_rad)
 
     def _elapsed_ns(self) -> int:

@@ -16,9 +16,11 @@ from shared.clock import SimulatedClock, SystemClock
 from shared.config import Table
 from shared.memory_bus import MemoryBus
 from shared.messages import JointState, JointTarget
+from shared.zenoh_bus import RawSession
 from station.arm.drivers import Driver, DriverLink, load_driver
 from station.arm.tilt_path import TiltStage
-from tests.system.ros1 import require_ros1, ros_arm, roscore
+from tests.contracts.ros2_robot import Ros2Robot
+from tests.system.ros1 import free_port, require_ros1, ros_arm, roscore
 
 Array = NDArray[np.float64]
 TICK_NS = 10_000_000
@@ -90,5 +92,32 @@ def ros1(stage: TiltStage) -> Generator[End]:
             driver.close()
 
 
-ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {"simulated": simulated, "ros1": ros1}
+@contextmanager
+def ros2(stage: TiltStage) -> Generator[End]:
+    """A joint_trajectory_controller on a Zenoh router: all in this process, in real time."""
+    clock = SystemClock()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    router = RawSession(listen=[endpoint], mode="router")
+    arm = Ros2Robot(stage.model, endpoint=endpoint)
+    link = DriverLink(bus=MemoryBus(clock), model=stage.model, options=Table({"router": endpoint, "domain": 7}))
+    driver = load_driver("ros2", link=link)
+
+    def advance() -> None:
+        time.sleep(TICK_NS * 1e-9)
+        arm.step(clock.now_ns())
+        driver.tick(clock.now_ns())
+
+    try:
+        yield End(driver=driver, link=link, now_ns=clock.now_ns, advance=advance, arm_rad=lambda: arm.position[:6])
+    finally:
+        driver.close()
+        arm.close()
+        router.close()
+
+
+ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {
+    "simulated": simulated,
+    "ros1": ros1,
+    "ros2": ros2,
+}
 NEEDS: dict[str, Callable[[pytest.Config], None]] = {"ros1": require_ros1}

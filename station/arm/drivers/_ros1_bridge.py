@@ -11,11 +11,14 @@ Out: {"ready": true} | {"error": text} | {"state": [stamp_ns, names, positions, 
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import sys
 import threading
 from typing import Any, TextIO
+
+_STATUSES = ("PENDING", "ACTIVE", "PREEMPTED", "SUCCEEDED", "ABORTED", "REJECTED", "RECALLED", "LOST")
 
 
 class Bridge:
@@ -61,7 +64,7 @@ class Bridge:
         """Carry out one order of the agent."""
         if "goal" in order:
             number = int(order["goal"])
-            self.goals = {number: self.client.send_goal(self.goal(order), lambda handle: self.on_goal(number, handle))}
+            self.goals = {number: self.client.send_goal(self.goal(order), functools.partial(self.on_goal, number))}
         elif "cancel" in order:
             self.client.cancel_all_goals()
 
@@ -82,10 +85,11 @@ class Bridge:
         """The robot said something about a goal."""
         from actionlib_msgs.msg import GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
+        names = {getattr(GoalStatus, name): name for name in _STATUSES}
         result = handle.get_result()
         self.say(
             goal=number,
-            status=str(GoalStatus.to_string(handle.get_goal_status())),
+            status=names.get(handle.get_goal_status(), ""),
             code=int(getattr(result, "error_code", 0) or 0),
             text=str(getattr(result, "error_string", "") or handle.get_goal_status_text() or ""),
         )

@@ -39,9 +39,9 @@ class FollowJointTrajectory:
 def _sections() -> dict[str, str]:
     """Definitions of every type by its name, without comments."""
     # From ROS itself: what these types are is its business.
-    from actionlib_msgs.msg import GoalID, GoalStatus  # noqa: PLC0415
-    from std_msgs.msg import Header  # noqa: PLC0415
-    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415
+    from actionlib_msgs.msg import GoalID, GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    from std_msgs.msg import Header  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
     known: dict[str, Any] = {
         "std_msgs/Header": Header,
@@ -65,7 +65,8 @@ def _sections() -> dict[str, str]:
 
 def follow_joint_trajectory() -> FollowJointTrajectory:
     """Generate the classes; ImportError when ROS 1 is not installed."""
-    from genpy.dynamic import generate_dynamic  # noqa: PLC0415 - ROS is there only where an arm speaks it
+    # ROS is there only where an arm speaks it.
+    from genpy.dynamic import generate_dynamic  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
     text = "".join(f"{_NAME}Action{part} action_{part.lower()}\n" for part in ("Goal", "Result", "Feedback"))
     for name, definition in _sections().items():

@@ -146,7 +146,8 @@ class Ros1Arm:
         if "state" in line:
             self._take_state(line["state"])
         elif "goal" in line and line["goal"] == self._goal:
-            self._asked_ns = None
+            if line["status"] != "PENDING":  # ROS itself says that much, before the robot has seen the goal
+                self._asked_ns = None
             if line["status"] in _REFUSED:
                 why = line["text"] or _CODES.get(line["code"], f"error {line['code']}")
                 self._fault = f"the robot's driver {_REFUSED[line['status']]}: {why}"

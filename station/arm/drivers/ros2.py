@@ -1,0 +1,196 @@
+"""Arms under ROS 2 with a joint_trajectory_controller, over Zenoh as rmw_zenoh speaks it; no ROS needed here.
+
+A motion is one trajectory_msgs/JointTrajectory; a halt is a trajectory of one point, the last measured pose. Checked:
+type hashes against the published ones, keys and bytes against two independent implementations (zenoh_ros2_sdk,
+pycdr2) where they are installed, and motions against an arm of our own on a Zenoh router. Not tried against a live
+ROS 2 or a real arm.
+
+`[arm.options]`: `router` (where rmw_zenohd listens), `domain` (ROS_DOMAIN_ID), `trajectory` and `joint_states`
+(topics), `answer_timeout_s` (how long to look for the controller).
+
+A topic says nothing back: a motion that the controller refuses shows only as an arm that does not follow, and the
+safety gate stops it. Stamps are the robot's: keep its clock within 0.1 s of this machine's (chrony).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import uuid
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.config import parse
+from shared.errors import UserError
+from shared.zenoh_bus import RawSession
+from station.arm.drivers import DriverLink, JointReading, match_joints
+from station.arm.drivers import _ros2_wire as wire
+from station.arm.trajectory import JointTrajectory
+
+Array = NDArray[np.float64]
+_NODE = "repose_arm"
+_HALT_NS = 100_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ros2Options:
+    """The `[arm.options]` table for this driver; see the module."""
+
+    router: str = "tcp/127.0.0.1:7447"
+    domain: int = 0
+    trajectory: str = "/joint_trajectory_controller/joint_trajectory"
+    joint_states: str = "/joint_states"
+    answer_timeout_s: float = 3.0
+
+
+class Ros2Arm:
+    """A `Driver` over ROS 2. Zenoh's thread only enqueues; `tick` takes what it left."""
+
+    def __init__(self, link: DriverLink) -> None:
+        self._model = link.model
+        self._options = parse(Ros2Options, link.options)
+        self._states: deque[bytes] = deque(maxlen=1)
+        self._order: list[int] | None = None
+        self._reading: JointReading | None = None
+        self._now_ns = 0
+        self._sequence = 0
+        self._writer = uuid.uuid4().bytes
+        self._fault = ""
+        self._session = RawSession(connect=[self._options.router])
+        domain = self._options.domain
+        self._key = wire.data_key(self._options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
+        self._join(domain)
+
+    def _join(self, domain: int) -> None:
+        """Show up in the ROS graph, listen to the joints, and look for the controller."""
+        session, options = self._session, self._options
+        session.announce(wire.node_token(session.id, domain=domain, name=_NODE))
+        session.announce(
+            wire.publisher_token(
+                session.id,
+                domain=domain,
+                node=_NODE,
+                entity=1,
+                topic=options.trajectory,
+                type_name=wire.JOINT_TRAJECTORY,
+            )
+        )
+        session.announce(
+            wire.subscriber_token(
+                session.id,
+                domain=domain,
+                node=_NODE,
+                entity=2,
+                topic=options.joint_states,
+                type_name=wire.JOINT_STATE,
+            )
+        )
+        states = wire.data_key(options.joint_states, wire.JOINT_STATE, domain=domain)
+        session.subscribe(states, lambda payload, attachment: self._states.append(payload))  # noqa: ARG005
+        pattern = wire.subscribers_pattern(options.trajectory, wire.JOINT_TRAJECTORY, domain=domain)
+        found = session.announced(pattern, timeout_s=options.answer_timeout_s)
+        if not found:
+            self.close()
+            raise UserError(
+                f"Nobody on ROS 2 domain {domain} at {options.router} listens to {options.trajectory}: start the "
+                "robot's controllers, or correct 'trajectory' or 'domain' in [arm.options] of rig.toml."
+            )
+        expected = wire.type_hash(wire.JOINT_TRAJECTORY)
+        if not any(expected in key for key in found):
+            self.close()
+            raise UserError(
+                f"The controller on {options.trajectory} has another version of {wire.JOINT_TRAJECTORY} than this "
+                "program (ROS 2 Jazzy's): it would hear nothing."
+            )
+
+    def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
+        """See `Driver.start`: the controller replaces what it was doing."""
+        self._fault = ""
+        self._publish(
+            [
+                self._point(int(time_ns), position, velocity)
+                for time_ns, position, velocity in zip(
+                    trajectory.times_ns, trajectory.position_rad, trajectory.velocity_rad_s, strict=True
+                )
+            ],
+            now_ns=now_ns,
+        )
+
+    def halt(self, *, now_ns: int) -> None:
+        """See `Driver.halt`."""
+        if self._reading is not None:
+            here = self._reading.position_rad
+            self._publish([self._point(_HALT_NS, here, np.zeros_like(here))], now_ns=now_ns)
+
+    def _point(self, time_ns: int, position: Array, velocity: Array) -> Any:
+        seconds, nanoseconds = divmod(time_ns, 1_000_000_000)
+        return wire.message(
+            "trajectory_msgs/msg/JointTrajectoryPoint",
+            positions=position,
+            velocities=velocity,
+            accelerations=np.zeros(0),
+            effort=np.zeros(0),
+            time_from_start=wire.message("builtin_interfaces/msg/Duration", sec=seconds, nanosec=nanoseconds),
+        )
+
+    def _publish(self, points: list[Any], *, now_ns: int) -> None:
+        at_once = wire.message("builtin_interfaces/msg/Time", sec=0, nanosec=0)
+        trajectory = wire.message(
+            wire.JOINT_TRAJECTORY,
+            header=wire.message("std_msgs/msg/Header", stamp=at_once, frame_id=""),
+            joint_names=list(self._model.joint_names),
+            points=points,
+        )
+        self._sequence += 1
+        self._session.put(
+            self._key,
+            wire.encode(trajectory, wire.JOINT_TRAJECTORY),
+            attachment=wire.attachment(self._sequence, stamp_ns=now_ns, writer=self._writer),
+        )
+
+    def tick(self, now_ns: int) -> None:
+        """See `Driver.tick`."""
+        self._now_ns = now_ns
+        with contextlib.suppress(IndexError):
+            self._take_state(wire.decode(self._states.pop(), wire.JOINT_STATE))
+
+    def _take_state(self, state: Any) -> None:
+        try:
+            if self._order is None:
+                self._order = match_joints(self._model, tuple(state.name))
+        except UserError as wrong:
+            self._fault = str(wrong)
+            return
+        stamp_ns = int(state.header.stamp.sec) * 1_000_000_000 + int(state.header.stamp.nanosec)
+        self._reading = JointReading(
+            stamp_ns or self._now_ns,
+            self._model.joint_names,
+            _ordered(state.position, self._order),
+            _ordered(state.velocity, self._order),
+            _ordered(state.effort, self._order),
+        )
+
+    def read(self) -> JointReading | None:
+        """See `Driver.read`."""
+        return self._reading
+
+    def fault(self) -> str:
+        """See `Driver.fault`."""
+        return self._fault
+
+    def close(self) -> None:
+        """See `Driver.close`; what moves is brought to rest by the agent before."""
+        self._session.close()
+
+
+def _ordered(values: Array, order: list[int]) -> Array:
+    """The values in the model's order; zeros where the robot sends none."""
+    return np.array(values, dtype=np.float64)[order] if len(values) > max(order) else np.zeros(len(order))
+
+
+def connect(link: DriverLink) -> Ros2Arm:
+    """Connect to the robot's Zenoh router."""
+    return Ros2Arm(link)

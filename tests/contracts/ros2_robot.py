@@ -1,0 +1,77 @@
+"""A ROS 2 robot for tests: it is what joint_trajectory_controller and joint_state_broadcaster are on rmw_zenoh.
+
+It follows the last trajectory that came, linearly from where it stands, and reports its joints at every step.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from shared.zenoh_bus import RawSession
+from station.arm.drivers import _ros2_wire as wire
+from station.rig.arm_model import ArmModel
+
+TRAJECTORY = "/joint_trajectory_controller/joint_trajectory"
+
+
+class Ros2Robot:
+    """The robot's end; `step` lets it move and report."""
+
+    def __init__(self, model: ArmModel, *, endpoint: str, domain: int = 7) -> None:
+        self.names = ["finger_1", *model.joint_names[::-1]]  # a robot's own order, not the model's
+        self.position = np.array(model.home_rad)
+        self.domain = domain
+        self.session = RawSession(connect=[endpoint])
+        self.received: list[tuple[bytes, bytes]] = []
+        self.motion: tuple[int, Any, Any] | None = None
+        self.session.subscribe(
+            wire.data_key(TRAJECTORY, wire.JOINT_TRAJECTORY, domain=domain),
+            lambda *sample: self.received.append(sample),
+        )
+        self.session.announce(
+            wire.subscriber_token(
+                self.session.id,
+                domain=domain,
+                node="joint_trajectory_controller",
+                entity=1,
+                topic=TRAJECTORY,
+                type_name=wire.JOINT_TRAJECTORY,
+            )
+        )
+        self.key = wire.data_key("/joint_states", wire.JOINT_STATE, domain=domain)
+        self.taken = 0
+
+    def step(self, now_ns: int) -> None:
+        if len(self.received) > self.taken:
+            self.take(self.received[-1][0], now_ns)
+            self.taken = len(self.received)
+        if self.motion is not None:
+            began_ns, times, positions = self.motion
+            elapsed = (now_ns - began_ns) * 1e-9
+            self.position = np.array([np.interp(elapsed, times, positions[:, joint]) for joint in range(6)])
+        self.report(now_ns)
+
+    def take(self, payload: bytes, now_ns: int) -> None:
+        message = wire.decode(payload, wire.JOINT_TRAJECTORY)
+        times = [point.time_from_start.sec + point.time_from_start.nanosec * 1e-9 for point in message.points]
+        positions = np.array([point.positions for point in message.points])
+        if times[0] > 0:
+            times, positions = [0.0, *times], np.vstack([self.position, positions])
+        self.motion = (now_ns, np.array(times), positions)
+
+    def report(self, now_ns: int) -> None:
+        stamp = wire.message("builtin_interfaces/msg/Time", sec=now_ns // 10**9, nanosec=now_ns % 10**9)
+        state = wire.message(
+            wire.JOINT_STATE,
+            header=wire.message("std_msgs/msg/Header", stamp=stamp, frame_id=""),
+            name=self.names,
+            position=np.array([0.0, *self.position[::-1]]),
+            velocity=np.zeros(7),
+            effort=np.zeros(0),
+        )
+        self.session.put(self.key, wire.encode(state, wire.JOINT_STATE))
+
+    def close(self) -> None:
+        self.session.close()
