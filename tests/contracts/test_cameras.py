@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import itertools
+import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,9 @@ from pi_agent.cameras import Camera, CameraContext, Frame, camera_names, load_ca
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
+from tests.unit.pi_agent import fake_picamera2
 from tests.unit.pi_agent.rigs import FakeTwin, rig
+from tests.unit.pi_agent.stream import StreamCamera
 
 Bench = Callable[[Path], contextlib.AbstractContextManager[Camera]]
 
@@ -28,24 +32,44 @@ def context(folder: Path, driver: str, options: dict[str, Any] | None = None) ->
 
 
 @contextlib.contextmanager
-def synthetic(folder: Path) -> Iterator[Camera]:
+def synthetic(folder: Path) -> Generator[Camera]:
     setting = context(folder, "synthetic")
     with FakeTwin(setting.bus, setting.clock):
         yield load_camera(setting)
 
 
 @contextlib.contextmanager
-def video_file(folder: Path) -> Iterator[Camera]:
+def video_file(folder: Path) -> Generator[Camera]:
     cv2.imwrite(str(folder / "0.png"), np.zeros((60, 80), np.uint8))
     cv2.imwrite(str(folder / "1.png"), np.full((60, 80), 200, np.uint8))
     yield load_camera(context(folder, "video_file", {"path": ".", "loop": True}))
 
 
-BENCHES: dict[str, Bench] = {"synthetic": synthetic, "video_file": video_file}
+@contextlib.contextmanager
+def pi_camera(folder: Path) -> Generator[Camera]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "picamera2", fake_picamera2)
+        fake_picamera2.Picamera2.cable.set()
+        fake_picamera2.Picamera2.attached = [fake_picamera2.OV9281]
+        yield load_camera(context(folder, "pi_camera"))
+
+
+@contextlib.contextmanager
+def usb_camera(folder: Path) -> Generator[Camera]:
+    with StreamCamera() as stream:
+        yield load_camera(context(folder, "usb_camera", {"device": stream.address}))
+
+
+BENCHES: dict[str, Bench] = {
+    "pi_camera": pi_camera,
+    "synthetic": synthetic,
+    "usb_camera": usb_camera,
+    "video_file": video_file,
+}
 
 
 @pytest.fixture(params=camera_names())
-def camera(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Camera]:
+def camera(request: pytest.FixtureRequest, tmp_path: Path) -> Generator[Camera]:
     assert request.param in BENCHES, f"the camera '{request.param}' needs a bench in {__file__}"
     with BENCHES[request.param](tmp_path) as source:
         yield source
@@ -76,7 +100,7 @@ def test_frames_are_numbered_and_stamped_by_the_agents_clock(camera: Camera):
     camera.open()
     frames = [dataclasses.replace(read(camera), image=np.zeros((1, 1), np.uint8)) for _ in range(5)]
     ended = SystemClock().now_ns()
-    assert all(b.seq > a.seq and b.capture_ns > a.capture_ns for a, b in zip(frames, frames[1:], strict=False))
+    assert all(b.seq > a.seq and b.capture_ns > a.capture_ns for a, b in itertools.pairwise(frames))
     assert all(started - 10**8 <= frame.capture_ns <= ended + 10**8 for frame in frames)
 
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,7 @@ class Rig:
             self.bus.poll(0.05)
 
     @contextlib.contextmanager
-    def agent(self) -> Iterator[subprocess.Popen[bytes]]:
+    def agent(self) -> Generator[subprocess.Popen[bytes]]:
         command = [sys.executable, "-m", "pi_agent", "--camera", "synthetic", "--rig", str(self.file)]
         process = subprocess.Popen(command, stderr=subprocess.PIPE)
         try:

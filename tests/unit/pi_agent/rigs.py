@@ -43,12 +43,16 @@ def scene(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0, *, stamp_ns:
     )
 
 
+def _at_rest(_: float) -> TwinScene:
+    return scene(0.003, -0.002, 0.2)
+
+
 class FakeTwin:
     """Publishes scenes at 200 Hz from its own thread, as `station twin` does."""
 
     def __init__(self, bus: Bus, clock: SystemClock, pose: Callable[[float], TwinScene] | None = None) -> None:
         self._bus, self._clock = bus, clock
-        self._pose = pose or (lambda _: scene(0.003, -0.002, 0.2))
+        self._pose = pose or _at_rest
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class Listener:
 
 
 @contextlib.contextmanager
-def running(config: RigConfig, camera: Camera, bus: MemoryBus) -> Iterator[Agent]:
+def running(config: RigConfig, camera: Camera, bus: MemoryBus) -> Generator[Agent]:
     agent, stop = Agent(config, camera, bus, SystemClock()), threading.Event()
     thread = threading.Thread(target=agent.run, args=(stop,))
     thread.start()
@@ -81,7 +82,7 @@ def test_everything_that_the_agent_says_comes_over_the_bus():
     corners = heard["camera/corners"]
     assert all(report.found for report in corners)
     assert {report.boot_id for report in corners} == {agent.boot_id}
-    assert all(a.seq < b.seq and a.capture_ns < b.capture_ns for a, b in zip(corners, corners[1:], strict=False))
+    assert all(a.seq < b.seq and a.capture_ns < b.capture_ns for a, b in itertools.pairwise(corners))
     status = heard["camera/status"][-1]
     assert (status.fault, status.exposure_ns, status.boot_id) == ("", 2_000_000, agent.boot_id)
     assert status.frames > 0
