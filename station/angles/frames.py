@@ -25,9 +25,10 @@ def mount_rotation(rpy_deg: Vector) -> Array:
 
 
 def gravity_of_attitude(qw: float, qx: float, qy: float, qz: float) -> Vector:
-    """Gravity in the body's frame from world_from_body, the world's z up."""
-    down = -matrix_from_quaternion((qw, qx, qy, qz))[2]
-    return _vector(down)
+    """Gravity in the body's frame from world_from_body, the world's z up: minus the rotation's third row."""
+    square = qw * qw + qx * qx + qy * qy + qz * qz
+    x, y = 2 * (qw * qy - qx * qz) / square, -2 * (qw * qx + qy * qz) / square
+    return (x, y, 2 * (qx * qx + qy * qy) / square - 1)
 
 
 def gravity_of_aeronautical(roll_rad: float, pitch_rad: float) -> Vector:

@@ -105,7 +105,7 @@ class InclinometerSource:
         found = self._pattern.fullmatch(payload) if payload is not None else None
         values = {name: self._radians(value) for name, value in found.groupdict().items()} if found else {}
         if not values or not all(abs(value) <= math.pi for value in values.values()):
-            self._complain(f"the line {ascii(text[:_SHOWN])} holds no angle")
+            self._complain(f"the line {text[:_SHOWN]!a} holds no angle")
             return None
         if "angle" in values:
             return Reading(stamp_ns=stamp_ns, angle_rad=values["angle"])

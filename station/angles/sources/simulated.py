@@ -18,11 +18,11 @@ import numpy as np
 
 from shared.bus import Received
 from shared.config import parse
-from shared.geometry import matrix_from_quaternion
+from shared.geometry import downhill_of, tilt_of
 from shared.messages import TwinScene
 from station.angles.reading import Reading, reading_of_gravity
 from station.angles.sources import SourceLink
-from station.rig.tilt import gravity_in_plate, tilt_of_rotation
+from station.rig.tilt import gravity_in_plate
 
 ON_DEMAND = False
 _KEPT = 10_000
@@ -69,9 +69,11 @@ class SimulatedSource:
         scene, now_ns = received.message, received.receive_ns
         if not isinstance(scene, TwinScene):
             return
-        rotation = matrix_from_quaternion((scene.qw, scene.qx, scene.qy, scene.qz))
-        tilt, azimuth = tilt_of_rotation(rotation)
-        self._azimuth_rad = azimuth if tilt > _LEVEL_RAD else self._azimuth_rad
+        attitude = (scene.qw, scene.qx, scene.qy, scene.qz)
+        tilt = tilt_of(*attitude)
+        if tilt > _LEVEL_RAD:
+            x, y = downhill_of(*attitude)
+            self._azimuth_rad = math.atan2(x, -y)  # downhill is (sin beta, -cos beta)
         self._follow(tilt)
         if now_ns >= self._due_ns:
             period_ns = round(1e9 / self._options.rate_hz)

@@ -89,9 +89,9 @@ def run(args: argparse.Namespace) -> int:
     rig, plan = assembly.rig_from(args.rig), _plan(args)
     _check_rig(rig, lockstep=args.lockstep)
     failure = _lockstep(args, rig, plan) if args.lockstep else _live(args, rig, plan)
-    print(f"Recorded to {args.out}.\n")
     if failure:
         print(f"The comparison ended early: {failure}\n", file=sys.stderr)
+    print(f"Recorded to {args.out}.\n")
     _present(args, args.out)
     return 1 if failure else 0
 
@@ -233,6 +233,8 @@ def _present(args: argparse.Namespace, path: Path) -> None:
     """Prints and writes what a recording shows; live and later the same, because both read the file."""
     recording = open_recording(path)
     stops = stops_of(item.message for item in recording.messages(_needed(recording)))
+    if not stops:
+        raise UserError(f"Expected stops of the plate in {path}, but there is none: nothing can be compared")
     result = compare(stops, reference=args.reference, readings=_readings(recording, args.readings))
     print(text_of(result))
     for target, text in ((args.table, table_csv), (args.fits, fits_csv)):
