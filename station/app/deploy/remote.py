@@ -1,0 +1,133 @@
+"""The target over ssh: one connection for everything, with the user's own ssh and its configuration."""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import shlex
+import shutil
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Generator, Sequence
+from pathlib import Path
+from typing import IO
+
+from shared.errors import UserError
+
+PATIENCE_S = 60.0
+
+
+class Remote:
+    """An open connection to USER@HOST. `root_words` stand before every command that needs privileges."""
+
+    def __init__(self, target: str, *, port: int | None, identity: str | None, options: Sequence[str]) -> None:
+        self.target = target
+        self._folder = Path(tempfile.mkdtemp(prefix="repose-ssh-"))
+        words = ["-o", f"ControlPath={self._folder}/c", *(["-p", str(port)] if port else [])]
+        words += ["-i", identity] if identity else []
+        self._words = [*words, *(word for option in options for word in ("-o", option))]
+        self._master: subprocess.Popen[bytes] | None = None
+        self._root_words: list[str] = []
+        self._password = b""
+
+    def __enter__(self) -> Remote:
+        """Connects; ssh asks on the terminal for what it needs.
+
+        Raises:
+            UserError: if there is no connection.
+        """
+        log = self._folder / "log"
+        words = ["ssh", "-M", "-N", "-o", "ServerAliveInterval=10", "-E", str(log), *self._words, "--", self.target]
+        try:
+            self._master = subprocess.Popen(words)
+        except FileNotFoundError as error:
+            raise UserError("Expected the program ssh on this computer, got none: install openssh-client") from error
+        end = time.monotonic() + PATIENCE_S
+        while not (self._folder / "c").exists():
+            if self._master.poll() is not None or time.monotonic() > end:
+                reason = log.read_text(errors="replace").strip().splitlines() if log.exists() else []
+                self.__exit__()
+                raise UserError(f"Expected an ssh connection to {self.target}, got: {(reason or ['no answer'])[-1]}")
+            time.sleep(0.02)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the connection."""
+        if self._master is not None and self._master.poll() is None:
+            self._master.terminate()
+            self._master.wait()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def become_root(self, how: str) -> None:
+        """Uses sudo from now on: `how` is "free" or "password", which is asked for once."""
+        self._root_words = ["sudo", "-n"]
+        if how == "password":
+            self._root_words = ["sudo", "-k", "-S", "-p", ""]
+            self._password = (getpass.getpass(f"sudo password on {self.target}: ") + "\n").encode()
+
+    def run(self, *words: str, given: bytes = b"", check: bool = True, root: bool = False) -> str:
+        """Runs a command on the target and gives what it printed.
+
+        Raises:
+            UserError: if it fails and `check` is set.
+        """
+        line = [*(self._root_words if root else []), *words]
+        stdin = self._password + given if root else given
+        done = subprocess.run(self._ssh(line), input=stdin, capture_output=True, check=False)
+        if check and done.returncode != 0:
+            said = (done.stderr.decode(errors="replace").strip().splitlines() or [f"status {done.returncode}"])[-1]
+            raise UserError(f"On {self.target}, `{shlex.join(words)[:120]}` failed: {said}")
+        return done.stdout.decode(errors="replace")
+
+    @contextlib.contextmanager
+    def feed(self, *words: str) -> Generator[IO[bytes]]:
+        """A command with privileges whose standard input is written by the caller.
+
+        Raises:
+            UserError: if it fails.
+        """
+        process = subprocess.Popen(
+            self._ssh([*self._root_words, *words]), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        )  # fmt: skip
+        assert process.stdin is not None
+        assert process.stderr is not None
+        broken = False
+        try:
+            process.stdin.write(self._password)
+            yield process.stdin
+            process.stdin.close()
+        except BrokenPipeError:
+            broken = True
+        said = process.stderr.read().decode(errors="replace").strip()
+        if process.wait() != 0 or broken:
+            raise UserError(f"On {self.target}, `{shlex.join(words)[:120]}` failed: {said or 'the connection broke'}")
+
+    def tunnel(self, port: int) -> int:
+        """A port of this computer's loopback that leads to the target's own `port`.
+
+        Raises:
+            UserError: if the target's ssh server forbids it.
+        """
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            own = int(probe.getsockname()[1])
+        words = ["ssh", "-O", "forward", "-L", f"127.0.0.1:{own}:127.0.0.1:{port}", *self._words, "--", self.target]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise UserError(f"Expected a tunnel to port {port} of {self.target}, got: {done.stderr.strip()}")
+        return own
+
+    def ahead_s(self) -> float:
+        """The target's clock less this computer's, by the quickest of five round trips."""
+        best = (float("inf"), 0.0)
+        for _ in range(5):
+            sent = time.time()
+            there = float(self.run("date", "+%s.%N").strip())
+            back = time.time()
+            best = min(best, (back - sent, there - (sent + back) / 2))
+        return best[1]
+
+    def _ssh(self, words: Sequence[str]) -> list[str]:
+        return ["ssh", "-T", *self._words, "--", self.target, shlex.join(words)]

@@ -1,0 +1,72 @@
+"""The agent's own system account; only root can make one, so an installation below a folder runs as who made it."""
+
+from __future__ import annotations
+
+import grp
+import os
+import pwd
+import shutil
+import subprocess
+from pathlib import Path
+
+from .places import ACCOUNT, Refused
+
+GROUPS = ("video", "render")
+"""Debian's groups of camera and memory-heap devices; one that is missing is passed over."""
+
+
+def ensure_account(*, wanted: bool) -> str:
+    """The account that the agent runs as; created if it is missing.
+
+    Raises:
+        Refused: if it cannot be created.
+    """
+    if not wanted:
+        return pwd.getpwuid(os.geteuid()).pw_name
+    groups = ",".join(name for name in GROUPS if _exists(name))
+    if not _known():
+        words = ["useradd", "--system", "--user-group", "--no-create-home", "--home-dir", "/var/lib/repose"]
+        _call([*words, "--shell", "/usr/sbin/nologin", *(["--groups", groups] if groups else []), ACCOUNT])
+    elif groups:
+        _call(["usermod", "--append", "--groups", groups, ACCOUNT])
+    return ACCOUNT
+
+
+def remove_account() -> None:
+    """Removes the account, if there is one."""
+    if _known():
+        _call(["userdel", ACCOUNT])
+
+
+def give_to_root(folder: Path, *, account: str) -> None:
+    """Makes a tree root's own, readable by all; what lies under `keys` only by the agent."""
+    for path in [folder, *folder.rglob("*")]:
+        secret = "keys" in path.relative_to(folder).parts
+        if os.geteuid() == 0:
+            shutil.chown(path, "root", account if secret else "root")
+        if not path.is_symlink():
+            runs = path.is_dir() or bool(path.stat().st_mode & 0o100)
+            path.chmod((0o750 if runs else 0o640) if secret else (0o755 if runs else 0o644))
+
+
+def _known() -> bool:
+    try:
+        pwd.getpwnam(ACCOUNT)
+    except KeyError:
+        return False
+    return True
+
+
+def _exists(group: str) -> bool:
+    try:
+        grp.getgrnam(group)
+    except KeyError:
+        return False
+    return True
+
+
+def _call(words: list[str]) -> None:
+    path = os.environ.get("PATH", "") + ":/usr/sbin:/sbin"
+    done = subprocess.run(words, capture_output=True, text=True, check=False, env={**os.environ, "PATH": path})
+    if done.returncode != 0:
+        raise Refused(f"`{' '.join(words)}` failed: {done.stderr.strip()}")

@@ -1,0 +1,53 @@
+"""Tries a release before it is switched to: does it start, with the libraries that it is meant to use?"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from .places import Refused
+
+_TRIAL = """
+import importlib, json, sys
+import cv2, numpy, zenoh
+from pathlib import Path
+from shared.rig import load_rig
+import pi_agent.agent, pi_agent.run_command
+rig = load_rig(Path(sys.argv[1]))
+importlib.import_module("pi_agent.cameras." + rig.camera.driver)
+found = {"numpy": numpy.__version__, "numpy_file": numpy.__file__, "opencv": cv2.__version__, "zenoh": zenoh.__version__}
+try:
+    import picamera2
+    found["picamera2"] = picamera2.__file__
+except ImportError as error:
+    found["picamera2_missing"] = str(error)
+image = numpy.zeros((64, 64), numpy.uint8)
+cv2.cornerSubPix(image, numpy.full((1, 1, 2), 32, numpy.float32), (5, 5), (-1, -1), (3, 3, 0.1))
+print(json.dumps(found))
+"""
+
+
+def try_release(release: Path, *, own_numpy: bool, account: str) -> dict[str, Any]:
+    """Imports the agent as the agent's account; gives the versions found.
+
+    Raises:
+        Refused: if it does not import, or another NumPy than the system's would be used (unless the lock has its own).
+    """
+    as_agent = {"user": account, "group": account, "extra_groups": []} if os.geteuid() == 0 else {}
+    done = subprocess.run(
+        [str(release / "venv/bin/python"), "-c", _TRIAL, str(release / "rig.toml")],
+        cwd=release, env={"PYTHONPATH": str(release), "PATH": os.environ.get("PATH", ""), "HOME": "/nonexistent",
+                          "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True, text=True, check=False, **as_agent,  # pyright: ignore[reportArgumentType] (see Nobody)
+    )  # fmt: skip
+    if done.returncode != 0:
+        reason = (done.stderr.strip().splitlines() or [f"status {done.returncode}"])[-1]
+        raise Refused(f"The new release does not start on the target ({reason}); what ran before was not touched")
+    found: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+    venvs = release.parent.parent / "venvs"
+    if not own_numpy and Path(found["numpy_file"]).resolve().is_relative_to(venvs.resolve()):
+        raise Refused("Expected the system's NumPy, got one from the wheels: picamera2 would break; check the lock")
+    return found

@@ -1,0 +1,120 @@
+"""Do corners arrive? Listens on the bus as the station would, and measures rate and latency."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from shared.bus import Bus, Received
+from shared.clock import Clock, SystemClock
+from shared.messages import AgentStatus, ClockPing, ClockPong, MarkerCorners, Message
+from shared.rig import RigConfig
+from shared.zenoh_bus import ZenohBus
+from station.app.clocks import RoundTrip, best_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arrival:
+    """What came in `seconds`: corners by capture time, latency from capture to this computer's handler.
+
+    `offset_ms` is this clock less the agent's, `sigma_ms` its standard error; NaN where nothing came.
+    """
+
+    corners: int
+    found: int
+    rate_hz: float
+    p50_ms: float
+    p99_ms: float
+    offset_ms: float
+    sigma_ms: float
+    dropped: int
+    version: str
+    fault: str
+
+    def __str__(self) -> str:
+        """One line for the terminal."""
+        fault = f"; the agent says: {self.fault}" if self.fault else ""
+        return (
+            f"{self.corners} corners at {self.rate_hz:.1f} Hz, marker found in {self.found}, {self.dropped} frames "
+            f"dropped; capture to station {self.p50_ms:.1f} ms (median), {self.p99_ms:.1f} ms (99 %); "
+            f"station less agent clock {self.offset_ms:+.3f} ± {self.sigma_ms:.3f} ms; agent {self.version}{fault}"
+        )
+
+
+@dataclass
+class _Listener:
+    """Collects what arrives; `(capture, receive)` times in nanoseconds, each by its own clock."""
+
+    times: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
+    found: int = 0
+    status: AgentStatus | None = None
+    trips: deque[RoundTrip] = field(default_factory=deque[RoundTrip])
+
+    def corners(self, received: Received) -> None:
+        message = received.message
+        if isinstance(message, MarkerCorners) and self._fresh(message, received.receive_ns):
+            self.times.append((message.capture_ns, received.receive_ns))
+            self.found += message.found
+
+    def _fresh(self, message: MarkerCorners, receive_ns: int) -> bool:
+        """Not from the cache of an agent that ran before, nor from before the clock was known."""
+        if not self.trips or self.status is None or message.boot_id != self.status.boot_id:
+            return False
+        return receive_ns - (message.capture_ns + best_of(self.trips)[0].offset_ns) < 1_000_000_000
+
+    def took_status(self, received: Received) -> None:
+        message = received.message
+        if isinstance(message, AgentStatus):
+            self.status = message
+
+
+def watch(rig: RigConfig, endpoint: str, *, seconds: float, patience_s: float) -> Arrival:
+    """Listens at `endpoint` for `seconds` from the first corners on; gives up after `patience_s` without any."""
+    clock, heard = SystemClock(), _Listener()
+    with ZenohBus(rig.id, connect=[endpoint], clock=clock) as bus:
+        bus.subscribe("camera/corners", heard.corners)
+        bus.subscribe("camera/status", heard.took_status)
+        give_up, next_ping = time.monotonic() + patience_s, 0.0
+        while time.monotonic() < give_up:
+            if time.monotonic() >= next_ping:
+                next_ping = time.monotonic() + 0.05
+                _ping(bus, clock, heard.trips)
+            before = len(heard.times)
+            bus.poll(0.02)
+            if not before and heard.times:
+                give_up = time.monotonic() + seconds
+    return _arrival(heard)
+
+
+def _ping(bus: Bus, clock: Clock, trips: deque[RoundTrip]) -> None:
+    sent_ns = clock.now_ns()
+
+    def on_reply(reply: Message | None) -> None:
+        back_ns = clock.now_ns()
+        if isinstance(reply, ClockPong):
+            trips.append(RoundTrip((sent_ns + back_ns) // 2 - reply.agent_ns, back_ns - sent_ns))
+
+    bus.request("camera/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=0.5, direct=True)
+
+
+def _arrival(heard: _Listener) -> Arrival:
+    best, sigma_ns = best_of(heard.trips) if heard.trips else (None, 0)
+    offset_ns = best.offset_ns if best else 0
+    delays = np.array([receive - capture - offset_ns for capture, receive in heard.times], dtype=np.float64) * 1e-6
+    count, status = len(delays), heard.status or AgentStatus()
+    span_s = (heard.times[-1][0] - heard.times[0][0]) * 1e-9 if count > 1 else 0.0
+    return Arrival(
+        corners=count,
+        found=heard.found,
+        rate_hz=(count - 1) / span_s if span_s > 0 else 0.0,
+        p50_ms=float(np.percentile(delays, 50)) if count else float("nan"),
+        p99_ms=float(np.percentile(delays, 99)) if count else float("nan"),
+        offset_ms=offset_ns * 1e-6 if best else float("nan"),
+        sigma_ms=sigma_ns * 1e-6 if best else float("nan"),
+        dropped=status.dropped,
+        version=status.version,
+        fault=status.fault if heard.status else "nothing: no status came",
+    )
