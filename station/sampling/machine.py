@@ -35,7 +35,7 @@ from station.sampling.plan import Plan
 from station.sampling.reference import ReferenceReading
 from station.sampling.run import Run, Specimen
 from station.sampling.slip import RestDetector, slipped
-from station.sampling.tracks import Tracks
+from station.sampling.tracks import Tracks, usable
 
 Reach = Callable[[float], float]
 """The highest tilt (rad) that the arm reaches at an azimuth (rad)."""
@@ -136,7 +136,7 @@ class SamplingMachine:
 
     def _on_corners(self, message: MarkerCorners) -> None:
         frame_ns = self._tracks.take_corners(message)
-        if not message.found:
+        if not usable(message):
             return
         self._found_ns = self._now_ns
         rest_ns = self._rest.add(message.corners_px, capture_ns=frame_ns)
@@ -211,7 +211,7 @@ class SamplingMachine:
         dwell = math.exp(self._rng.uniform(math.log(self._plan.dwell.min_s), math.log(self._plan.dwell.max_s)))
         direction = self._run.direction
         self._run = Run(self._run.number + 1, self._now_ns, dwell, direction=direction)
-        self._command = 0
+        self._command = -1  # the motion to level is step 0, those of the tilt 1 to n, the return n + 1
         self._enter("LEVEL")
         self._tilt(0.0, rate_deg_s=self._plan.tilt.return_rate_deg_s)
 

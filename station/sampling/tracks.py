@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -13,6 +14,11 @@ from station.friction.onset import Onset, estimate_onset
 
 _ATTITUDES = 600
 _FRAMES = 540
+
+
+def usable(message: MarkerCorners) -> bool:
+    """Whether a frame tells where the marker is: found, with four corners that are numbers."""
+    return message.found and len(message.corners_px) == 8 and math.isfinite(sum(message.corners_px))
 
 
 @dataclass(slots=True)
@@ -43,7 +49,7 @@ class Tracks:
     def take_corners(self, message: MarkerCorners) -> int:
         """A frame's corners, by the camera's clock; gives the time of the frame by the station's."""
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
-        if message.found:
+        if usable(message):
             self._frames.append((self.frame_ns, message.corners_px))
         return self.frame_ns
 

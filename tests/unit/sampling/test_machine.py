@@ -1,0 +1,207 @@
+"""The state machine on a rig made of arithmetic, in good order and with every part of it failing in turn."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from shared.messages import ArmReply, MarkerCorners, MotionReport
+from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, TiltPlan
+from tests.unit.sampling.scripted_rig import ScriptedRig
+
+GOOD_RUN = ["LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"]
+
+
+def finished(rig: ScriptedRig, *, seconds: float = 120.0) -> ScriptedRig:
+    rig.run(seconds)
+    assert rig.fault is not None, f"still in {rig.machine.phase} after {seconds} s"
+    return rig
+
+
+def test_a_good_session_goes_through_the_papers_phases_and_ends_level():
+    rig = finished(ScriptedRig(Plan(samples=3)))
+    assert rig.phases() == ["SYNC", *GOOD_RUN * 3]
+    assert rig.fault == ""
+    assert [sample.run for sample in rig.samples] == [1, 2, 3]
+    assert rig.tilt_rad == 0.0
+    assert [sample.previous_direction for sample in rig.samples] == [-1, *(s.direction for s in rig.samples[:2])]
+
+
+def test_the_sample_is_table_ii_and_more():
+    rig = finished(ScriptedRig(Plan(samples=1), friction_rad=0.3))
+    sample = rig.samples[0]
+    assert len(sample.reference_corners_px) == len(sample.corner_variance_px2) == len(sample.post_corners_px) == 8
+    assert sample.onset_angle_rad == pytest.approx(0.3, abs=math.radians(0.05))
+    assert math.hypot(*sample.euler_rad[:2]) == pytest.approx(0.3, abs=math.radians(3))
+    assert sample.slip_ns < sample.detect_ns
+    assert sample.step_from_rad < 0.3 <= sample.step_to_rad + 1e-9
+    assert sample.dwell_s == pytest.approx(0.6, abs=0.15)
+    moved = np.hypot(*(np.array(sample.post_corners_px) - np.array(sample.reference_corners_px)).reshape(4, 2).T)
+    assert np.all(moved > 25)
+    assert not sample.censored
+    assert sample.flags == ()
+
+
+def test_every_step_carries_its_begin_and_end_as_executed():
+    rig = finished(ScriptedRig(Plan(samples=1)))
+    begins = [(event.run, event.step) for event in rig.events if event.phase == "STEP_BEGIN"]
+    ends = [(event.run, event.step) for event in rig.events if event.phase == "STEP_END"]
+    asked = [(command.run, command.step) for command in rig.commands]
+    assert begins == asked
+    assert set(ends) <= set(asked)
+    assert len(asked) == len(set(asked))
+
+
+def test_without_a_slip_the_run_is_kept_as_censored():
+    rig = finished(ScriptedRig(Plan(samples=1, tilt=TiltPlan(max_deg=15.0)), friction_rad=0.5))
+    sample = rig.samples[0]
+    assert sample.censored
+    assert sample.onset_angle_rad == pytest.approx(math.radians(15.0))
+    assert sample.slip_ns == 0
+    assert "SLIP" not in rig.phases()
+    assert rig.tilt_rad == 0.0
+
+
+def test_the_arms_reach_bounds_the_tilt():
+    rig = finished(ScriptedRig(Plan(samples=1), friction_rad=1.0, reach_rad=math.radians(22.0)))
+    assert max(command.angle_rad for command in rig.commands) == pytest.approx(math.radians(22.0))
+    assert rig.samples[0].censored
+
+
+def test_after_enough_samples_the_range_narrows_and_the_first_step_goes_straight_to_its_lower_bound():
+    plan = Plan(samples=9, tilt=TiltPlan(adapt_after=1, adapt_sd=3.0), direction=DirectionPlan(distance_power=1.0))
+    rig = ScriptedRig(dataclasses.replace(plan, tilt=TiltPlan(adapt_after=2)))
+    rng = np.random.default_rng(3)
+    while rig.fault is None:
+        count = len(rig.samples)
+        rig.friction_rad = 0.3 + 0.01 * float(rng.standard_normal())
+        rig.run(60.0, until=lambda rig, count=count: len(rig.samples) > count or rig.fault is not None)
+    first_steps = {c.run: c.angle_rad for c in rig.commands if c.step == 1 and c.run}
+    tilts = {c.run: c.angle_rad for c in rig.commands if c.run and c.angle_rad > 0 and c.step == 1}
+    assert first_steps
+    assert any(angle > math.radians(5) for angle in tilts.values())
+    assert all(not sample.censored or sample.onset_angle_rad > 0.25 for sample in rig.samples)
+
+
+def test_dwells_are_drawn_log_uniformly_between_their_bounds():
+    rig = finished(ScriptedRig(Plan(samples=12, dwell=DwellPlan(min_s=0.3, max_s=3.0))), seconds=400)
+    dwells = [sample.dwell_s for sample in rig.samples]
+    assert min(dwells) >= 0.3
+    assert max(dwells) < 3.3
+    assert max(dwells) / min(dwells) > 3
+
+
+# --- faults ----------------------------------------------------------------------------------------------------------
+
+
+def blind_in(phase: str):
+    def hook(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        blind = rig.machine.phase == phase and len(rig.samples) == 0 and "ABORTED" not in rig.phases()
+        return dataclasses.replace(message, found=False, corners_px=(), reason="glare") if blind else message
+
+    return hook
+
+
+@pytest.mark.parametrize("phase", ["DWELL", "REFERENCE", "TILT"])
+def test_when_the_marker_vanishes_the_run_is_given_up_in_words_and_the_next_one_goes_on(phase: str):
+    rig = finished(ScriptedRig(Plan(samples=1), on_corners=blind_in(phase)))
+    aborted = next(event for event in rig.events if event.phase == "ABORTED")
+    assert "expected corners of the marker" in aborted.reason
+    assert rig.fault == ""
+    assert [sample.run for sample in rig.samples] == [2]
+
+
+@pytest.mark.parametrize("phase", ["SLIP", "SETTLE", "RETURN", "DONE"])
+def test_when_it_vanishes_after_the_slip_the_run_still_ends(phase: str):
+    rig = finished(ScriptedRig(Plan(samples=1), on_corners=blind_in(phase)))
+    assert rig.fault == ""
+    assert len(rig.samples) == 1
+
+
+def test_an_arm_that_refuses_every_command_ends_the_session_with_its_reason():
+    refuse = ArmReply(accepted=False, reason="joint 3 at its limit")
+    rig = finished(
+        ScriptedRig(
+            Plan(samples=1, faults=3),
+            on_reply=lambda reply, _: dataclasses.replace(refuse, run=reply.run, step=reply.step),
+        )
+    )
+    assert rig.fault == "3 runs failed in a row; the last because: joint 3 at its limit"
+
+
+def test_an_arm_that_never_arrives_is_given_up_after_the_timeout():
+    rig = finished(ScriptedRig(Plan(samples=1, faults=2, timeout_s=3.0), on_motion=lambda _report, _rig: None))
+    assert "expected the arm to finish its motion within 3 s" in (rig.fault or "")
+
+
+def test_a_motion_that_the_arm_stopped_aborts_the_run_and_the_next_one_goes_on():
+    def fail_once(report: MotionReport, rig: ScriptedRig) -> MotionReport:
+        fail = report.end_ns and report.step == 4 and report.run == 1
+        return dataclasses.replace(report, fault="the arm does not follow") if fail else report
+
+    rig = finished(ScriptedRig(Plan(samples=1), on_motion=fail_once))
+    assert [event.reason for event in rig.events if event.phase == "ABORTED"] == ["the arm does not follow"]
+    assert [sample.run for sample in rig.samples] == [2]
+
+
+def test_a_report_of_an_earlier_motion_changes_nothing():
+    def echo(report: MotionReport, rig: ScriptedRig) -> MotionReport:
+        if report.step > 1:
+            rig.give(dataclasses.replace(report, step=report.step - 1, fault="late news"))
+        return report
+
+    rig = finished(ScriptedRig(Plan(samples=2), on_motion=echo))
+    assert rig.fault == ""
+    assert "ABORTED" not in rig.phases()
+
+
+def test_a_restless_reference_is_refused_repeated_and_at_last_given_up():
+    def shake(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        if rig.machine.phase != "REFERENCE":
+            return message
+        corners = tuple(value + 4.0 * (-1) ** message.seq for value in message.corners_px)
+        return dataclasses.replace(message, corners_px=corners)
+
+    plan = Plan(samples=1, faults=2, reference=ReferencePlan(frames=5, attempts=3))
+    rig = finished(ScriptedRig(plan, on_corners=shake))
+    assert sum("reference refused" in line and "aborted" not in line for line in rig.lines) == 2 * 3
+    assert "reference refused" in (rig.fault or "")
+
+
+def test_a_tipping_block_is_flagged_and_not_called_a_slip():
+    def tip(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        return dataclasses.replace(message, tipped=rig.tilt_rad > 0.2)
+
+    rig = finished(ScriptedRig(Plan(samples=1), on_corners=tip))
+    assert rig.samples[0].flags == ("tipped",)
+    assert rig.samples[0].censored
+    assert "SLIP" not in rig.phases()
+
+
+def test_numbers_that_are_none_never_pass_for_a_position():
+    def spoil(message: MarkerCorners, _rig: ScriptedRig) -> MarkerCorners:
+        if message.seq % 7 == 0:
+            return dataclasses.replace(message, corners_px=(math.nan,) * 8)
+        return message if message.seq % 11 else dataclasses.replace(message, corners_px=(1.0, 2.0))
+
+    rig = finished(ScriptedRig(Plan(samples=2), on_corners=spoil))
+    assert rig.fault == ""
+    assert all(np.isfinite(sample.reference_corners_px).all() for sample in rig.samples)
+    assert [sample.onset_angle_rad for sample in rig.samples] == pytest.approx([0.3, 0.3], abs=math.radians(0.05))
+
+
+def test_a_stop_levels_the_plate_and_says_why():
+    rig = ScriptedRig(Plan(samples=5))
+    rig.run(60.0, until=lambda rig: rig.machine.phase == "TILT" and rig.tilt_rad > 0.1)
+    actions = rig.machine.stop("stopped by the user", now_ns=rig.now_ns)
+    kinds = [type(action).__name__ for action in actions]
+    assert kinds == ["Report", "Tilt", "Finish"]
+    assert rig.machine.phase == "FINISHED"
+
+
+def test_the_same_seed_decides_the_same_and_another_does_not():
+    first, again, other = (finished(ScriptedRig(Plan(samples=6, seed=seed)), seconds=300) for seed in (1, 1, 2))
+    assert first.commands == again.commands
+    assert first.samples == again.samples or repr(first.samples) == repr(again.samples)
+    assert [s.direction for s in first.samples] != [s.direction for s in other.samples]
