@@ -7,8 +7,8 @@ frame, with tilt θ about the axis t (a unit vector in the plate), n the normal 
     a = g sin θ s + ω² (r · s) s − μ-force/m,      s = t × n: down the slope,
     N/m = g cos θ + 2 ω (t × v)·n,
 
-where ω is the tilt's rate (rigid-body kinematics in a turning frame; between knots it does not change). The limit curve is an
-ellipse; the sliding force follows the principle of maximum dissipation: −N (μ₁² v₁, μ₂² v₂) / sqrt(μ₁² v₁² + μ₂² v₂²).
+where ω is the tilt's rate (rigid-body kinematics in a turning frame; between knots it does not change). The limit
+curve is an ellipse; the sliding force follows the principle of maximum dissipation: −N (μ₁² v₁, μ₂² v₂) / sqrt(μ₁² v₁² + μ₂² v₂²).
 For a circle and a slow ramp the path after the onset is x = g ω t³ / (6 cos θ) (`ramp_displacement`).
 """
 
@@ -28,6 +28,8 @@ from scipy.optimize import brentq
 FLOATS = NDArray[np.float64]
 GRAVITY = 9.81
 START_SPEED = 1e-8
+CREEP_SPEED = 1e-5
+"""Below this (m/s) the direction is held back from turning ever faster; the block moves some nanometres meanwhile."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,7 +214,7 @@ class _Stretch:
             ahead, aside = np.array([[c, s], [-s, c]]) @ (curve.turn @ pull)
             size = math.sqrt(along2 * c * c + across2 * s * s)
             turning = aside - normal * (across2 - along2) * s * c / size
-            return np.array([*velocity, ahead - normal * size, turning / max(speed, 0.1 * START_SPEED)])
+            return np.array([*velocity, ahead - normal * size, turning / math.hypot(speed, CREEP_SPEED)])
 
         def stopped(time: float, y: FLOATS) -> float:
             del time

@@ -23,7 +23,7 @@ class Contact:
 
 
 EXACT = Contact(
-    elliptic=True, impratio=400.0, solref=(0.02, 1.0), solimp=(0.9, 0.905, 0.001, 0.5, 2.0), tolerance=1e-14
+    elliptic=True, impratio=1000.0, solref=(0.02, 1.0), solimp=(0.9, 0.905, 0.001, 0.5, 2.0), tolerance=1e-14
 )
 """The twin's settings, measured by tests/unit/simulators/test_onset.py."""
 

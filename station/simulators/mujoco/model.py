@@ -44,7 +44,7 @@ class Scene:
 
 
 def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
-    """One compiled MjModel: the block is a part of the plate, or lies on it by contact, within reach of the foam or not."""
+    """One compiled MjModel; without `welded` the block lies on the plate by contact, within reach of the foam or not."""
     spec = mj.MjSpec()
     _options(spec, scene)
     plate = _add_plate(_add_arm(spec, scene), scene, foam=bordered)

@@ -13,6 +13,7 @@ from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.engine import Engine
 
 FLOATS = NDArray[np.float64]
+LEAN_RAD = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,29 @@ class Pose:
         """The block's turn about the plate's normal."""
         w, x, y, z = self.quaternion
         return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def standing(pose: Pose, *, half_m: float) -> Pose:
+    """The pose that a block on hard feet would have: without the small lean that MuJoCo's soft contact gives it.
+
+    On a slope the feet sink in unevenly by some hundredths of a millimetre, so the block leans by a few milliradians
+    about its base, which a real block of steel or wood does not. The base stays where it is. A lean beyond `LEAN_RAD`
+    is more and more a motion of the block (it tips), and from three times as much on wholly.
+    """
+    w, x, y, z = pose.quaternion
+    level = math.hypot(w, z)
+    lean = 2 * math.atan2(math.hypot(x, y), level)
+    if lean > 3 * LEAN_RAD or level == 0.0:
+        return pose
+    share = min(1.0, (3 - lean / LEAN_RAD) / 2)
+    cw, cz = w / level, z / level
+    ux, uy = 2 * (x * z + w * y), 2 * (y * z - w * x)  # the block's own z axis in the plate
+    px, py, pz = pose.position
+    shift = share * half_m
+    position = (px - shift * ux, py - shift * uy, pz + share * (half_m - pz))
+    w, x, y, z = w + share * (cw - w), (1 - share) * x, (1 - share) * y, z + share * (cz - z)
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    return Pose(position, (w / length, x / length, y / length, z / length))
 
 
 def relative_pose(data: Any, engine: Engine) -> Pose:

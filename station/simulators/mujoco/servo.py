@@ -39,7 +39,7 @@ class Servo:
         self.settled = False
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:
-        """Writes the servos' wanted velocities for the coming steps into `ctrl`, (2n,); `act`, (n,), is where they are."""
+        """Writes the servos' wanted velocities for the coming steps into `ctrl`, (2n,), given their places `act`."""
         wanted = self._position - act
         if self._moving:
             ahead_ns = now_ns - self._stamp_ns

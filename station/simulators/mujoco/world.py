@@ -3,7 +3,7 @@
 Most of a session nothing slips, and the world does not compute what cannot happen (`savings`):
 - while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
   and time is skipped;
-- while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model), above that it is held by contact;
+- while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model), above it is held by contact;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
 """
@@ -22,7 +22,7 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import ContactEngine, Engine
-from station.simulators.mujoco.poses import Joints, PlatePose, Pose, relative_pose
+from station.simulators.mujoco.poses import Joints, PlatePose, Pose, relative_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
@@ -141,7 +141,7 @@ class TwinWorld:
         self._weld()
         self._welded.model.body_mass[self._welded.block] = 1e-9
         self._held, self.block_present = True, False
-        self._rel = Pose((0.0, 0.0, ABSENT_M), (1.0, 0.0, 0.0, 0.0))
+        self._seen = self._rel = Pose((0.0, 0.0, ABSENT_M), (1.0, 0.0, 0.0, 0.0))
 
     # -- reading
 
@@ -176,10 +176,10 @@ class TwinWorld:
         return PlatePose(rotation, tuple(data.xquat[plate].tolist()), pivot)
 
     def block_pose(self) -> Pose:
-        """Where the block is on the plate now; at z = −1 m when there is none."""
+        """Where the block is on the plate now, as if its feet were hard (`standing`); at z = −1 m when there is none."""
         if self._engine is self._welded:
-            return self._rel
-        return relative_pose(self._bodies(), self._engine)
+            return self._seen
+        return standing(relative_pose(self._bodies(), self._engine), half_m=self.block.side_m / 2)
 
     # -- within
 
@@ -308,6 +308,7 @@ class TwinWorld:
         welded.model.body_pos[welded.block] = self._rel.position
         welded.model.body_quat[welded.block] = self._rel.quaternion
         welded.update_poses()
+        self._seen = standing(self._rel, half_m=self.block.side_m / 2)
         self._quiet_s, self._slack = REST_S, 0.0
         self._resting, self._poses = False, None
 
