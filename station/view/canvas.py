@@ -26,6 +26,7 @@ class Canvas:
         self.root = root
         self.start_ns = start_ns
         self.now_ns = start_ns or 0
+        self._set_ns: int | None = None
         self._curves: defaultdict[str, list[tuple[int, tuple[float, ...]]]] = defaultdict(list)
 
     def at(self, stamp_ns: int) -> None:
@@ -33,11 +34,13 @@ class Canvas:
         if self.start_ns is None:
             self.start_ns = stamp_ns
         self.now_ns = stamp_ns
-        self.recording.set_time(TIME, timestamp=np.datetime64(stamp_ns, "ns"))
-        self.recording.set_time(ELAPSED, duration=np.timedelta64(stamp_ns - self.start_ns, "ns"))
 
     def log(self, path: str, *archetypes: rr.AsComponents) -> None:
         """Logs at the present time."""
+        if self._set_ns != self.now_ns:  # most messages only add to curves, which carry their own times
+            self._set_ns = self.now_ns
+            self.recording.set_time(TIME, timestamp=np.datetime64(self.now_ns, "ns"))
+            self.recording.set_time(ELAPSED, duration=np.timedelta64(self.now_ns - (self.start_ns or 0), "ns"))
         self.recording.log(self.root + path, *archetypes)
 
     def static(self, path: str, *archetypes: rr.AsComponents) -> None:

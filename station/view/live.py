@@ -24,8 +24,10 @@ from station.view.scene import SceneLogger
 from station.view.setup import Setup
 
 PORT = 9876
-IMAGE_HZ = 12.0
-LIVE_RATES = Rates(image_hz=IMAGE_HZ, drawing_hz=20.0)
+LIVE_RATES = Rates(image_hz=12.0, drawing_hz=15.0)
+LIVE_CAPS_HZ = {"camera/image": 12.0, "arm/joints": 15.0, "arm/platform": 30.0, "camera/plate": 5.0, "tf": 2.0}
+"""Topics that come oftener are thinned out before they are decoded; the corners, which decide, never are."""
+
 USUAL_TOPICS = frozenset({"camera/corners", "camera/image", "arm/joints", "arm/platform"})
 _CAPACITY = 2_000
 _FLUSH_S = 0.1
@@ -66,7 +68,7 @@ class LiveView:
         self.dropped: Counter[str] = Counter()
         self.fault = ""
         self._queue: queue.Queue[Received] = queue.Queue(_CAPACITY)
-        self._images = Cap(rates.image_hz)
+        self._caps = {topic: Cap(rate_hz) for topic, rate_hz in LIVE_CAPS_HZ.items()}
         self._closing = threading.Event()
         self._recording = new_recording()
         sink = rr.GrpcServerSink(bind_ip=viewer.LOOPBACK, port=viewer.free_port(port), server_memory_limit=memory)
@@ -96,7 +98,8 @@ class LiveView:
         """Enqueues a message if it will be drawn; returns at once, whatever the viewers do."""
         if self._closing.is_set() or not self._logger.wants(received.topic):
             return
-        if received.topic == "camera/image" and not self._images.due(received.receive_ns):
+        cap = self._caps.get(received.topic)
+        if cap is not None and not cap.due(received.receive_ns):
             return
         try:
             self._queue.put_nowait(received)

@@ -21,8 +21,15 @@ STAND_INS = ("camera", "arm", "station")
 class Recorded(Protocol):
     """A recorded message, as `station.recording.reader` gives them."""
 
-    topic: str
-    log_ns: int
+    @property
+    def topic(self) -> str:
+        """As on the bus."""
+        ...
+
+    @property
+    def log_ns(self) -> int:
+        """When the station received it."""
+        ...
 
     @property
     def message(self) -> Message:

@@ -19,6 +19,10 @@ from station.view.canvas import Canvas, Cap
 from station.view.part import Handler, Rates
 from station.view.setup import Setup
 
+_TRAIL_LIFT_M = 5e-4
+_TRAIL_STEP = 0.05
+"""The trail's next point is at least this share of the block's side away."""
+
 
 class ArmPart:
     """The arm as capsules, and its joint angles as curves."""
@@ -164,10 +168,17 @@ class BlockPart:
         if not self._drawings.due(self._canvas.now_ns):
             return
         self._canvas.log(entities.BLOCK, transform_of(move))
+        self._draw_trail(move)
+
+    def _draw_trail(self, move: FrameTransform) -> None:
+        """A line along the plate where the block has been in this run; it grows only while the block moves."""
         place = move.translation
-        self._trail.append((place.x, place.y, max(place.z - 0.5 * self._setup.block_size_m[2], 0.0) + 5e-4))
-        trail = rr.LineStrips3D([list(self._trail)], colors=[colours.BLOCK], radii=[colours.LINE])
-        self._canvas.log(entities.TRAIL, trail)
+        at = (place.x, place.y, max(place.z - 0.5 * self._setup.block_size_m[2], 0.0) + _TRAIL_LIFT_M)
+        if self._trail and math.dist(at, self._trail[-1]) < _TRAIL_STEP * self._setup.block_size_m[0]:
+            return
+        self._trail.append(at)
+        strips = [list(self._trail)]
+        self._canvas.log(entities.TRAIL, rr.LineStrips3D(strips, colors=[colours.BLOCK], radii=[colours.LINE]))
 
 
 def transform_of(move: FrameTransform) -> rr.Transform3D:

@@ -129,7 +129,7 @@ def _log(stamp: int, text: str, level: str = "info") -> foxglove.Log:
 def _frame(index: int, *, camera: bool) -> list[Item]:
     seconds = index / 90
     stamp, corners = _ns(seconds), corners_at(seconds)
-    x, y, yaw = block_pose_of(corners, GEOMETRY)
+    x, y, yaw = block_pose_of(corners.ravel().tolist(), GEOMETRY)
     if not camera:
         pose = m.BlockPose(
             stamp_ns=stamp, seq=index, x=x, y=y, z=SIDE_M / 2, qw=math.cos(yaw / 2), qz=math.sin(yaw / 2), found=True
@@ -167,7 +167,7 @@ def _arm(model: ArmModel, seconds: float) -> list[Item]:
     px, py, pz = pivot[:3, 3].tolist()
     state = m.PlatformState(stamp_ns=stamp, qw=qw, qx=qx, qy=qy, qz=qz, px=px, py=py, pz=pz, frame_id=frames.WORLD)
     joints = m.JointState(stamp_ns=stamp, name=model.joint_names, position_rad=tuple(q.tolist()))
-    x, y, yaw = block_pose_of(corners_at(seconds), GEOMETRY)
+    x, y, yaw = block_pose_of(corners_at(seconds).ravel().tolist(), GEOMETRY)
     tf = frames.tf(
         frames.platform_transform(state, pivot_above_plate_m=model.pivot_above_plate_m),
         frames.camera_transform(GEOMETRY, stamp_ns=stamp),

@@ -1,0 +1,119 @@
+"""`station replay --bus` and `--live` as real processes over real sockets of the loopback address."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from shared.bus import Received
+from shared.rig import load_rig
+from shared.zenoh_bus import ZenohBus
+from station.recording.reader import open_recording
+from station.view import viewer
+from tests.unit.view import session
+from tests.unit.view.mcap_file import write_mcap
+
+pytestmark = pytest.mark.system
+DEADLINE_S = 40.0
+
+
+@pytest.fixture
+def rig_path(tmp_path: Path) -> Path:
+    with socket.socket() as a, socket.socket() as b, socket.socket() as c:
+        for probe in (a, b, c):
+            probe.bind(("127.0.0.1", 0))
+        ports = [probe.getsockname()[1] for probe in (a, b, c)]
+    camera, arm, station = (f"tcp/127.0.0.1:{port}" for port in ports)
+    path = tmp_path / "rig.toml"
+    path.write_text(f'id = "playback"\n[bus]\ncamera = "{camera}"\narm = "{arm}"\nstation = "{station}"\n')
+    return path
+
+
+@contextmanager
+def station(*words: str | Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "station", *(str(word) for word in words)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.terminate()
+        try:
+            process.communicate(timeout=10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+
+
+def test_a_subscriber_gets_the_same_messages(rig_path: Path, tmp_path: Path) -> None:
+    recording = write_mcap(tmp_path / "session.mcap", session.session_messages())
+    recorded: defaultdict[str, list[bytes]] = defaultdict(list)
+    for item in open_recording(recording).messages():
+        recorded[item.topic].append(item.payload)
+    heard: defaultdict[str, list[bytes]] = defaultdict(list)
+
+    def hear(received: Received) -> None:
+        heard[received.topic].append(received.payload)
+
+    rig = load_rig(rig_path)
+    with ZenohBus(rig.id, connect=rig.bus.peers("view")) as bus:
+        for topic in recorded:
+            bus.subscribe(topic, hear)
+        with station("replay", "--bus", recording, "--rig", rig_path, "--speed", "2") as process:
+            seen: set[str] = set()
+            end = time.monotonic() + DEADLINE_S
+            while process.poll() is None and time.monotonic() < end:
+                bus.poll(0.05)
+                seen |= bus.alive()
+            output = process.communicate(timeout=10)[0]
+        bus.poll(0.2)
+    assert process.returncode == 0, output
+    assert seen == {"camera", "arm", "station"}
+    assert f"{sum(map(len, recorded.values()))} messages" in output
+    assert {topic: len(payloads) for topic, payloads in heard.items()} == {
+        topic: len(payloads) for topic, payloads in recorded.items()
+    }
+    assert heard == recorded
+
+
+@pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
+def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_path: Path) -> None:
+    recording = write_mcap(tmp_path / "session.mcap", session.session_messages())
+    port = viewer.free_port()
+    live_words = ("replay", "--live", "--no-viewer", "--rig", rig_path, "--port", str(port))
+    with station(*live_words) as live, viewer.headless(size=(900, 600)) as client:
+        assert live.stdout is not None
+        assert f"rerun+http://127.0.0.1:{port}/proxy" in live.stdout.readline()
+        client.open(f"rerun+http://127.0.0.1:{port}/proxy")
+        with station("replay", "--bus", recording, "--rig", rig_path) as playing:
+            assert playing.wait(DEADLINE_S) == 0
+        assert live.wait(DEADLINE_S) == 0
+        state = client.get_state()
+    ends = {line.name: line.end for line in state.recordings[0].timelines}
+    assert ends["elapsed"] == pytest.approx(session.END_S * 1e9, rel=0.02)
+    assert [view.name for view in state.views if view.reports] == []
+    assert len(state.views) == 8
+
+
+def test_bad_requests_are_named_in_one_sentence(tmp_path: Path) -> None:
+    recording = write_mcap(tmp_path / "session.mcap", session.session_messages(arm=False))
+    for words, expected in (
+        (("replay",), "Expected a recording"),
+        (("replay", tmp_path / "none.mcap"), "cannot be read"),
+        (("replay", "--bus", recording, "--speed", "0"), "positive speed"),
+        (("replay", "--bus", recording, "--as", "cook"), "Expected some of camera, arm, station"),
+        (("replay", recording, "--rig", tmp_path / "no.toml"), "cannot be read"),
+    ):
+        with station(*words) as process:
+            output = process.communicate(timeout=DEADLINE_S)[0]
+        assert process.returncode == 2, output
+        assert expected in output
+        assert "Traceback" not in output
