@@ -19,7 +19,7 @@ DARKER = 0.72  # a dark pixel is below this share of its neighbourhood's mean
 def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> list[Points]:
     """Rough corners (4,), clockwise as seen, of dark quadrilaterals of about the size wanted; the best first."""
     longest = side_px[1] * max(1.0, aspect)
-    halve = side_px[0] * min(1.0, aspect) > 36
+    halve = side_px[0] * min(1.0, aspect) > 30
     small = _half(frame) if halve else frame
     scale = 2.0 if halve else 1.0
     area = (0.7 * side_px[0] ** 2 * aspect / scale**2, 1.4 * side_px[1] ** 2 * aspect / scale**2)

@@ -18,7 +18,7 @@ class TrackerConfig:
     """
 
     mark: Mark = field(default_factory=Mark)
-    side_px: tuple[float, float] = (45.0, 150.0)
+    side_px: tuple[float, float] = (36.0, 150.0)
     tone: ToneCurve = LINEAR
     shutter: Shutter = field(default_factory=Shutter)
     region_px: tuple[int, int, int, int] | None = None

@@ -1,0 +1,178 @@
+"""`pi-agent track PATH…`: what the tracker sees in pictures and videos, one line a frame."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.mark import Feature, Mark
+from pi_agent.tracking.observation import Observation
+from pi_agent.tracking.shutter import Shutter
+from pi_agent.tracking.tone import TONE_CURVES
+from pi_agent.tracking.tracker import Tracker
+from shared.errors import UserError
+from shared.messages import MarkerCorners
+
+Frame = NDArray[np.uint8]
+
+PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp"}
+FEATURES: tuple[Feature, ...] = ("none", "dot", "notch", "tag")
+DEFAULT_RATE_HZ = 90.0
+SMALLEST_FRAME_PX = 32
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One frame of a file: its number and capture time within the file."""
+
+    path: Path
+    number: int
+    capture_ns: int
+    frame: Frame
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `pi-agent track`."""
+    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="pictures (each for itself) or videos")
+    parser.add_argument(
+        "--json", action="store_true", help="one JSON line a frame: path and the fields of MarkerCorners"
+    )
+    parser.add_argument("--feature", choices=FEATURES, default="none", help="what tells the mark's corners apart")
+    parser.add_argument("--aspect", type=float, default=1.0, help="second side of the mark over the first (default 1)")
+    parser.add_argument("--margin", type=float, default=0.0, help="white margin in sides of the mark (0: bare tape)")
+    parser.add_argument("--tag", default="APRILTAG_16h5:0", metavar="DICTIONARY:ID", help="the code inside a tag mark")
+    parser.add_argument("--tone", choices=sorted(TONE_CURVES), default="linear", help="the camera's tone curve")
+    parser.add_argument(
+        "--side-px",
+        type=float,
+        nargs=2,
+        default=(36.0, 150.0),
+        metavar=("MIN", "MAX"),
+        help="shortest and longest first side of the mark in the picture",
+    )
+    parser.add_argument("--line-us", type=float, default=0.0, help="rolling shutter: microseconds from row to row")
+    parser.add_argument("--rate", type=float, default=None, help="frames a second of a video that does not say it")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Tracks every frame of every path; 0 when the mark was found in all, 1 when not. Raises UserError."""
+    config = tracker_config(args)
+    lost = 0
+    for path in args.paths:
+        for shot, seen in track_file(path, config=config, rate_hz=args.rate):
+            lost += not seen.found
+            print(json_line(shot, seen) if args.json else text_line(shot, seen))
+            sys.stdout.flush()
+    return 1 if lost else 0
+
+
+def tracker_config(args: argparse.Namespace) -> TrackerConfig:
+    """The tracker's settings from the options; raises UserError for ones that make no sense."""
+    dictionary, _, number = str(args.tag).partition(":")
+    if not number.isdigit() or not hasattr(cv2.aruco, f"DICT_{dictionary}"):
+        raise UserError(f"--tag: expected an OpenCV dictionary and a number such as APRILTAG_16h5:0, got {args.tag!r}")
+    if not 0 < args.side_px[0] < args.side_px[1]:
+        raise UserError(f"--side-px: expected a smaller and a larger length above 0, got {args.side_px}")
+    if args.aspect <= 0 or args.margin < 0:
+        raise UserError("--aspect must be above 0 and --margin not below 0")
+    mark = Mark(
+        aspect=args.aspect, margin=args.margin, feature=args.feature, tag_dictionary=dictionary, tag_id=int(number)
+    )
+    shutter = Shutter(line_ns=1e3 * args.line_us)
+    return TrackerConfig(
+        mark=mark, side_px=(args.side_px[0], args.side_px[1]), tone=TONE_CURVES[args.tone], shutter=shutter
+    )
+
+
+def track_file(
+    path: Path, *, config: TrackerConfig, rate_hz: float | None = None
+) -> Iterator[tuple[Shot, Observation]]:
+    """What is seen in each frame of a picture or a video; raises UserError when it is neither."""
+    tracker = Tracker(config)
+    for shot in _shots(path, rate_hz):
+        yield shot, tracker.track(shot.frame, capture_ns=shot.capture_ns)
+
+
+def _shots(path: Path, rate_hz: float | None) -> Iterator[Shot]:
+    if not path.exists():
+        raise UserError(f"{path}: no such file; give pictures or videos")
+    if path.is_dir():
+        raise UserError(f"{path} is a folder; give the pictures or videos in it, for instance {path}/*.png")
+    if path.suffix.lower() in PICTURES:
+        yield Shot(path, 0, 0, _picture(path))
+        return
+    yield from _video(path, rate_hz)
+
+
+def _picture(path: Path) -> Frame:
+    data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    picture = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) if len(data) else None
+    if picture is None:
+        raise UserError(f"{path}: expected a picture, but it cannot be decoded; it is empty, cut off or something else")
+    return _large_enough(path, np.asarray(picture, dtype=np.uint8))
+
+
+def _video(path: Path, rate_hz: float | None) -> Iterator[Shot]:
+    video = cv2.VideoCapture(str(path))
+    rate = rate_hz or video.get(cv2.CAP_PROP_FPS) or DEFAULT_RATE_HZ
+    number = 0
+    try:
+        while True:
+            more, picture = video.read()
+            if not more:
+                break
+            grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+            frame = _large_enough(path, np.asarray(grey, dtype=np.uint8))
+            yield Shot(path, number, round(number * 1e9 / rate), frame)
+            number += 1
+    finally:
+        video.release()
+    if number == 0:
+        raise UserError(f"{path}: expected a picture or a video, but not one frame of it can be decoded")
+
+
+def _large_enough(path: Path, frame: Frame) -> Frame:
+    height, width = frame.shape
+    if min(height, width) < SMALLEST_FRAME_PX:
+        raise UserError(f"{path}: {width} x {height} pixels are too few to hold a mark")
+    return frame
+
+
+def marker_corners(seen: Observation, *, seq: int = 0, exposure_ns: int = 0, marker_id: int = 0) -> MarkerCorners:
+    """The message of an observation."""
+    known = bool(np.isfinite(seen.corners_px).all())
+    return MarkerCorners(
+        capture_ns=seen.capture_ns,
+        seq=seq,
+        corners_px=tuple(seen.corners_px.ravel().tolist()) if known else (),
+        sigma_px=seen.sigma_px if known else 0.0,
+        residual_px=seen.residual_px if known else 0.0,
+        exposure_ns=exposure_ns,
+        corner_dt_ns=seen.corner_dt_ns if known else (),
+        found=seen.found,
+        reason=seen.reason,
+        marker_id=marker_id,
+        tipped=seen.tip_rad > 0,
+    )
+
+
+def json_line(shot: Shot, seen: Observation) -> str:
+    """The path and the fields of MarkerCorners."""
+    return json.dumps({"path": str(shot.path), **asdict(marker_corners(seen, seq=shot.number))})
+
+
+def text_line(shot: Shot, seen: Observation) -> str:
+    """The same for people."""
+    place = f"{shot.path} [{shot.number}]"
+    if not seen.found:
+        return f"{place}: not found: {seen.reason}"
+    corners = "  ".join(f"({x:.3f}, {y:.3f})" for x, y in seen.corners_px.tolist())
+    note = f"  {seen.reason}" if seen.reason else ""
+    return f"{place}: {corners}  sigma {seen.sigma_px:.3f} px  residual {seen.residual_px:.3f} px{note}"

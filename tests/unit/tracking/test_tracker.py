@@ -1,0 +1,216 @@
+"""The tracker on rendered frames: a small honest version of the accuracy benchmark, identity, faults."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pi_agent.rendering import ExactRenderer, FastRenderer, Glare, Optics, Pose, Scene, Sensor, plate_fiducials, surface
+from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.mark import Feature, Mark
+from pi_agent.tracking.observation import Observation
+from pi_agent.tracking.tone import LINEAR, PI_DEFAULT, ToneCurve
+from pi_agent.tracking.tracker import Tracker
+from tests.benchmarks.tracking_rivals.conditions import ADVERSE, NORMAL
+from tests.benchmarks.tracking_rivals.scores import Scores, measure
+
+FRAME_NS = 11_111_111
+RECOMMENDED = Mark(side_mm=12.0, margin=0.16, feature="dot")
+
+
+@pytest.fixture(scope="module")
+def wood() -> NDArray[np.float32]:
+    return surface("wood", rng=np.random.default_rng(11))
+
+
+def _scores(name: str, trials: int) -> tuple[Scores, Scores]:
+    return measure({**NORMAL, **ADVERSE}[name], trials=trials, seed=5)
+
+
+@pytest.mark.parametrize(
+    ("name", "rms_px"),
+    [("clean", 0.015), ("nominal tape", 0.06), ("recommended", 0.02), ("tag", 0.02), ("notch", 0.02), ("out of focus", 0.04)],
+)
+def test_corners_are_exact(name: str, rms_px: float) -> None:
+    for scores in _scores(name, 12):
+        assert scores.missed == 0
+        assert scores.rms_px <= rms_px
+        assert abs(scores.radial_px) <= 0.012
+
+
+def test_sigma_is_true() -> None:
+    first, followed = _scores("recommended", 16)
+    assert 0.6 < first.normalised_variance < 1.7
+    assert 0.6 < followed.normalised_variance < 1.7
+
+
+def test_a_slide_is_exact_once_each_corner_has_its_rows_time() -> None:
+    _, followed = _scores("sliding", 4)
+    assert followed.missed == 0
+    assert followed.rms_px <= 0.05
+
+
+@pytest.mark.parametrize("name", ADVERSE)
+def test_a_bad_frame_is_right_or_declared(name: str) -> None:
+    _, followed = _scores(name, 12)
+    assert followed.wrong == 0
+
+
+def test_a_tone_curve_that_is_not_undone_shrinks_the_mark(wood: NDArray[np.float32]) -> None:
+    scene = Scene(wood, mark=RECOMMENDED, sensor=Sensor(tone=PI_DEFAULT))
+    frame, truth = ExactRenderer(scene).render(Pose(2.0, 3.0, 0.3), rng=np.random.default_rng(1))
+
+    def size(tone: ToneCurve) -> float:
+        seen = Tracker(TrackerConfig(mark=RECOMMENDED, tone=tone)).track(frame, capture_ns=0)
+        return float(np.linalg.norm(seen.corners_px - seen.corners_px.mean(axis=0), axis=1).mean())
+
+    true_size = float(np.linalg.norm(truth - truth.mean(axis=0), axis=1).mean())
+    assert size(LINEAR) < true_size - 0.2
+    assert size(PI_DEFAULT) == pytest.approx(true_size, abs=0.02)
+
+
+def _follow(scene: Scene, poses: list[Pose], mark: Mark, seed: int = 1) -> list[tuple[Observation, NDArray[np.float64]]]:
+    renderer = FastRenderer(scene, rng=np.random.default_rng(seed))
+    tracker = Tracker(TrackerConfig(mark=mark))
+    seen = []
+    for number, pose in enumerate(poses):
+        frame, truth = renderer.render(pose)
+        seen.append((tracker.track(frame, capture_ns=number * FRAME_NS), truth))
+    return seen
+
+
+@pytest.mark.parametrize("mark", [Mark(side_mm=12.0), Mark(side_mm=10.0, aspect=1.25), RECOMMENDED])
+def test_identity_is_kept_through_a_whole_turn_at_360_degrees_a_second(wood: NDArray[np.float32], mark: Mark) -> None:
+    rate = 2 * np.pi
+    poses = [Pose(0.0, 0.0, 0.2 + rate * number / 90, yaw_rate_rad_s=rate) for number in range(95)]
+    for observation, truth in _follow(Scene(wood, mark=mark), poses, mark):
+        assert observation.found, observation.reason
+        assert float(np.abs(observation.corners_px - truth).max()) < 0.5
+
+
+def test_a_start_and_a_stop_at_20_px_a_frame_are_followed(wood: NDArray[np.float32]) -> None:
+    x = [-25.0] * 5 + [-25.0 + 3.3 * number for number in range(12)] + [11.3] * 5
+    seen = _follow(Scene(wood, mark=RECOMMENDED), [Pose(place, 1.0, 0.4) for place in x], RECOMMENDED)
+    for observation, truth in seen:
+        assert observation.found, observation.reason
+        assert float(np.abs(observation.corners_px - truth).max()) < 0.1
+
+
+@pytest.mark.parametrize("feature", ["dot", "notch", "tag"])
+def test_a_marked_square_is_known_again_after_a_dropout(wood: NDArray[np.float32], feature: Feature) -> None:
+    mark = Mark(side_mm=12.0, margin=0.16, feature=feature)
+    renderer = FastRenderer(Scene(wood, mark=mark), rng=np.random.default_rng(1))
+    tracker = Tracker(TrackerConfig(mark=mark))
+    for number, yaw in enumerate([0.1, 0.1, None, None, 1.9, 3.5, 5.0]):
+        frame, truth = renderer.render(None if yaw is None else Pose(3.0, -2.0, yaw))
+        seen = tracker.track(frame, capture_ns=number * 900_000_000)
+        assert seen.found == (yaw is not None)
+        if yaw is not None:
+            assert seen.identity == "marked"
+            assert float(np.abs(seen.corners_px - truth).max()) < 0.1
+
+
+def test_a_plain_square_says_that_its_identity_is_assumed_after_a_dropout(wood: NDArray[np.float32]) -> None:
+    mark = Mark(side_mm=12.0)
+    renderer = FastRenderer(Scene(wood, mark=mark), rng=np.random.default_rng(1))
+    tracker = Tracker(TrackerConfig(mark=mark))
+    identities = []
+    for number, pose in enumerate([Pose(), Pose(), None, Pose(yaw_rad=0.2)]):
+        seen = tracker.track(renderer.render(pose)[0], capture_ns=number * 700_000_000)
+        identities.append(seen.identity)
+    assert identities == ["continuous", "continuous", "", "assumed"]
+
+
+def test_tipping_is_flagged_and_lying_down_again_is_not(wood: NDArray[np.float32]) -> None:
+    leans = [0.0] * 5 + [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45] + [0.3, 0.15, 0.0, 0.0]
+    poses = [Pose(tip_rad=lean, tip_axis_rad=0.3) for lean in leans]
+    for (observation, _), lean in zip(_follow(Scene(wood, mark=RECOMMENDED), poses, RECOMMENDED), leans, strict=True):
+        assert observation.found
+        if lean > 0.22 or lean < 0.15:
+            assert (observation.tip_rad > 0) == (lean > 0.22), (lean, observation.reason)
+        if lean > 0.22:
+            assert observation.reason.startswith("tipping")
+            assert observation.tip_rad == pytest.approx(lean, abs=0.05)
+
+
+def test_the_plates_fiducials_are_tracked_by_the_same_code(wood: NDArray[np.float32]) -> None:
+    fiducials = plate_fiducials()
+    scene = Scene(wood, mark=RECOMMENDED, fiducials=fiducials)
+    renderer = FastRenderer(scene, rng=np.random.default_rng(1))
+    trackers = []
+    for spot in fiducials:
+        x, y = 299.5 + 6.0 * spot.x_mm, 299.5 + 6.0 * spot.y_mm
+        region = (round(x) - 32, round(y) - 32, 64, 64)
+        trackers.append(Tracker(TrackerConfig(mark=spot.mark, side_px=(18.0, 30.0), region_px=region)))
+    shifts = []
+    for number, sag in enumerate([0.0, 0.0, 0.3]):
+        frame, _ = renderer.render(Pose(), sag_px=(sag, 0.0))
+        seen = [tracker.track(frame, capture_ns=number * 100_000_000) for tracker in trackers]
+        assert all(observation.found for observation in seen)
+        shifts.append(np.mean([observation.corners_px.mean(axis=0) for observation in seen], axis=0))
+    np.testing.assert_allclose(shifts[0], [299.5, 299.5], atol=0.02)
+    np.testing.assert_allclose(shifts[2] - shifts[0], [0.3, 0.0], atol=0.02)
+
+
+@pytest.mark.parametrize("level", [0, 255, 128])
+def test_an_even_frame_holds_no_mark(level: int) -> None:
+    seen = Tracker(TrackerConfig()).track(np.full((600, 600), level, dtype=np.uint8), capture_ns=5)
+    assert not seen.found
+    assert seen.reason
+    assert np.isnan(seen.corners_px).all()
+
+
+def test_noise_alone_is_no_mark() -> None:
+    frame = np.random.default_rng(3).integers(0, 256, (600, 600), dtype=np.uint8)
+    assert not Tracker(TrackerConfig()).track(frame, capture_ns=0).found
+
+
+def test_two_marks_are_declared(wood: NDArray[np.float32]) -> None:
+    scene = Scene(wood, mark=Mark(side_mm=12.0))
+    renderer = ExactRenderer(scene)
+    frame, _ = renderer.render(Pose(-20.0, 0.0, 0.3), rng=np.random.default_rng(1))
+    other, _ = renderer.render(Pose(20.0, 5.0, 0.1), rng=np.random.default_rng(1))
+    seen = Tracker(TrackerConfig()).track(np.minimum(frame, other), capture_ns=0)
+    assert not seen.found
+    assert "two marks" in seen.reason
+
+
+def test_a_mark_half_out_of_the_frame_is_not_found(wood: NDArray[np.float32]) -> None:
+    frame, _ = ExactRenderer(Scene(wood)).render(Pose(-49.0, 0.0), rng=np.random.default_rng(1))
+    assert not Tracker(TrackerConfig()).track(frame, capture_ns=0).found
+
+
+def test_overexposure_is_declared(wood: NDArray[np.float32]) -> None:
+    scene = Scene(wood, mark=RECOMMENDED, light=1.6)
+    frame, _ = ExactRenderer(scene).render(Pose(), rng=np.random.default_rng(1))
+    assert not Tracker(TrackerConfig(mark=RECOMMENDED)).track(frame, capture_ns=0).found
+
+
+def test_the_frame_is_neither_written_to_nor_needed_in_one_piece(wood: NDArray[np.float32]) -> None:
+    frame, truth = ExactRenderer(Scene(wood, mark=RECOMMENDED)).render(Pose(), rng=np.random.default_rng(1))
+    padded = np.zeros((600, 640), dtype=np.uint8)
+    padded[:, :600] = frame
+    view = padded[:, :600]
+    view.flags.writeable = False
+    tracker = Tracker(TrackerConfig(mark=RECOMMENDED))
+    tracker.track(view, capture_ns=0)
+    seen = tracker.track(view, capture_ns=FRAME_NS)
+    assert float(np.abs(seen.corners_px - truth).max()) < 0.06
+
+
+def test_the_rows_times_of_the_corners_are_reported(wood: NDArray[np.float32]) -> None:
+    frame, truth = ExactRenderer(Scene(wood, mark=RECOMMENDED)).render(Pose(), rng=np.random.default_rng(1))
+    config = TrackerConfig(mark=RECOMMENDED)
+    shutter = replace(config.shutter, line_ns=17_000.0, row0_dt_ns=-1e6)
+    seen = Tracker(replace(config, shutter=shutter)).track(frame, capture_ns=0)
+    np.testing.assert_allclose(seen.corner_dt_ns, -1e6 + 17_000 * truth[:, 1], atol=2_000)
+
+
+def test_a_tilted_camera_and_glare_elsewhere_do_no_harm(wood: NDArray[np.float32]) -> None:
+    optics = Optics(tilt_rad=(0.05, -0.04), radial=0.02)
+    scene = Scene(wood, mark=RECOMMENDED, optics=optics, glare=(Glare(120.0, 130.0, 30.0, 1.5),))
+    frame, truth = ExactRenderer(scene).render(Pose(8.0, 5.0, 0.7), rng=np.random.default_rng(1))
+    seen = Tracker(TrackerConfig(mark=RECOMMENDED)).track(frame, capture_ns=0)
+    assert seen.found
+    assert float(np.abs(seen.corners_px - truth).max()) < 0.06
