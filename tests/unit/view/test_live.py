@@ -64,7 +64,11 @@ def test_nobody_watching_a_whole_session_goes_through_and_closes() -> None:
 
 def test_frequent_topics_are_thinned_out_before_decoding_but_corners_never(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[str] = []
-    monkeypatch.setattr(SceneLogger, "log", lambda _self, topic, _message, _stamp: drawn.append(topic))
+
+    def log(_: SceneLogger, topic: str, message: m.Message, stamp_ns: int) -> None:
+        drawn.append(topic)
+
+    monkeypatch.setattr(SceneLogger, "log", log)
     taken: dict[str, int] = {}
     with LiveView(setup=Setup(), port=0) as view:
         for topic, message, stamp in session.session_messages():
@@ -77,7 +81,11 @@ def test_frequent_topics_are_thinned_out_before_decoding_but_corners_never(monke
 
 def test_a_drawing_that_cannot_keep_up_drops_and_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("station.view.live._CAPACITY", 3)
-    monkeypatch.setattr(LiveView, "_run", lambda _self: None)
+
+    def run(_: LiveView) -> None:
+        """A drawing that hangs."""
+
+    monkeypatch.setattr(LiveView, "_run", run)
     with LiveView(setup=Setup(), port=0) as view:
         for stamp in range(10):
             view.take(Received("log", receive_ns=stamp, payload=b""))
