@@ -45,7 +45,7 @@ class ReservedFile:
     """
 
     def __init__(self, path: Path, *, reserve_bytes: int = RESERVE_BYTES) -> None:
-        """Creates the file.
+        """Creates the file, and its folder if only that is missing.
 
         Raises:
             UserError: if the folder cannot be written to or has no room for the reserve.
@@ -54,6 +54,7 @@ class ReservedFile:
         self._position = 0
         self._reserve = reserve_path(path)
         try:
+            path.parent.mkdir(exist_ok=True)
             self._file = path.open("wb", buffering=0)
         except OSError as error:
             raise _unwritable(path, reserve_bytes, error) from error

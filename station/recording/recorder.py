@@ -163,6 +163,10 @@ class Recorder:
             self._tick()
 
     def _record(self, received: Received) -> None:
+        if self._recording.stopped:
+            with self._lock:
+                self._dropped[received.topic] += 1
+            return
         repeats = self._repeats.get(received.topic)
         if repeats is not None and repeats.seen(received.payload):
             self._duplicates[received.topic] += 1

@@ -90,8 +90,10 @@ def test_the_recorder_tells_the_session(tmp_path: Path, small: SmallDisk) -> Non
     recorder = Recorder(bus, recording, clock=clock, on_stopped=told.append)
     for _, topic, message in session.traffic():
         bus.publish(topic, message)
-    recorder.close()
+    counts = recorder.close()
     assert len(told) == 1
+    assert sum(counts.recorded.values()) + sum(counts.dropped.values()) == len(list(session.traffic()))
+    assert sum(counts.dropped.values()) > 0
     assert open_recording(tmp_path / "a.mcap").topics["camera/corners"].count > 0
 
 
@@ -125,4 +127,9 @@ def test_it_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be written"):
-        Recording(tmp_path / "none" / "a.mcap", provenance=session.provenance())
+        Recording(tmp_path / "none" / "none" / "a.mcap", provenance=session.provenance())
+
+
+def test_a_missing_folder_is_made(tmp_path: Path) -> None:
+    Recording(tmp_path / "recordings" / "a.mcap", provenance=session.provenance()).close()
+    assert (tmp_path / "recordings" / "a.mcap").is_file()

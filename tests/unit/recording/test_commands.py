@@ -1,0 +1,71 @@
+"""The commands `samples` and `repair`, as they are called."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from shared.errors import UserError
+from station.app.commands import repair, samples
+from station.recording.reader import digest, open_recording
+from station.recording.repair import copy_without
+from station.recording.tables import read_samples
+from station.recording.writer import Recording, partial_path
+from tests.unit.recording import session
+
+
+def call(command: ModuleType, *words: str | Path) -> int:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    return command.run(parser.parse_args([str(word) for word in words]))
+
+
+def test_samples_are_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = session.record(tmp_path / "a.mcap")
+    tables = (tmp_path / "a.csv", tmp_path / "a.parquet")
+    assert call(samples, path, "--csv", tables[0], "--parquet", tables[1]) == 0
+    said = capsys.readouterr().out
+    assert "11.46" in said, "0.2 rad"
+    assert "no slip" in said
+    assert [read_samples(table) for table in tables] == [open_recording(path).samples()] * 2
+    assert call(samples, tables[0]) == 0
+    assert capsys.readouterr().out.splitlines()[:5] == said.splitlines()[:5], "a table prints as its recording does"
+
+
+def test_the_truth_changes_no_word(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = session.record(tmp_path / "a.mcap")
+    copy_without(path, tmp_path / "b.mcap", drop=lambda topic: topic.startswith("truth/"))
+    said: list[str] = []
+    for file in (path, tmp_path / "b.mcap"):
+        call(samples, file)
+        call(samples, file, "--digest")
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
+    assert digest(open_recording(path)) in said[0]
+
+
+def test_no_samples_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Recording(tmp_path / "a.mcap", provenance=session.provenance()).close()
+    assert call(samples, tmp_path / "a.mcap") == 0
+    assert "holds no samples" in capsys.readouterr().out
+
+
+def test_repair_of_a_file_and_of_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a", "b"):
+        path = session.record(tmp_path / f"{name}.mcap")
+        partial_path(path).write_bytes(path.read_bytes()[:-500])
+        path.unlink()
+    assert call(repair, tmp_path / "a.mcap.partial") == 0
+    assert "a.mcap: " in capsys.readouterr().out
+    assert call(repair, tmp_path) == 0
+    assert "b.mcap: " in capsys.readouterr().out
+    assert len(open_recording(tmp_path / "b.mcap").samples()) == 2
+    assert call(repair, tmp_path) == 0
+    assert "Nothing to repair" in capsys.readouterr().out
+    with pytest.raises(UserError, match="--out"):
+        call(repair, tmp_path, "--out", tmp_path / "c.mcap")
+    with pytest.raises(UserError, match="no file"):
+        call(repair, tmp_path / "none.mcap.partial")
