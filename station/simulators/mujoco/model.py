@@ -21,6 +21,8 @@ from station.simulators.mujoco.specimen import Block, Plate
 FLOATS = NDArray[np.float64]
 FOOT_RADIUS_M = 0.0005
 """The block stands on eight small spheres, one at each corner: four analytic contacts instead of a box on a box."""
+FOAM_DEPTH_M = 0.015
+"""Half the thickness of a foam segment, and its overlap with the next."""
 FOAM_SEGMENTS = 24
 FOAM_IMPEDANCE = 0.05
 """Constraint impedance of the foam: small, so that it is a spring beside the rigid contact, not a wall."""
@@ -130,10 +132,15 @@ def _add_plate(link: Any, scene: Scene, *, foam: bool) -> Any:
 
 
 def _add_foam(body: Any, plate: Plate) -> None:
-    """The border: straight segments round the circular cutout, their inner faces tangent to it."""
+    """The border: straight segments round the circular cutout, their inner faces tangent to it.
+
+    MuJoCo pushes a ball out of a box through the nearest face. So the segments are thicker than any dent, and overlap
+    by as much, lest a block that dents the foam be drawn outwards or along it; beyond its own sector a tangent lies
+    outside of the cutout, so the overlap takes no room.
+    """
     turn = 2 * math.pi / FOAM_SEGMENTS
-    radial, height = 0.005, plate.foam_height_m / 2
-    along = (plate.cutout_radius_m + 2 * radial) * math.tan(turn / 2)
+    radial, height = FOAM_DEPTH_M, plate.foam_height_m / 2
+    along = plate.cutout_radius_m * math.tan(turn / 2) + FOAM_DEPTH_M
     for number in range(FOAM_SEGMENTS):
         angle, radius = number * turn, plate.cutout_radius_m + radial
         geom = _add_box(
@@ -176,7 +183,7 @@ def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
     contact = scene.contact
     for foot in range(8):
         pair = spec.add_pair(name=f"foot {foot}", geomname1="plate", geomname2=f"foot {foot}", condim=3)
-        pair.solref, pair.solimp = contact.solref, contact.solimp
+        pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
     if not bordered:
         return
     solref, mu = _foam(scene), scene.plate.foam_mu
