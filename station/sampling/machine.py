@@ -191,8 +191,10 @@ class SamplingMachine:
             self._phase == "TILT" and self._awaited is None and self._since(self._hold_from_ns) > self._plan.tilt.hold_s
         ):
             self._next_step()
-        elif self._phase in ("SETTLE", "DONE") and self._since(self._phase_ns) > self._plan.slip.settle_s + 1.0:
-            self._return() if self._phase == "SETTLE" else self._conclude()
+        elif self._phase == "SETTLE" and self._waited(self._plan.slip.settle_s + _PAUSE_S):
+            self._return()
+        elif self._phase == "DONE" and self._waited(self._plan.slip.rest_timeout_s + _PAUSE_S):
+            self._conclude()
 
     # --- phases ------------------------------------------------------------------------------------------------------
 
@@ -357,6 +359,10 @@ class SamplingMachine:
 
     def _since(self, stamp_ns: int) -> float:
         return (self._now_ns - stamp_ns) * 1e-9
+
+    def _waited(self, seconds: float) -> bool:
+        """Whether the phase has lasted longer than that."""
+        return self._since(self._phase_ns) > seconds
 
     def _enter(self, phase: str, reason: str = "") -> None:
         self._phase, self._phase_ns = phase, self._now_ns

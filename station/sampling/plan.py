@@ -41,7 +41,7 @@ class TiltPlan:
     adapt_after: int = 25
     adapt_sd: float = 3.0
     rate_deg_s: float = 5.0
-    return_rate_deg_s: float = 15.0
+    return_rate_deg_s: float = 20.0
     hold_s: float = 0.1
 
     def __post_init__(self) -> None:
@@ -53,17 +53,19 @@ class TiltPlan:
 class SlipPlan:
     """`[slip]`: a slip is reported when `corners` of the 4 have moved more than l = `base_px` + `per_deg_px` · θ°.
 
-    After it the attitude is averaged over `average_s`; then the block may slide for up to `settle_s` until it has moved
-    less than `rest_px` in `rest_s`.
+    After it the attitude is averaged over `average_s`; then the block may slide on for up to `settle_s` (the paper goes
+    back to level at once). At rest it is when it has moved less than `rest_px` in `rest_s`, for which the level plate
+    waits up to `rest_timeout_s`.
     """
 
     corners: int = 3
     base_px: float = 10.0
     per_deg_px: float = 1.0
     average_s: float = 0.3
-    settle_s: float = 1.0
+    settle_s: float = 0.0
     rest_px: float = 0.5
     rest_s: float = 0.2
+    rest_timeout_s: float = 1.0
 
     def __post_init__(self) -> None:
         if not 1 <= self.corners <= 4 or self.base_px <= 0 or self.average_s <= 0:

@@ -105,7 +105,7 @@ class ScriptedRig:
         dx, dy = slide_in_image(self._azimuth)
         x, y = self.place_px
         travel = self._speed * step * PX_PER_M
-        if not (60 < x + travel * dx < 540 and 60 < y + travel * dy < 540):
+        if not (10 < x + travel * dx < 590 and 10 < y + travel * dy < 590):
             self._speed = travel = 0.0
         self.place_px = (x + travel * dx, y + travel * dy)
 
