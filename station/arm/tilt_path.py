@@ -8,7 +8,7 @@ number, the angle.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,8 +104,17 @@ def tilt_stage(
     return TiltStage(model=model, world_from_base=world_from_base, home_rad=home)
 
 
-def tilt_path(stage: TiltStage, *, azimuth_rad: float, max_angle_rad: float = MAX_ANGLE_RAD) -> TiltPath:
-    """Follow one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it."""
+def tilt_path(
+    stage: TiltStage,
+    *,
+    azimuth_rad: float,
+    max_angle_rad: float = MAX_ANGLE_RAD,
+    touching: Callable[[Array], str] | None = None,
+) -> TiltPath:
+    """Follow one tilt from the home pose until a joint limit, a singular pose or `max_angle_rad` ends it.
+
+    `touching` says what the arm would touch with its joints at (n,), or nothing; it ends the path, too.
+    """
     model, axis = stage.model, stage.world_from_base[:3, :3].T @ tilting_axis(azimuth_rad)
     twist = np.concatenate([np.zeros(3), axis])
     q, angle, limit = stage.home_rad, 0.0, "the maximum asked for"
@@ -116,7 +125,7 @@ def tilt_path(stage: TiltStage, *, azimuth_rad: float, max_angle_rad: float = MA
         guess = q + slopes[-1] * (angle - angles[-1]) if slopes else q
         q, error = follow(model, guess, stage.pivot_target(angle, azimuth_rad=azimuth_rad), iterations=2)
         slope = solve_rate(pivot_jacobian(model, q)[1], twist)
-        if reason := _obstacle(model, q, slope=slope, error=float(error)):
+        if reason := _obstacle(model, q, slope=slope, error=float(error)) or (touching(q) if touching else ""):
             limit = reason
             break
         angles.append(float(angle))

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from shared.errors import UserError
 from shared.messages import TiltCommand
+from station.arm.collision import CollisionScene
 from station.arm.kinematics import pivot_pose
 from station.arm.tilt_path import TiltPath, TiltStage, tilt_path, tilt_stage
 from station.arm.trajectory import TiltLimits, TiltMotion, TiltState, plan_rest, plan_tilt
-from station.rig.arm_model import load_arm_model
+from station.rig.arm_model import ArmModel, load_arm_model
 from station.rig.arm_settings import ArmSettings
 from station.rig.tilt import azimuth_of_direction, tilt_of_rotation
 
@@ -33,8 +34,11 @@ class Plan:
 class Tilter:
     """The planner's memory: the stage, the paths already solved, and the motion that was begun last."""
 
-    def __init__(self, stage: TiltStage, *, limits: TiltLimits, max_angle_rad: float) -> None:
+    def __init__(
+        self, stage: TiltStage, *, limits: TiltLimits, max_angle_rad: float, scene: CollisionScene | None = None
+    ) -> None:
         self._stage = stage
+        self._scene = scene
         self._limits = limits
         self._max_angle_rad = max_angle_rad
         self._paths: dict[float, TiltPath] = {}
@@ -45,16 +49,11 @@ class Tilter:
     @classmethod
     def from_settings(cls, settings: ArmSettings) -> Tilter:
         """The tilter for the `[arm]` table of a rig; raises UserError when model and placement do not fit."""
-        model = load_arm_model(settings.model)
-        if settings.pivot_above_plate_m is not None:
-            model = replace(model, pivot_above_plate_m=settings.pivot_above_plate_m)
-        stage = tilt_stage(
-            model,
-            base_xyz_m=settings.base_xyz_m,
-            base_yaw_rad=math.radians(settings.base_yaw_deg),
-            home_rad=[math.radians(angle) for angle in settings.home_deg] or model.home_rad,
-        )
-        return cls(stage, limits=TiltLimits(), max_angle_rad=math.radians(min(settings.gate.max_tilt_deg, 67.5)))
+        model = settled_model(settings)
+        stage = settled_stage(settings, model)
+        scene = CollisionScene(model, world_from_base=stage.world_from_base, obstacles=settings.obstacles)
+        steepest = math.radians(min(settings.gate.max_tilt_deg, 67.5))
+        return cls(stage, limits=TiltLimits(), max_angle_rad=steepest, scene=scene)
 
     @property
     def stage(self) -> TiltStage:
@@ -70,7 +69,12 @@ class Tilter:
         """The tilt path at an azimuth, solved once."""
         key = round(azimuth_rad % (2 * math.pi), 9)
         if key not in self._paths:
-            self._paths[key] = tilt_path(self._stage, azimuth_rad=key, max_angle_rad=self._max_angle_rad)
+            self._paths[key] = tilt_path(
+                self._stage,
+                azimuth_rad=key,
+                max_angle_rad=self._max_angle_rad,
+                touching=self._scene.touching if self._scene else None,
+            )
         return self._paths[key]
 
     def locate(self, joints_rad: Array) -> None:
@@ -147,6 +151,25 @@ class Tilter:
         """The motion has ended, or was halted, this long after it began."""
         self._rest = TiltState(angle_rad=self.state(elapsed_ns).angle_rad)
         self._motion = None
+
+
+def settled_model(settings: ArmSettings) -> ArmModel:
+    """The arm's model with the pivot that the `[arm]` table asks for."""
+    model = load_arm_model(settings.model)
+    if settings.pivot_above_plate_m is None:
+        return model
+    return replace(model, pivot_above_plate_m=settings.pivot_above_plate_m)
+
+
+def settled_stage(settings: ArmSettings, model: ArmModel) -> TiltStage:
+    """The arm as the `[arm]` table places it; what it leaves out is the model's own home."""
+    yaw = settings.base_yaw_deg
+    return tilt_stage(
+        model,
+        base_xyz_m=settings.base_xyz_m,
+        base_yaw_rad=model.home_yaw_rad if yaw is None else math.radians(yaw),
+        home_rad=[math.radians(angle) for angle in settings.home_deg] or model.home_rad,
+    )
 
 
 def command_azimuth(command: TiltCommand) -> float:

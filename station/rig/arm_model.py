@@ -60,8 +60,9 @@ class ArmModel:
     """An arm with the plate mounted on it.
 
     `plate_xyz_m` and `plate_rpy_rad` place the plate frame in the flange frame; the pivot lies `pivot_above_plate_m`
-    along the plate's normal. `home_rad` is a joint pose that holds the plate level. `catalogue` is the arm's name among
-    those that the IK library ships ready-made (empty: it is solved from the joints).
+    along the plate's normal. `home_rad` is a joint pose that holds the plate level, its axes along the
+    world's when the base is turned by `home_yaw_rad`. `catalogue` is the arm's name among those that the IK library
+    ships ready-made (empty: it is solved from the joints).
     """
 
     name: str
@@ -75,6 +76,7 @@ class ArmModel:
     plate_rpy_rad: Vector
     pivot_above_plate_m: float
     home_rad: tuple[float, ...]
+    home_yaw_rad: float = 0.0
     catalogue: str = ""
 
     @property
@@ -228,6 +230,7 @@ def _arm(table: dict[str, Any]) -> ArmModel:
         plate_rpy_rad=_vector(table["tool"], "origin_rpy_rad"),
         pivot_above_plate_m=float(table["tool"]["pivot_above_plate_m"]),
         home_rad=home,
+        home_yaw_rad=math.radians(table.get("home_yaw_deg", 0.0)),
         catalogue=str(table.get("catalogue", "")),
     )
 

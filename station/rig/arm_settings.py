@@ -40,10 +40,32 @@ class GateSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ObstacleSettings:
+    """The `[arm.obstacles]` table: what the arm must not touch, and what it carries.
+
+    The table's top is at `table_m` in the world, `walls_m` are further boxes (x, y, z of the centre, then the three
+    full sizes). On the plate, which has `plate_side_m`, four posts hold the camera, a box of `camera_size_m`, at
+    `camera_height_m` above it (0: there is no camera mount). Parts keep `clearance_m` from each other.
+    """
+
+    table_m: float = 0.0
+    walls_m: tuple[tuple[float, float, float, float, float, float], ...] = ()
+    plate_side_m: float = 0.1
+    camera_height_m: float = 0.3
+    camera_size_m: tuple[float, float, float] = (0.1, 0.1, 0.03)
+    clearance_m: float = 0.005
+
+    def __post_init__(self) -> None:
+        if min(self.plate_side_m, self.clearance_m, *self.camera_size_m) <= 0 or self.camera_height_m < 0:
+            raise ValueError("expected positive plate_side_m, camera_size_m and clearance_m, and no negative height")
+
+
+@dataclass(frozen=True, kw_only=True)
 class ArmSettings:
     """The `[arm]` table. `model` is a name in station/rig/models or a file; `driver` a name in station/arm/drivers.
 
-    The base stands upright at `base_xyz_m`, turned by `base_yaw_deg`; the world's axes are the level plate's.
+    The base stands upright at `base_xyz_m`, turned by `base_yaw_deg` (the model's own by default); the world's axes are
+    the level plate's.
     `home_deg` holds the plate level (empty: the model's own home pose). `rate_deg_s` is the tilt rate of a command
     that names none. `pivot_above_plate_m` replaces the model's when it is given. `options` goes to the driver.
     """
@@ -51,11 +73,12 @@ class ArmSettings:
     model: str = "jaco2_spherical"
     driver: str = "simulated"
     base_xyz_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    base_yaw_deg: float = 0.0
+    base_yaw_deg: float | None = None
     home_deg: tuple[float, ...] = ()
     rate_deg_s: float = 5.0
     state_rate_hz: float = 100.0
     pivot_above_plate_m: float | None = None
     armed: bool = True
     gate: GateSettings = field(default_factory=GateSettings)
+    obstacles: ObstacleSettings = field(default_factory=ObstacleSettings)
     options: Table = field(default_factory=lambda: Table({}))

@@ -89,7 +89,8 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool 
     settings = parse(ArmSettings, rig.arm)
     model = load_arm_model(settings.model)
     own_pivot = settings.pivot_above_plate_m
-    world_from_base = transform(settings.base_xyz_m, (0.0, 0.0, math.radians(settings.base_yaw_deg)))
+    yaw_rad = model.home_yaw_rad if settings.base_yaw_deg is None else math.radians(settings.base_yaw_deg)
+    world_from_base = transform(settings.base_xyz_m, (0.0, 0.0, yaw_rad))
     home_rad = [math.radians(angle) for angle in settings.home_deg] or model.home_rad
     x, y, z = forward_kinematics(model, home_rad, world_from_base=world_from_base)[:3, 3].tolist()
     return replace(
