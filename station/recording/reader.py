@@ -94,7 +94,9 @@ def open_recording(path: Path) -> RecordingReader:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise _damaged(path, str(error) or type(error).__name__) from error
-    if summary is None or (summary.statistics is None):
+    counted = summary.statistics if summary is not None else None
+    # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
+    if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
         raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
     return RecordingReader(path, summary)
 
