@@ -13,7 +13,7 @@ from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.engine import Engine
 
 FLOATS = NDArray[np.float64]
-LEAN_RAD = 0.02
+LEAN_RAD = 0.04
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Pose:
 def standing(pose: Pose, *, half_m: float) -> Pose:
     """The pose that a block on hard feet would have: without the small lean that MuJoCo's soft contact gives it.
 
-    On a slope the feet sink in unevenly by some hundredths of a millimetre, so the block leans by a few milliradians
+    On a slope the feet sink in unevenly by a tenth of a millimetre, so the block leans by up to 40 milliradians
     about its base, which a real block of steel or wood does not. The base stays where it is. A lean beyond `LEAN_RAD`
     is more and more a motion of the block (it tips), and from three times as much on wholly.
     """

@@ -32,9 +32,7 @@ def onset_error_deg(
     world = arm_world(TILTER, FRICTION, contact=contact, savings=savings, block=block)
     world.place_block(0.0, 0.0, yaw_rad)
     settle(world)
-    seen = ride(
-        world, profile, seconds=30, tilter=TILTER, azimuth_rad=azimuth_rad, tick_ns=FINE_NS, stop_m=1e-3
-    )
+    seen = ride(world, profile, seconds=30, tilter=TILTER, azimuth_rad=azimuth_rad, tick_ns=FINE_NS, stop_m=1e-3)
     return math.degrees(seen.crossing()[1] - exact(seen, CIRCLE, azimuth_rad=azimuth_rad)[1])
 
 
@@ -63,14 +61,9 @@ def test_a_half_gram_block_of_wood_holds_as_well() -> None:
 def test_mujocos_default_contact_would_fail() -> None:
     """With MuJoCo's defaults the block has moved half a millimetre degrees before it should start at all."""
     world = arm_world(TILTER, FRICTION, contact=MUJOCO_DEFAULT, savings=False)
-    settle_anyhow(world)
+    world.advance(500_000_000)
     seen = ride(world, ramp(math.radians(5), top_rad=0.6), seconds=8, tilter=TILTER, tick_ns=FINE_NS, stop_m=1e-3)
     assert math.degrees(seen.crossing()[1] - math.atan(MU)) < -5
-
-
-def settle_anyhow(world: object) -> None:
-    for _ in range(50):
-        world.advance(world.time_ns + 10_000_000)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
@@ -99,7 +92,9 @@ def test_a_hold_just_below_the_limit_lasts() -> None:
     assert moved < 2e-5
 
 
-@pytest.mark.parametrize(("azimuth_rad", "fixed_in", "yaw_rad"), [(0.0, "plate", 0.4), (0.0, "object", 0.4), (1.0, "object", -0.5)])
+@pytest.mark.parametrize(
+    ("azimuth_rad", "fixed_in", "yaw_rad"), [(0.0, "plate", 0.4), (0.0, "object", 0.4), (1.0, "object", -0.5)]
+)
 def test_an_elliptic_limit_curve_is_met_in_the_frame_it_is_fixed_in(
     azimuth_rad: float, fixed_in: str, yaw_rad: float
 ) -> None:
@@ -113,9 +108,3 @@ def test_an_elliptic_limit_curve_is_met_in_the_frame_it_is_fixed_in(
     axis = 0.2 + (yaw_rad if fixed_in == "object" else 0.0)
     curve = slider.LimitCurve(mu_along=draw.mu_along, mu_across=draw.mu_across, axis_rad=axis)
     assert abs(math.degrees(seen.crossing()[1] - exact(seen, curve, azimuth_rad=azimuth_rad)[1])) < 0.1
-    # And it leaves the steepest line the way that the ellipse says.
-    way = seen.place_m[-1] - seen.place_m[0]
-    pull = curve.turn @ np.array([math.sin(azimuth_rad), -math.cos(azimuth_rad)])
-    flow = curve.turn.T @ (pull / curve.mu**2)
-    between = math.atan2(flow[0] * way[1] - flow[1] * way[0], flow @ way)
-    assert abs(math.degrees(between)) < 2

@@ -25,17 +25,16 @@ def test_a_constant_rate_gives_the_cubic_law() -> None:
     assert slide.place_m[130] / np.linalg.norm(slide.place_m[130]) == pytest.approx(tilt.slope, abs=1e-6)
 
 
-def test_a_steep_then_shallow_plate_gives_uniform_acceleration_and_a_stop() -> None:
-    """Closed form: v = a t down the steep part, then the distance v² / 2b to the stop on the shallow one."""
-    steep, shallow = REPOSE + 0.2, REPOSE - 0.2
-    quick = 1e-9
-    tilt = Tilt(time_s=(0.0, 0.3, 0.3 + quick, 3.0), angle_rad=(steep, steep, shallow, shallow))
-    slide = slider.simulate(tilt, CIRCLE)
-    down = slider.GRAVITY * (math.sin(steep) - 0.4 * math.cos(steep))
-    back = slider.GRAVITY * (0.4 * math.cos(shallow) - math.sin(shallow))
-    distance = 0.5 * down * 0.3**2 * (1 + down / back)
-    assert -slide.place_m[-1, 1] == pytest.approx(distance, rel=1e-4)
-    assert not slide.velocity_m_s[-1].any()
+def test_a_ramp_up_and_down_gives_the_closed_form_of_the_stop() -> None:
+    """With the excess k t up for a time T, then falling: a stop at (2 + √2) T after k T³ (1 + 2√2/3) of way."""
+    rate, half = math.radians(1), 0.5
+    top = REPOSE + rate * half
+    tilt = Tilt(time_s=(0.0, half, 5.0), angle_rad=(REPOSE, top, top - rate * (5.0 - half)))
+    slide = slider.simulate(tilt, CIRCLE, output_s=0.001)
+    distance = slider.GRAVITY * rate / math.cos(REPOSE) * half**3 * (1 + 2 * math.sqrt(2) / 3)
+    assert -slide.place_m[-1, 1] == pytest.approx(distance, rel=0.02)
+    moving = slide.time_s[slide.velocity_m_s.any(axis=1)]
+    assert moving[-1] == pytest.approx((2 + math.sqrt(2)) * half, rel=0.02)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 0.5, 1.2, 2.5])
