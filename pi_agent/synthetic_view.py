@@ -25,6 +25,8 @@ from shared.rig import RigConfig
 
 LONGEST_STEP_NS = 100_000_000
 """Two scenes further apart than this say nothing about the block's velocity."""
+LIGHT_MS = 2.0
+"""The exposure to which `SyntheticOptions.light` belongs."""
 STILL_MM_S, STILL_RAD_S = 1e-3, 1e-4
 STEEPEST_RAD = 1.4
 """A mark that leans more is seen edge on, or not at all."""
@@ -34,10 +36,10 @@ STEEPEST_RAD = 1.4
 class SyntheticOptions:
     """`[camera.options]` of the synthetic camera.
 
-    `light`: level of white on the sensor (1 saturates); `full_scale_e`, `read_noise_e`: electrons, for the noise;
-    `blur_px`: deviation of the lens's spread; `vignetting`: share of light lost in the corners; `tone`: the curve of
-    the camera's processor; `row_time_us`: from row to row with a rolling shutter; `sag_px`: how far the picture moves
-    when the plate stands upright, because the camera's mount gives way.
+    `light`: level of white on the sensor at an exposure of 2 ms (1 saturates); `full_scale_e`, `read_noise_e`:
+    electrons, for the noise; `blur_px`: deviation of the lens's spread; `vignetting`: share of light lost in the
+    corners; `tone`: the curve of the camera's processor; `row_time_us`: from row to row with a rolling shutter;
+    `sag_px`: how far the picture moves when the plate stands upright, because the camera's mount gives way.
     """
 
     seed: int = 1
@@ -170,5 +172,5 @@ def _scene(rig: RigConfig, options: SyntheticOptions, shutter: Shutter, *, rng: 
         ),
         shutter=shutter,
         sensor=Sensor(options.full_scale_e, options.read_noise_e, TONE_CURVES[options.tone]),
-        light=options.light,
+        light=options.light * camera.exposure_ms / LIGHT_MS,
     )

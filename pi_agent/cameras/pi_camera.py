@@ -192,7 +192,8 @@ class PiCamera:
     def _describe(self, model: str, mode: Mode, metadata: dict[str, Any], *, linear: bool) -> CameraInfo:
         config = self._config
         self._period_ns = 1e3 * float(metadata["FrameDuration"])
-        crop: Rectangle = tuple(metadata.get("ScalerCrop") or mode.crop_limits)
+        left, top, width, height = metadata.get("ScalerCrop") or mode.crop_limits
+        crop: Rectangle = (left, top, width, height)
         told_us = self._options.row_time_us
         line_ns = row_time_ns(model, mode, crop, picture_rows=config.height_px, told_us=told_us)
         rows_above, rows_inside = mode.rows_of(crop)
@@ -211,7 +212,7 @@ class PiCamera:
             exposure_ns=round(1e3 * metadata["ExposureTime"]),
             gain=float(metadata["AnalogueGain"]),
             tone=LINEAR if linear else PI_DEFAULT,
-            details=f"mode {mode.size[0]} x {mode.size[1]} {mode.format}, up to {mode.fps:.2f} Hz, crop {crop}{unknown}",
+            details=f"mode {mode.size[0]} x {mode.size[1]} {mode.format} to {mode.fps:.2f} Hz, crop {crop}{unknown}",
         )
 
     def _fetch(self, timeout_s: float) -> dict[str, Any] | None:

@@ -5,7 +5,7 @@ the next frame; a frame without a free buffer is lost; controls that the camera 
 padded to the stride; exposure is a whole number of rows and comes into force some frames after the start.
 """
 
-# ruff: noqa: A002, ARG002, ARG004, B006, PLR0917  # the signatures are the package's, not ours
+# ruff: noqa: ARG002, ARG004, B006, PLR0917  # the signatures are the package's, not ours
 from __future__ import annotations
 
 import copy
@@ -84,7 +84,8 @@ class CompletedRequest:
     """A frame in a buffer."""
 
     def __init__(self, request: Any, picam2: Picamera2) -> None:
-        self.request, self.picam2 = request, picam2
+        self.request: Any = request
+        self.picam2 = picam2
         self.ref_count = 1
         self.config = copy.deepcopy(picam2.camera_config)
 
@@ -235,7 +236,7 @@ class Picamera2:
         sensor: Any = {},
         use_case: str = "preview",
     ) -> dict[str, Any]:
-        full = {"format": "XBGR8888", "size": (640, 480), "preserve_ar": True, **main}
+        full: dict[str, Any] = {"format": "XBGR8888", "size": (640, 480), "preserve_ar": True, **main}
         full["size"] = (full["size"][0] // 2 * 2, full["size"][1] // 2 * 2)
         return {
             "main": full,

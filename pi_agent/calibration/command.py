@@ -1,0 +1,117 @@
+"""Measures the camera of a rig, and keeps the result beside the rig file.
+
+The plate is level and at rest, the block lies in its middle, nothing hides the fiducials in its corners. Measured are
+the lens (from pictures of a ChArUco board), the map from pixels to the plate, the tone curve, the noise, the scatter of
+a resting corner, and what each exposure costs in motion blur. A bad calibration is refused and nothing is written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pi_agent.calibration.lens import BoardSpec, Lens, calibrate_lens
+from pi_agent.calibration.picture import draw
+from pi_agent.calibration.session import calibrate, take
+from pi_agent.calibration.store import write_calibration
+from pi_agent.cameras import Camera, CameraContext, camera_names, load_camera
+from pi_agent.cameras.video_file import open_pictures
+from pi_agent.run_command import rig_of
+from shared.clock import SystemClock
+from shared.errors import UserError
+from shared.rig import RigConfig
+from shared.zenoh_bus import ZenohBus
+
+FEWEST_FRAMES = 30
+SHOT_S = 2.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `pi-agent calibrate`."""
+    parser.description = __doc__
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    add = parser.add_argument
+    add("--rig", type=Path, default=Path("rig.toml"), metavar="FILE", help="the rig file (default: rig.toml here)")
+    add("--camera", choices=camera_names(), help="the driver, in place of the rig file's [camera] driver")
+    add("--out", default="calibration.toml", metavar="NAME", help="the result's name in the rig file's folder")
+    add("--frames", type=int, default=120, metavar="N", help="frames for the scatter of a corner (default: 120)")
+    add("--no-tone", action="store_true", help="leave the tone curve as the driver says")
+    add("--lens", type=Path, metavar="FOLDER", help="pictures of the ChArUco board, for focal length and distortion")
+    add("--board", default="9x7x6", metavar="CxRxMM", help="the board: columns, rows, millimetres a square (9x7x6)")
+    add("--take", type=int, metavar="N", help=f"take N pictures for --lens, one every {SHOT_S:g} s, and end")
+    add("--print-board", type=Path, metavar="FILE.png", help="write the board, to be printed, and end")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Calibrates, or prepares it.
+
+    Raises:
+        UserError: when something is missing or the calibration is bad.
+    """
+    board = BoardSpec.parse(options.board)
+    if options.print_board:
+        return _print_board(board, options.print_board)
+    if options.take and not options.lens:
+        raise UserError("Expected --lens FOLDER for the pictures that --take takes, got none")
+    if options.frames < FEWEST_FRAMES:
+        raise UserError(f"Expected at least {FEWEST_FRAMES} --frames, got {options.frames}")
+    rig, clock, folder = rig_of(options), SystemClock(), options.rig.parent
+    lens = None if options.take else _lens(options.lens, board)
+    with ZenohBus(rig.id, listen=rig.bus.endpoint("camera"), connect=rig.bus.peers("camera"), clock=clock) as bus:
+        context = CameraContext(rig=rig, bus=bus, clock=clock, folder=folder)
+        if options.take:
+            return _take_pictures(load_camera(context), options.lens, options.take)
+        result = calibrate(
+            rig,
+            lambda exposure_ms: load_camera(_exposed(context, exposure_ms)),
+            lens=lens,
+            frames=options.frames,
+            rng=np.random.default_rng(0),
+            with_tone=not options.no_tone,
+            source=options.out,
+        )
+    file, picture = folder / options.out, (folder / options.out).with_suffix(".png")
+    write_calibration(result.calibration, file, notes=_heading(rig) + result.notes)
+    cv2.imwrite(str(picture), draw(result, rig))
+    print(f"{result.notes}\nWritten to {file}; look at {picture}.")
+    if rig.camera.calibration != options.out:
+        print(f'To use it: put calibration = "{options.out}" under [camera] in {options.rig}.')
+    return 0
+
+
+def _heading(rig: RigConfig) -> str:
+    when = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime())
+    return f"Calibration of the camera ({rig.camera.driver}) of rig {rig.id}, {when} UTC, by pi-agent calibrate.\n"
+
+
+def _exposed(context: CameraContext, exposure_ms: float) -> CameraContext:
+    camera = dataclasses.replace(context.rig.camera, exposure_ms=exposure_ms)
+    return dataclasses.replace(context, rig=dataclasses.replace(context.rig, camera=camera))
+
+
+def _lens(folder: Path | None, board: BoardSpec) -> Lens | None:
+    return None if folder is None else calibrate_lens(open_pictures(folder)[0], board)
+
+
+def _print_board(board: BoardSpec, file: Path) -> int:
+    if not cv2.imwrite(str(file), board.picture()):
+        raise UserError(f"Expected to write a picture to {file}, but OpenCV cannot: does the folder exist?")
+    width, height = board.columns * board.square_mm, board.rows * board.square_mm
+    print(f"{file}: print it so that the chessboard measures {width:g} x {height:g} mm, and glue it to something flat.")
+    return 0
+
+
+def _take_pictures(camera: Camera, folder: Path, count: int) -> int:
+    folder.mkdir(parents=True, exist_ok=True)
+    print(f"Hold the board at many places and tilts; a picture every {SHOT_S:g} s.")
+    for number in range(count):
+        time.sleep(SHOT_S)
+        shot = take(camera, count=1)
+        cv2.imwrite(str(folder / f"board-{number:03d}.png"), shot.frames[0])
+        print(f"  {number + 1} of {count}")
+    return 0
