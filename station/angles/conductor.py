@@ -9,8 +9,8 @@ from shared.clock import Clock
 from shared.foxglove import Log, Timestamp
 from shared.messages import AngleReading, ArmReply, Heartbeat, Message, MotionReport, RunEvent, TiltCommand
 from shared.topics import ANGLE_PREFIX
-from station.angles.instruments import SourceName
 from station.angles.procedure import Output, Phase, Procedure
+from station.angles.settings import SourceName
 from station.angles.watch import Note
 
 HEARTBEAT_NS = 50_000_000

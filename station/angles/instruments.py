@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import queue
 import threading
-from dataclasses import dataclass
 
 from shared.bus import Bus
 from shared.clock import Clock
@@ -17,20 +16,11 @@ from shared.foxglove import Log, Timestamp
 from shared.topics import ANGLE_PREFIX
 from station.angles.reading import message_of_reading
 from station.angles.runner import Batch, Runner, runner_of_table
-from station.angles.settings import split_table
+from station.angles.settings import SourceName, split_table
 from station.angles.sources import load_kind
 from station.angles.watch import Note
 
 _PERIOD_S = 0.005
-
-
-@dataclass(frozen=True, slots=True)
-class SourceName:
-    """A source's name, its kind, and whether it speaks only when it is asked."""
-
-    name: str
-    kind: str
-    on_demand: bool = False
 
 
 def source_names(table: Table) -> tuple[SourceName, ...]:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from shared.messages import ArmReply, MotionReport, RunEvent, TiltCommand
-from station.angles.instruments import SourceName
 from station.angles.plan import DONE_PHASE, READ_PHASE, ComparisonPlan, PlannedStop, planned_stops
+from station.angles.settings import SourceName
 from station.angles.watch import INFO, WARNING, Note
 
 Output = TiltCommand | RunEvent | Note

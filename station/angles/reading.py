@@ -18,17 +18,24 @@ class Reading:
     `angle_rad` is the tilt against level: signed for a sensor with one axis, never negative for one that knows the
     direction of gravity. `gravity` is the unit vector of gravity in the plate frame, None where the sensor cannot
     know it. `sigma_rad` is one reading's standard deviation as the sensor or its maker states it, 0 if not stated.
+    `absent` says that the sensor was asked and had no value: its angle is NaN, on the bus too.
     """
 
     stamp_ns: int
     angle_rad: float
     gravity: Vector | None = None
     sigma_rad: float = 0.0
+    absent: bool = False
 
     @property
     def finite(self) -> bool:
         """Whether all of it are numbers."""
         return all(math.isfinite(value) for value in (self.angle_rad, self.sigma_rad, *(self.gravity or ())))
+
+
+def absent_reading(stamp_ns: int) -> Reading:
+    """The answer of a sensor that was asked and has no value."""
+    return Reading(stamp_ns=stamp_ns, angle_rad=math.nan, absent=True)
 
 
 def reading_of_gravity(gravity: Vector, *, stamp_ns: int) -> Reading:

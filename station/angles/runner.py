@@ -51,7 +51,7 @@ class Runner:
         notes: list[Note] = []
         readings = self._read(notes)
         now_ns = self._clock.now_ns()
-        good = tuple(reading for reading in readings if reading.finite)
+        good = tuple(reading for reading in readings if reading.finite or reading.absent)
         if len(good) < len(readings):
             self._complaints.put(f"{len(readings) - len(good)} readings are not numbers")
         if good and self._fault:

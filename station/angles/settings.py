@@ -35,6 +35,15 @@ class SourceSettings:
 SILENT_S = 2.0
 
 
+@dataclass(frozen=True, slots=True)
+class SourceName:
+    """A source's name, its kind, and whether it speaks only when it is asked."""
+
+    name: str
+    kind: str
+    on_demand: bool = False
+
+
 def split_table(table: Table) -> tuple[SourceSettings, Table]:
     """The common settings of a source's table, and the table that is left for the source.
 

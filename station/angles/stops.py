@@ -117,5 +117,7 @@ def _stop(window: _Window, readings: dict[str, _Stamped]) -> Stop:
 def _within(stamped: _Stamped, window: _Window) -> Series:
     low, high = np.searchsorted(stamped.stamp_ns, [window.begin_ns, window.end_ns + 1]).tolist()
     chosen = stamped.readings[low:high]
-    angles = [inclination(reading, azimuth_rad=window.command.azimuth_rad) for reading in chosen]
-    return Series(stamp_ns=stamped.stamp_ns[low:high], angle_rad=np.array(angles, dtype=np.float64))
+    azimuth = window.command.azimuth_rad
+    angles = np.array([inclination(reading, azimuth_rad=azimuth) for reading in chosen], dtype=np.float64)
+    known = np.isfinite(angles)  # one that was asked and had no value says NaN
+    return Series(stamp_ns=stamped.stamp_ns[low:high][known], angle_rad=angles[known])

@@ -53,6 +53,8 @@ class Watch:
         if readings:
             self._heard_ns, self.silent = now_ns, False
         for reading in readings:
+            if reading.absent:
+                continue
             notes.extend(self._judge_jump(reading, now_ns))
             self._last = reading
         return notes

@@ -28,6 +28,7 @@ LINE = rf"\s*(?:\$?[A-Za-z]+\s*[=:,]\s*)?(?P<angle>{NUMBER})\s*(?:deg|\u00b0|\u0
 """The default `pattern`; the degree sign comes in Latin-1 or in UTF-8, and either is read as Latin-1."""
 _LONGEST = 1024
 _SHOWN = 40
+_FULL_TURN = 2 * math.pi + 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,11 +105,12 @@ class InclinometerSource:
         payload = text if self._options.checksum == "none" else _checked(text)
         found = self._pattern.fullmatch(payload) if payload is not None else None
         values = {name: self._radians(value) for name, value in found.groupdict().items()} if found else {}
-        if not values or not all(abs(value) <= math.pi for value in values.values()):
+        if not values or not all(abs(value) <= _FULL_TURN for value in values.values()):
             self._complain(f"the line {text[:_SHOWN]!a} holds no angle")
             return None
         if "angle" in values:
-            return Reading(stamp_ns=stamp_ns, angle_rad=values["angle"])
+            # A sensor that counts from 0 to 360 degrees says 359.9 for -0.1.
+            return Reading(stamp_ns=stamp_ns, angle_rad=math.remainder(values["angle"], 2 * math.pi))
         return self._of_two_axes(values["x"], values["y"], stamp_ns)
 
     def _of_two_axes(self, x_rad: float, y_rad: float, stamp_ns: int) -> Reading | None:

@@ -20,7 +20,7 @@ from shared.clock import Clock
 from shared.config import Table, parse
 from shared.errors import UserError
 from shared.messages import RunEvent
-from station.angles.reading import Reading
+from station.angles.reading import Reading, absent_reading
 from station.angles.sources import SourceLink
 
 ON_DEMAND = True
@@ -65,13 +65,15 @@ class TypedSource:
 
     def _take_line(self, lines: Iterator[str]) -> None:
         text = next(lines, None)
+        reading = absent_reading(self._clock.now_ns())
         if text is None:
             self._complain(f"the file {self._options.file} has no line for this stop")
         elif text != "-":
             try:
-                self._typed.put(Reading(stamp_ns=self._clock.now_ns(), angle_rad=self._options.radians(text)))
+                reading = Reading(stamp_ns=reading.stamp_ns, angle_rad=self._options.radians(text))
             except ValueError:
                 self._complain(f"the line {text!r} of {self._options.file} holds no angle")
+        self._typed.put(reading)
 
     def open(self) -> None:
         """See `AngleSource.open`."""
@@ -118,6 +120,7 @@ class Person:
         self._say(f"{stop}: what does the gauge show, in {self._options.unit}? (nothing: no value) ")
         line = self._terminal.readline()
         if not line.strip():
+            self._answers.put(absent_reading(self._clock.now_ns()))
             return True
         try:
             angle = self._options.radians(line.strip())

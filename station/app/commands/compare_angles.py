@@ -25,10 +25,11 @@ from shared.rig import RigConfig
 from shared.zenoh_bus import ZenohBus
 from station.angles.compare import COMMANDED, compare
 from station.angles.conductor import Conductor
-from station.angles.instruments import Instruments, SourceName, source_names
+from station.angles.instruments import Instruments, source_names
 from station.angles.plan import ComparisonPlan
 from station.angles.procedure import Procedure
 from station.angles.report import fits_csv, table_csv, text_of
+from station.angles.settings import SourceName
 from station.angles.stops import is_needed, stops_of
 from station.angles.watch import WARNING, Note
 from station.app import assembly
@@ -45,7 +46,7 @@ HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0
-_SETTLED_S = 0.3
+_OTHERS_S = 2.0  # a process that was there before finds us again within its retry of one second
 _SIMULATED = {"simulated", "kinematics", "typed"}
 _HELP = {
     "to_deg": "the steepest tilt",
@@ -202,28 +203,33 @@ def _await_arm(bus: Bus, rig: RigConfig, *, clock: Clock) -> None:
                 "start station arm --rig RIG.toml"
             )
         bus.poll(0.05)
-    end_ns = clock.now_ns() + round(_SETTLED_S * 1e9)
+    end_ns = clock.now_ns() + round(_OTHERS_S * 1e9)
     while clock.now_ns() < end_ns:
         bus.poll(0.05)
 
 
 def _conduct(bus: Bus, rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, end: _End) -> str:
     sources: tuple[SourceName, ...] = source_names(rig.angles)
-    instruments = None if "angles" in bus.alive() else Instruments(bus, rig.angles, clock=clock)
     procedure = Procedure(plan, sources=sources)
     conductor = Conductor(bus, procedure, sources=sources, clock=clock, on_note=_say)
-    try:
+    with ExitStack() as own:
+        if "angles" not in bus.alive():
+            instruments = Instruments(bus, rig.angles, clock=clock)
+            own.callback(instruments.close)
+        else:
+            instruments = None
         while not conductor.finished and not end.stopped.is_set():
             bus.poll(_TICK_S)
+            if instruments and "angles" in bus.alive():
+                _say(Note(WARNING, "`station angles` has appeared: its readings are taken from now on, not our own."))
+                own.close()
+                instruments = None
             for note in instruments.tick() if instruments else ():
                 _say(note)
             conductor.tick()
         conductor.disarm()
         bus.poll(_TICK_S)
-    finally:
-        if instruments:
-            instruments.close()
-    return procedure.failure or (end.reason if end.stopped.is_set() and not conductor.finished else "")
+    return procedure.failure or (end.reason if not conductor.finished else "")
 
 
 # --- the result -------------------------------------------------------------------------------------------------------

@@ -215,6 +215,12 @@ def test_late_messages_change_nothing() -> None:
         assert one.series["imu"].angle_rad.tolist() == other.series["imu"].angle_rad.tolist()
 
 
+def test_an_answer_without_a_value_is_no_reading() -> None:
+    messages = messages_of([1.0])
+    stops = stops_of([*messages, AngleReading(10**9 + 600, "gauge", math.nan)])
+    assert len(stops[0].series["gauge"].angle_rad) == 0
+
+
 def test_a_stop_that_was_broken_off_does_not_count() -> None:
     assert len(stops_of(messages_of([0.0, 1.0])[:-1])) == 1
     assert stops_of([]) == ()

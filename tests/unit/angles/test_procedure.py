@@ -7,9 +7,9 @@ import math
 import pytest
 
 from shared.messages import ArmReply, MotionReport, RunEvent, TiltCommand
-from station.angles.instruments import SourceName
 from station.angles.plan import ComparisonPlan, planned_stops
 from station.angles.procedure import Output, Phase, Procedure
+from station.angles.settings import SourceName
 from station.angles.watch import Note
 
 STEP_NS = 10_000_000
