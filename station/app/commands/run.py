@@ -23,6 +23,7 @@ from station.app.live import LiveSession, StopRequest, await_processes, install_
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.summary import print_summary
+from station.recording.repair import repair_folder
 from station.recording.writer import Recording
 from station.sampling.plan import Plan
 
@@ -48,12 +49,14 @@ def run(options: argparse.Namespace) -> int:
     plan = assembly.plan_from(options.plan, samples=options.samples, seed=options.seed)
     if options.pixels and not options.lockstep:
         raise UserError("Expected --lockstep with --pixels; a live session has the pixels of its own camera")
-    return _lockstep(options, rig, plan) if options.lockstep else _live(options, rig, plan)
-
-
-def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan) -> int:
-    console = Console(stderr=True)
     path = recordings.recording_path(options.out)
+    for repaired in repair_folder(path.parent):
+        print(f"A session before this one was cut off; what it recorded is saved as {repaired.path}")
+    return _lockstep(options, rig, plan, path) if options.lockstep else _live(options, rig, plan, path)
+
+
+def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
+    console = Console(stderr=True)
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     begin = time.perf_counter()
     with ExitStack() as stack:
@@ -78,9 +81,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan) -> int:
     return _close(path, outcome.fault)
 
 
-def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan) -> int:
+def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
     console = Console(stderr=True)
-    path = recordings.recording_path(options.out)
     clock, stop = SystemClock(), StopRequest()
     install_signals(stop)
     with ExitStack() as stack:

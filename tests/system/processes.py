@@ -1,0 +1,57 @@
+"""Rig files with ports of their own, and the rig's processes started and ended by their own ids."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Generator
+from pathlib import Path
+
+from station.app.assembly import simulated_rig_path
+
+ROOT = Path(__file__).parents[2]
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def rig_file(folder: Path, *, name: str = "system", extra: str = "") -> Path:
+    """The simulated rig under another id, on free ports of the loopback address."""
+    text = simulated_rig_path().read_text(encoding="utf-8").replace('id = "simulated"', f'id = "{name}-{free_port()}"')
+    for port in ("7447", "7448", "7449", "7450"):
+        text = text.replace(port, str(free_port()))
+    file = folder / f"{name}.toml"
+    file.write_text(text + extra, encoding="utf-8")
+    return file
+
+
+def start(module: str, *words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", module, *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+def end(process: subprocess.Popen[str], *, within_s: float = 20.0) -> str:
+    """Asks a process to end and gives what it printed; kills it when it does not."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+    try:
+        return process.communicate(timeout=within_s)[0]
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.communicate()[0]
+
+
+@contextlib.contextmanager
+def running(module: str, *words: str) -> Generator[subprocess.Popen[str]]:
+    process = start(module, *words)
+    try:
+        yield process
+    finally:
+        end(process)
