@@ -23,7 +23,7 @@ def write_figure(comparison: Comparison, path: Path) -> None:
     Raises:
         UserError: if the kind is unknown or the file cannot be written.
     """
-    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+    figure = Figure(figsize=(9.0, 5.5), layout="constrained")
     axes: Any = figure.add_subplot()
     for index, fit in enumerate(comparison.fits):
         _draw_source(axes, comparison, fit, index)
@@ -31,7 +31,7 @@ def write_figure(comparison: Comparison, path: Path) -> None:
     axes.set_xlabel(f"commanded angle (degrees; reference: {comparison.reference})")
     axes.set_ylabel("measured − reference (degrees)")
     axes.set_title("Mean and standard deviation per angle; lines: fitted offset and gain", fontsize=10)
-    axes.legend(fontsize=8, ncols=2)
+    figure.legend(loc="outside lower center", fontsize=8, ncols=max(1, len(comparison.fits)))
     try:
         figure.savefig(path, dpi=150)
     except (OSError, ValueError) as error:

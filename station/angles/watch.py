@@ -76,9 +76,7 @@ class Watch:
 
     def unreadable(self, what: str, *, now_ns: int) -> list[Note]:
         """Something came that is no reading."""
-        return self._say_once(
-            self._garbage, f"The angle source {self._name} sent something unreadable: {what}.", now_ns
-        )
+        return self._say_once(self._garbage, f"The angle source {self._name} gave no reading: {what}.", now_ns)
 
     def _say_once(self, episode: _Episode, text: str, now_ns: int) -> list[Note]:
         episode.count, episode.last_ns = episode.count + 1, now_ns
@@ -88,7 +86,7 @@ class Watch:
         """What there is to say because time has passed."""
         notes = [
             *self._end(self._jumps, "jumped", now_ns),
-            *self._end(self._garbage, "sent something unreadable", now_ns),
+            *self._end(self._garbage, "gave no reading", now_ns),
         ]
         heard_ns = now_ns if self._heard_ns is None else self._heard_ns
         if self._silent_ns > 0 and not self.silent and now_ns - heard_ns > self._silent_ns:

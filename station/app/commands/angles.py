@@ -1,7 +1,8 @@
 """Runs the rig's angle sources (`[angles.<name>]` in the rig file) and publishes what they read as angle/<name>.
 
 `station compare-angles` reads the sources itself unless this command is running; so this one is for sessions in which
-the angles are recorded beside everything else, and for sensors that are plugged into another machine.
+the angles are recorded beside everything else, and for sensors that are plugged into another machine, whose clock must
+then agree with the station's (chrony), because readings are stamped where they are taken.
 """
 
 from __future__ import annotations

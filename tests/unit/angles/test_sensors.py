@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from shared.clock import SystemClock
@@ -78,6 +79,19 @@ def test_attitudes_of_one_batch_are_put_apart_by_the_autopilots_clock() -> None:
     pixhawk.close()
     assert (stamps[1] - stamps[0]) * 1e-9 > 0.03
     assert stamps == sorted(stamps)
+
+
+def test_nothing_of_a_burst_is_lost() -> None:
+    pixhawk = Pixhawk()
+    bench = Bench("mavlink", pixhawk.options())
+    bench.source.open()
+    tilts = np.linspace(0.0, 0.2, 200)
+    for tilt in tilts.tolist():
+        pixhawk.say(tilt)
+    readings = bench.wait(200)
+    bench.source.close()
+    pixhawk.close()
+    assert [reading.angle_rad for reading in readings] == pytest.approx(tilts.tolist(), abs=1e-6)
 
 
 def test_another_autopilot_on_the_link_is_left_out() -> None:
