@@ -89,13 +89,13 @@ def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
 
 def _scene(setup: Setup, *, arm: bool) -> rrb.View:
     """The scene, seen from beyond the plate, so that the arm stands behind it and hides nothing."""
-    reach = (3.3 if arm else 2.5) * setup.plate_side_m
+    reach = 3.3 * setup.plate_side_m if arm else min(2.0 * setup.plate_side_m, 16.0 * max(setup.block_size_m))
     x, y, z = setup.look_at_m
     away = math.atan2(y, x) + math.radians(_ASIDE_DEG)
     eye = (x + 0.8 * reach * math.cos(away), y + 0.8 * reach * math.sin(away), z + 0.6 * reach)
     return rrb.Spatial3DView(
         origin=entities.WORLD,
         name="Arm, plate and block" if arm else "Plate and block",
-        line_grid=rrb.LineGrid3D(visible=True, color=(60, 60, 70, 120)),
+        line_grid=rrb.LineGrid3D(visible=arm, color=(60, 60, 70, 120)),  # the floor; a plate alone would lie in it
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(x, y, z), eye_up=(0.0, 0.0, 1.0)),
     )

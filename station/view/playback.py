@@ -15,7 +15,7 @@ from shared.errors import UserError
 from shared.messages import ArmReply, ArmStop, ClockPing, ClockPong, FrameReply, Message, TiltCommand
 from shared.rig import PROCESSES, BusConfig
 
-STAND_INS = ("camera", "arm", "station")
+STAND_INS = ("camera", "arm", "twin", "station")
 
 
 class Recorded(Protocol):
@@ -59,14 +59,17 @@ def endpoints_of(config: BusConfig, *, stand_ins: Collection[str]) -> Endpoints:
 
 
 def topics_of(names: Iterable[str], *, stand_ins: Collection[str]) -> frozenset[str]:
-    """Those of a recording's topics that the processes stood in for (or anybody) would send; unknown ones are not."""
+    """Those of a recording's topics that the processes stood in for (or anybody) would send.
+
+    Unknown ones are not, nor what only simulators tell each other: nobody who measures may hear the truth.
+    """
     found: set[str] = set()
     for name in names:
         try:
-            sender = topics.topic(name).sender
+            line = topics.topic(name)
         except UserError:
             continue
-        if sender == "any" or sender in stand_ins:
+        if line.recorded and line.sender != "twin" and line.sender in ("any", *stand_ins):
             found.add(name)
     return frozenset(found)
 

@@ -55,7 +55,10 @@ def write_rrd(
         path.parent.mkdir(parents=True, exist_ok=True)
         path.open("wb").close()
     except OSError as error:
-        raise UserError(f"Expected to write the view to {path}, but it cannot be written: {error.strerror}") from error
+        raise UserError(
+            f"Expected to write the view to {path}, but it cannot be written ({error.strerror}); "
+            "name another place with --save FILE.rrd"
+        ) from error
     recording = new_recording()
     recording.set_sinks(rr.FileSink(path))
     # Active, not only default: the viewer keeps the last layout of an application and would show this one's camera.

@@ -131,8 +131,10 @@ class BlockPart:
 
     def _on_event(self, event: RunEvent) -> None:
         if event.phase in ("LEVEL", "REFERENCE"):
-            self._start = None
             self._trail.clear()
+            if self._start is not None:
+                self._start = None
+                self._canvas.gap(entities.SLID, width=1)
 
     def _on_corners(self, corners: MarkerCorners) -> None:
         if self._geometry is None or not corners.found:

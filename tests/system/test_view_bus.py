@@ -18,6 +18,8 @@ from shared.rig import load_rig
 from shared.zenoh_bus import ZenohBus
 from station.recording.reader import open_recording
 from station.view import viewer
+from station.view.live import LiveView
+from station.view.setup import Setup
 from tests.unit.view import session
 from tests.unit.view.mcap_file import write_mcap
 
@@ -76,7 +78,7 @@ def test_a_subscriber_gets_the_same_messages(rig_path: Path, tmp_path: Path) -> 
             output = process.communicate(timeout=10)[0]
         bus.poll(0.2)
     assert process.returncode == 0, output
-    assert seen == {"camera", "arm", "station"}
+    assert seen == {"camera", "arm", "twin", "station"}
     assert f"{sum(map(len, recorded.values()))} messages" in output
     assert {topic: len(payloads) for topic, payloads in heard.items()} == {
         topic: len(payloads) for topic, payloads in recorded.items()
@@ -101,3 +103,20 @@ def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_pat
     assert ends["elapsed"] == pytest.approx(session.END_S * 1e9, rel=0.02)
     assert [view.name for view in state.views if view.reports] == []
     assert len(state.views) == 8
+
+
+@pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
+def test_a_viewer_that_is_killed_holds_nobody_up() -> None:
+    items = list(session.session_messages())
+    half = len(items) // 2
+    with LiveView(setup=Setup(), port=0) as view:
+        with viewer.headless(size=(600, 400)) as client:
+            client.open(view.uri)
+            for topic, message, stamp in items[:half]:
+                view.take(Received(topic, receive_ns=stamp, message=message))
+            while not client.get_state().recordings:
+                time.sleep(0.1)
+        for topic, message, stamp in items[half:]:  # the viewer was killed without a word
+            view.take(Received(topic, receive_ns=stamp, message=message))
+    assert view.fault == ""
+    assert not view.dropped

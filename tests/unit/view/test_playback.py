@@ -16,7 +16,7 @@ from shared.rig import BusConfig
 from station.view.playback import Playback, endpoints_of, topics_of
 from tests.unit.view import session
 
-ALL = ("camera", "arm", "station")
+ALL = ("camera", "arm", "twin", "station")
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def test_only_the_topics_of_those_stood_in_for_are_played() -> None:
 @pytest.mark.parametrize(
     ("stand_ins", "listen", "connect"),
     [
-        (ALL, ("c", "a", "s"), ()),
+        (ALL, ("c", "a", "t", "s"), ()),
         (("camera", "arm"), ("c", "a"), ()),
         (("arm",), ("a",), ("c",)),
         (("station",), ("s",), ("c", "a", "t")),

@@ -121,7 +121,7 @@ def test_messages_that_make_no_sense_are_reported(
     [
         ((), "Expected a recording"),
         (("none.mcap",), "cannot be read"),
-        (("FILE", "--bus", "--as", "cook"), "Expected some of camera, arm, station"),
+        (("FILE", "--bus", "--as", "cook"), "Expected some of camera, arm, twin, station"),
         (("FILE", "--rig", "no.toml"), "cannot be read"),
         (("FILE", "--save", "/proc/no.rrd"), "cannot be written"),
     ],
