@@ -57,9 +57,9 @@ def _gaps(report: Report) -> Iterator[Finding]:
 def _missing(report: Report) -> Iterator[Finding]:
     for stream in report.streams:
         if stream.missing:
-            yield Finding(
-                "missing", f"expected every message of /{stream.topic}, {stream.missing} of its numbers never came"
-            )
+            sentence = f"expected every message of /{stream.topic}, {stream.missing} of its numbers never came"
+            dropped = report.session.agent_dropped if stream.topic == "camera/corners" else 0
+            yield Finding("missing", sentence + (f" (the agent itself dropped {dropped} frames)" if dropped else ""))
 
 
 def _latency(report: Report) -> Iterator[Finding]:

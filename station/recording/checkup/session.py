@@ -26,7 +26,10 @@ class ClockHealth:
 
 @dataclass(frozen=True, kw_only=True)
 class SessionHealth:
-    """Phases with how often each began; runs by their end; `agent_dropped` frames; the last warnings and errors."""
+    """Phases with how often each began; runs by their end; the last warnings and errors.
+
+    `agent_dropped` is how many frames the camera agent dropped between the first and the last of its reports.
+    """
 
     phases: dict[str, int]
     runs: int
@@ -51,7 +54,7 @@ class SessionWatch:
         self._samples: list[Sample] = []
         self._offsets: dict[str, list[int]] = {}
         self._clock: dict[str, ClockOffset] = {}
-        self._dropped: dict[int, int] = {}
+        self._dropped: dict[int, tuple[int, int]] = {}
         self._fault = ""
         self._warnings = 0
         self._lines: deque[str] = deque(maxlen=_LAST_LINES)
@@ -70,7 +73,8 @@ class SessionWatch:
             self._offsets[message.agent] = [min(low, message.offset_ns), max(high, message.offset_ns)]
             self._clock[message.agent] = message
         elif isinstance(message, AgentStatus):
-            self._dropped[message.boot_id] = message.dropped
+            first, _ = self._dropped.get(message.boot_id, (message.dropped, 0))
+            self._dropped[message.boot_id] = (first, message.dropped)
             self._fault = message.fault or self._fault
         elif isinstance(message, foxglove.Log) and message.level >= foxglove.LEVELS["warning"]:
             self._warnings += 1
@@ -88,7 +92,7 @@ class SessionWatch:
             censored=sum(sample.censored for sample in self._samples),
             eventless_samples=tuple(sample.run for sample in self._samples if sample.run not in self._ends),
             clocks=tuple(self._clock_health(agent) for agent in sorted(self._clock)),
-            agent_dropped=sum(self._dropped.values()),
+            agent_dropped=sum(last - first for first, last in self._dropped.values()),
             agent_fault=self._fault,
             warnings=self._warnings,
             last_warnings=tuple(self._lines),

@@ -85,7 +85,11 @@ def vague_clock(item: Item) -> Iterator[Item]:
 
 
 def dropping(item: Item) -> Iterator[Item]:
-    yield (*item[:2], replace(item[2], dropped=3)) if isinstance(item[2], AgentStatus) else item
+    message = item[2]
+    # A hundred were dropped before the session: not its fault. Then three a second.
+    yield (
+        (*item[:2], replace(message, dropped=100 + message.frames // 30)) if isinstance(message, AgentStatus) else item
+    )
 
 
 def without_sync(item: Item) -> Iterator[Item]:
@@ -123,6 +127,10 @@ def test_a_healthy_recording_breaks_no_rule(tmp_path: Path) -> None:
 )
 def test_a_planted_fault_is_named(change: Change, rule: str, tmp_path: Path) -> None:
     assert rule in rules(recorded(tmp_path / "a.mcap", change))
+
+
+def test_only_what_the_agent_dropped_in_the_session_counts(tmp_path: Path) -> None:
+    assert examine(open_recording(recorded(tmp_path / "a.mcap", dropping))).session.agent_dropped == 9
 
 
 def test_losses_and_origin_are_named(tmp_path: Path) -> None:
