@@ -27,7 +27,6 @@ from shared.messages import Message
 
 _ALIVE = "@alive"
 _LEASE_MS = 1000
-_HISTORY_S = 0.5
 _PRIORITIES = (
     zenoh.Priority.REAL_TIME,
     zenoh.Priority.INTERACTIVE_HIGH,
@@ -160,8 +159,7 @@ class ZenohBus:
             self._session,
             self._key(topic),
             callback,
-            # Enough for what came while this process started; a longer past is nobody's measurement.
-            history=ext.HistoryConfig(detect_late_publishers=True, max_age=_HISTORY_S),
+            history=ext.HistoryConfig(detect_late_publishers=True),
             recovery=ext.RecoveryConfig(heartbeat=True, periodic_queries=None),
         )
         self._recovering[topic] = subscriber

@@ -1,0 +1,171 @@
+"""Both buses keep the same promises: order, services, presence; Zenoh's also for a station that comes late."""
+
+import itertools
+import socket
+import time
+from collections.abc import Callable, Generator
+
+import pytest
+
+from shared.bus import Bus, Received
+from shared.clock import SimulatedClock, SystemClock
+from shared.errors import UserError
+from shared.memory_bus import MemoryBus
+from shared.messages import ArmReply, ClockPing, ClockPong, MarkerCorners, Message, RunEvent, TiltCommand
+from shared.zenoh_bus import ZenohBus
+
+Pair = tuple[Bus, Bus]
+
+
+def endpoint() -> str:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@pytest.fixture(params=["memory", "zenoh"])
+def pair(request: pytest.FixtureRequest) -> Generator[Pair]:
+    """Two ends of one rig's bus."""
+    if request.param == "memory":
+        bus = MemoryBus(SimulatedClock())
+        yield bus, bus
+        return
+    at = endpoint()
+    with ZenohBus("contract", listen=[at]) as one, ZenohBus("contract", connect=[at]) as other:
+        yield one, other
+
+
+def wait(happened: Callable[[], bool], *buses: Bus, within_s: float = 10.0) -> None:
+    end = time.monotonic() + within_s
+    while not happened():
+        assert time.monotonic() < end, "it did not come to pass"
+        for bus in buses:
+            bus.poll(0.01)
+
+
+def connected(pair: Pair) -> Pair:
+    one, other = pair
+    one.announce("one")
+    other.announce("other")
+    wait(lambda: {"one", "other"} <= one.alive() & other.alive(), one, other)
+    return pair
+
+
+def corners(seq: int) -> MarkerCorners:
+    return MarkerCorners(capture_ns=seq, seq=seq, corners_px=(1.0,) * 8, found=True)
+
+
+def test_messages_arrive_once_and_in_order_with_rising_receive_times(pair: Pair):
+    one, other = connected(pair)
+    got: list[Received] = []
+    other.subscribe("camera/corners", got.append)
+    for seq in range(200):
+        one.publish("camera/corners", corners(seq))
+    wait(lambda: len(got) >= 200, one, other)
+    assert [item.message for item in got] == [corners(seq) for seq in range(200)]
+    assert all(a.receive_ns < b.receive_ns for a, b in itertools.pairwise(got))
+
+
+def test_everything_is_one_subscription_too(pair: Pair):
+    one, other = connected(pair)
+    got: list[str] = []
+    other.subscribe("**", lambda received: got.append(received.topic))
+    time.sleep(0.2)
+    one.publish("session/event", RunEvent(phase="TILT"))
+    one.publish("camera/corners", corners(1))
+    wait(lambda: {"session/event", "camera/corners"} <= set(got), one, other)
+
+
+def test_two_handlers_of_one_topic_both_hear(pair: Pair):
+    one, other = connected(pair)
+    first: list[Received] = []
+    second: list[Received] = []
+    other.subscribe("session/event", first.append)
+    other.subscribe("session/event", second.append, direct=True)
+    one.publish("session/event", RunEvent(run=4, phase="TILT"))
+    wait(lambda: bool(first) and bool(second), one, other)
+    assert first[0].message == second[0].message == RunEvent(run=4, phase="TILT")
+
+
+def test_a_question_gets_its_answer_and_silence_gets_none(pair: Pair):
+    one, other = connected(pair)
+    answers: list[Message | None] = []
+
+    def answer(message: Message) -> ArmReply:
+        assert isinstance(message, TiltCommand)
+        return ArmReply(accepted=message.angle_rad < 1, reason="too steep")
+
+    one.serve("arm/command", answer)
+    time.sleep(0.2)
+    for angle in (0.3, 1.3):
+        other.request("arm/command", TiltCommand(angle_rad=angle), answers.append)
+    wait(lambda: len(answers) == 2, one, other)
+    assert sorted(reply.accepted for reply in answers if isinstance(reply, ArmReply)) == [False, True]
+    other.request("camera/clock", ClockPing(), answers.append, timeout_s=0.3)
+    wait(lambda: len(answers) == 3, one, other)
+    assert answers[2] is None
+
+
+def test_a_clock_ping_is_answered_without_a_poll():
+    at = endpoint()
+    with ZenohBus("ping", listen=[at]) as agent, ZenohBus("ping", connect=[at]) as station:
+        agent.serve("camera/clock", lambda _: ClockPong(agent_ns=SystemClock().now_ns()), direct=True)
+        agent.announce("camera")
+        wait(lambda: "camera" in station.alive(), station)
+        answers: list[Message | None] = []
+        station.request("camera/clock", ClockPing(), answers.append, direct=True)
+        end = time.monotonic() + 5
+        while not answers and time.monotonic() < end:
+            time.sleep(0.01)
+        assert isinstance(answers[0], ClockPong)
+
+
+def test_who_leaves_is_no_longer_alive():
+    at = endpoint()
+    with ZenohBus("leave", listen=[at]) as station:
+        agent = ZenohBus("leave", connect=[at])
+        agent.announce("arm")
+        wait(lambda: "arm" in station.alive(), station)
+        agent.close()
+        wait(lambda: "arm" not in station.alive(), station)
+
+
+def test_a_station_that_comes_late_gets_what_the_cache_still_holds_and_then_everything_in_order():
+    at = endpoint()
+    with ZenohBus("late", listen=[at]) as camera:
+        for seq in range(50):
+            camera.publish("camera/corners", corners(seq))
+        with ZenohBus("late", connect=[at]) as station:
+            got: list[int] = []
+            station.subscribe("camera/corners", lambda received: got.append(received.message.seq))  # pyright: ignore
+            wait(lambda: len(got) == 50, camera, station)
+            for seq in range(50, 400):
+                camera.publish("camera/corners", corners(seq))
+            wait(lambda: len(got) == 400, camera, station)
+            assert got == list(range(400))
+
+
+def test_two_rigs_do_not_hear_each_other():
+    at = endpoint()
+    with ZenohBus("one", listen=[at]) as one, ZenohBus("other", connect=[at]) as other:
+        got: list[Received] = []
+        other.subscribe("**", got.append)
+        time.sleep(0.5)
+        one.publish("session/event", RunEvent(phase="TILT"))
+        one.announce("arm")
+        time.sleep(0.5)
+        other.poll(0.1)
+        assert got == []
+        assert other.alive() == frozenset()
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a*"])
+def test_a_rig_needs_an_id(name: str):
+    with pytest.raises(UserError, match="rig id"):
+        ZenohBus(name)
+
+
+def test_an_endpoint_that_is_taken_is_said_so():
+    at = endpoint()
+    with ZenohBus("taken", listen=[at]), pytest.raises(UserError, match="already running"):
+        ZenohBus("taken", listen=[at])
