@@ -38,7 +38,8 @@ class ClockKeeper:
     def __init__(self, bus: Bus, *, clock: Clock, agents: tuple[str, ...]) -> None:
         self._bus, self._clock = bus, clock
         self._trips = {agent: deque[RoundTrip](maxlen=WINDOW) for agent in agents}
-        self._ping_ns = self._report_ns = 0
+        self._ping_ns = 0
+        self._report_ns: dict[str, int] = {}
 
     def tick(self, now_ns: int) -> None:
         """Sends the pings and reports that are due."""
@@ -46,11 +47,11 @@ class ClockKeeper:
             self._ping_ns = now_ns + PING_NS
             for agent in self._trips:
                 self._ping(agent)
-        if now_ns >= self._report_ns:
-            self._report_ns = now_ns + REPORT_NS
-            for agent, trips in self._trips.items():
-                if trips:
-                    self._report(agent, trips, now_ns)
+        for agent, trips in self._trips.items():
+            # The first as soon as there is one: stamps of that agent cannot be placed before it.
+            if trips and now_ns >= self._report_ns.get(agent, 0):
+                self._report_ns[agent] = now_ns + REPORT_NS
+                self._report(agent, trips, now_ns)
 
     def _ping(self, agent: str) -> None:
         sent_ns = self._clock.now_ns()
