@@ -16,9 +16,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.tone import ToneCurve
 from pi_agent.tracking.tracker import Tracker
 from shared.errors import UserError
-from shared.frames import camera_pose
 from shared.geometry import apply_homography, mark_corners
-from shared.messages import CameraGeometry
 from shared.rig import RigConfig
 
 Floats = NDArray[np.float64]
@@ -26,6 +24,8 @@ Floats = NDArray[np.float64]
 WORST_RMS_PX = 0.5
 WORST_MOTION_PX = 0.3
 LEAST_FOUND = 0.8
+POSE_NUMBERS = 6
+"""Three turns and three shifts are fitted to the 32 coordinates."""
 SIDE_RANGE = (0.65, 1.5)
 SCALE_RANGE = (0.7, 1.4)
 """The measured scale over `px_per_mm`; further off, some number in the rig file is wrong."""
@@ -103,20 +103,33 @@ def calibrate_plate(
         UserError: when what was seen does not fit the plate that the rig file describes.
     """
     known_m = known_corners_m(rig)
-    matrix = intrinsics if intrinsics is not None else np.eye(3)
-    ideal_px = undistorted(corners_px, matrix, distortion) if intrinsics is not None else corners_px
+    ideal_px = corners_px if intrinsics is None else undistorted(corners_px, intrinsics, distortion)
     found = cv2.findHomography(ideal_px, known_m, 0)[0]
     if found is None:  # pyright: ignore[reportUnnecessaryComparison]  # OpenCV's stubs leave this case out
         raise UserError("Expected four fiducials in the corners of a square, got corners that lie on a line")
-    homography = np.asarray(found, dtype=np.float64)
-    inverse = np.asarray(np.linalg.inv(homography), dtype=np.float64)
+    scale = _px_per_mm(np.asarray(np.linalg.inv(found), dtype=np.float64))
+    _refuse_scale(scale, rig)
+    matrix = assumed_intrinsics(rig, px_per_mm=scale) if intrinsics is None else intrinsics
+    rotation, shift_m = _pose(known_m, ideal_px, matrix)
+    inverse = matrix @ np.column_stack([rotation[:, :2], shift_m])
     residuals = ideal_px - apply_homography(inverse, known_m)
-    # 32 numbers were fitted by 8.
-    rms_px = float(np.sqrt(np.sum(residuals**2) / (residuals.size - 8)))
-    scale = _px_per_mm(inverse)
-    _refuse(rms_px, scale, rig)
-    camera_m, tilt_rad = _camera(homography, scale, rig, intrinsics)
-    return PlateView(homography, ideal_px, residuals, rms_px, scale, camera_m, tilt_rad)
+    rms_px = float(np.sqrt(np.sum(residuals**2) / (residuals.size - POSE_NUMBERS)))
+    _refuse_residuals(rms_px, scale)
+    homography = np.asarray(np.linalg.inv(inverse), dtype=np.float64)
+    x, y, z = (-rotation.T @ shift_m).tolist()
+    tilt_rad = math.acos(min(1.0, abs(float(rotation[2, 2]))))
+    return PlateView(homography / homography[2, 2], ideal_px, residuals, rms_px, scale, (x, y, z), tilt_rad)
+
+
+def _pose(known_m: Floats, ideal_px: Floats, intrinsics: Floats) -> tuple[Floats, Floats]:
+    """camera_from_plate as rotation (3, 3) and shift (3,).
+
+    A free homography would do for the map, but it takes in any four places: a fiducial that lies wrong would be hidden
+    in it, and is told by the residuals of a rigid pose.
+    """
+    points = np.column_stack([known_m, np.zeros(len(known_m))])
+    _, turn, shift = cv2.solvePnP(points, ideal_px, intrinsics, np.zeros(5), flags=cv2.SOLVEPNP_ITERATIVE)
+    return np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64), np.asarray(shift, dtype=np.float64).ravel()
 
 
 def _px_per_mm(pixel_from_plate: Floats) -> float:
@@ -126,17 +139,6 @@ def _px_per_mm(pixel_from_plate: Floats) -> float:
     return 1e-3 * math.sqrt(abs(float(np.linalg.det(jacobian))))
 
 
-def _camera(
-    homography: Floats, px_per_mm: float, rig: RigConfig, intrinsics: Floats | None
-) -> tuple[tuple[float, float, float], float]:
-    if intrinsics is None:
-        intrinsics = assumed_intrinsics(rig, px_per_mm=px_per_mm)
-    geometry = CameraGeometry(plate_from_pixel=tuple(homography.ravel().tolist()))
-    rotation, place = camera_pose(geometry, K=intrinsics)
-    tilt_rad = math.acos(min(1.0, abs(float(rotation[2, 2]))))
-    return (float(place[0]), float(place[1]), float(place[2])), tilt_rad
-
-
 def assumed_intrinsics(rig: RigConfig, *, px_per_mm: float) -> Floats:
     """K (3, 3) of a camera at `height_mm` with the scale seen, for want of a measured lens."""
     focal = px_per_mm * rig.camera.height_mm
@@ -144,13 +146,16 @@ def assumed_intrinsics(rig: RigConfig, *, px_per_mm: float) -> Floats:
     return np.array([[focal, 0.0, centre[0]], [0.0, focal, centre[1]], [0.0, 0.0, 1.0]])
 
 
-def _refuse(rms_px: float, px_per_mm: float, rig: RigConfig) -> None:
+def _refuse_scale(px_per_mm: float, rig: RigConfig) -> None:
     ratio = px_per_mm / rig.camera.px_per_mm
     if not SCALE_RANGE[0] <= ratio <= SCALE_RANGE[1]:
         raise UserError(
             f"Expected about {rig.camera.px_per_mm:.2f} px/mm, got {px_per_mm:.2f}: correct px_per_mm in [camera], or "
             "fiducial_place_mm in [plate]"
         )
+
+
+def _refuse_residuals(rms_px: float, px_per_mm: float) -> None:
     if rms_px > WORST_RMS_PX:
         raise UserError(
             f"Expected residuals below {WORST_RMS_PX} px, got {rms_px:.2f} px ({rms_px / px_per_mm:.2f} mm): do the "

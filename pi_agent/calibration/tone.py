@@ -90,7 +90,7 @@ def fit_tone(series: Sequence[Exposed], *, rng: np.random.Generator) -> ToneFit:
 
 
 def _straightened(inverse: Floats, *, seen: int) -> tuple[Floats, float]:
-    """g carried on straight above knot `seen`, the last that the values reached; and its bend below, over full scale."""
+    """g carried on straight above knot `seen`, the last one reached; and its bend below, as a share of full scale."""
     knots = np.arange(KNOTS)
     back = min(3, seen)
     slope = (inverse[seen] - inverse[seen - back]) / back
