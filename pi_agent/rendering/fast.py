@@ -13,6 +13,7 @@ from pi_agent.rendering.painting import (
     EXACT,
     FAST,
     Patch,
+    Quality,
     exposure_instants,
     mark_coat,
     paint,
@@ -27,6 +28,7 @@ Floats = NDArray[np.float64]
 
 BANK = 12
 NOISE_PX = 1024  # side of the field of normal deviates from which patches are cut
+FIDUCIALS = Quality(fine=2, instants=1)
 SAG_STEP_PX = 0.002  # a smaller change of the sag moves the fiducials less than can be measured
 
 
@@ -112,7 +114,7 @@ class FastRenderer:
         if max(abs(sag_px[0] - self._sag[0]), abs(sag_px[1] - self._sag[1])) < SAG_STEP_PX:
             return
         if (round(sag_px[0]), round(sag_px[1])) != (round(self._sag[0]), round(self._sag[1])):
-            self._bank = self._frames(still_image(self.scene, sag_px=sag_px, quality=FAST))
+            self._bank = self._frames(still_image(self.scene, sag_px=sag_px, quality=FIDUCIALS))
         else:
             self._move_fiducials(sag_px)
         self._sag = sag_px
@@ -126,7 +128,7 @@ class FastRenderer:
             patch = patch_around(outline + np.asarray(sag_px), margin=5)
             ground = plate_patch(scene.plate, patch, sag_px=whole)
             still = np.zeros(1)
-            painted = paint(ground, (coat,), scene=scene, patch=patch, instants=still, quality=FAST, sag_px=sag_px)
+            painted = paint(ground, (coat,), scene=scene, patch=patch, instants=still, quality=FIDUCIALS, sag_px=sag_px)
             for frame in self._bank:
                 self._expose_into(frame, painted, patch)
 

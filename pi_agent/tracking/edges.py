@@ -24,15 +24,20 @@ Matrix = NDArray[np.float32]
 STEPS = np.arange(-3.0, 3.01, 0.5)  # places along a fine profile, in blur deviations
 SATURATED = 252.0  # light at which a pixel says no more than "at least this"
 NOISE = 0.025  # of the pixels, in contrasts
+MEAN_NOISE = 0.012  # of an edge's mean profile
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
-TEXTURE_LENGTH = 2.0  # its correlation length, in blur deviations
+TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 
 
 class StepModel(NamedTuple):
-    """Matrices for `light @ matrix`: `solve` (m, 4) dark, contrast, contrast × e, contrast × dσ; `misfit` (m, m)."""
+    """Matrices for `light @ matrix`: `solve` (m, 4) dark, contrast, contrast × e, contrast × dσ; `misfit` (m, m).
+
+    `solve_mean` is `solve` for the mean profile of an edge, whose noise is small; None beside a white margin.
+    """
 
     solve: Matrix
     misfit: Matrix
+    solve_mean: Matrix | None
 
 
 class Profiles(NamedTuple):
@@ -41,6 +46,7 @@ class Profiles(NamedTuple):
     """
 
     base: NDArray[np.complex128]
+    light: Light
     offset: Floats
     contrast: Matrix
     blur_change: Matrix
@@ -52,11 +58,11 @@ class Profiles(NamedTuple):
 def step_model(*, textured: bool) -> StepModel:
     """The estimator for a mark beside a textured plate, or beside its own white margin."""
     model = _derivatives(STEPS)
-    weight = np.linalg.inv(_covariance(STEPS, texture=TEXTURE if textured else 0.0))
-    solve = np.linalg.solve(model.T @ weight @ model, model.T @ weight).T
+    solve = _solution(model, noise=NOISE, texture=TEXTURE if textured else 0.0)
+    solve_mean = _solution(model, noise=MEAN_NOISE, texture=TEXTURE).astype(np.float32) if textured else None
     plain = np.linalg.pinv(model).T
     misfit = (np.eye(len(STEPS)) - plain @ model.T) / np.sqrt(len(STEPS) - 4)
-    return StepModel(solve.astype(np.float32), misfit.astype(np.float32))
+    return StepModel(solve.astype(np.float32), misfit.astype(np.float32), solve_mean)
 
 
 def _derivatives(u: Floats) -> Floats:
@@ -66,13 +72,18 @@ def _derivatives(u: Floats) -> Floats:
     return np.stack([np.ones_like(u), step, -density, -u * density], axis=1)
 
 
-def _covariance(u: Floats, *, texture: float) -> Floats:
+def _solution(model: Floats, *, noise: float, texture: float) -> Floats:
+    weight = np.linalg.inv(_covariance(STEPS, noise=noise, texture=texture))
+    return np.linalg.solve(model.T @ weight @ model, model.T @ weight).T
+
+
+def _covariance(u: Floats, *, noise: float, texture: float) -> Floats:
     """Covariance (m, m) of a profile's samples: pixel noise shared by interpolation, and texture beyond the edge."""
-    noise = NOISE**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
+    shared = noise**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
     outside = np.arange(0.05, 8.0, 0.1)
     spread = 0.1 * np.exp(-0.5 * (u[:, None] - outside) ** 2) / np.sqrt(2 * np.pi)
     correlation = np.exp(-np.abs(outside[:, None] - outside) / TEXTURE_LENGTH)
-    return noise + texture**2 * (spread @ correlation @ spread.T)
+    return shared + texture**2 * (spread @ correlation @ spread.T)
 
 
 def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, model: StepModel) -> Profiles:
@@ -87,7 +98,20 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     left_over = flat @ model.misfit
     misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
     offset = (answer[:, :, 2] / contrast) * blur_px[:, None]
-    return Profiles(base, offset, contrast, answer[:, :, 3], misfit, _saturated(light))
+    return Profiles(base, light, offset, contrast, answer[:, :, 3], misfit, _saturated(light))
+
+
+def mean_correction(found: Profiles, weight: Floats, *, blur_px: Floats, model: StepModel) -> Floats:
+    """What the mean profile of each edge adds to its offset (4,), px; `weight` (4, n) of the profiles.
+
+    A streak of the plate that runs along an edge moves all its profiles alike, and no scatter tells of it. The mean
+    profile has little noise, so there the fit may lean much further on the dark foot of the edge.
+    """
+    if model.solve_mean is None:
+        return np.zeros(4)
+    mean = np.matmul(weight[:, None, :], found.light)[:, 0, :]
+    plain, leaning = mean @ model.solve, mean @ model.solve_mean
+    return (leaning[:, 2] / leaning[:, 1] - plain[:, 2] / plain[:, 1]) * blur_px
 
 
 def _saturated(light: Light) -> NDArray[np.bool_] | None:

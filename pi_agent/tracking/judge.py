@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import acos, degrees, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,19 @@ from pi_agent.tracking.refine import Fit
 Points = NDArray[np.complex128]
 Shape = tuple[float, float, float]
 
-LEAST_AGREEMENT = 0.45  # of every edge's profiles
-LEAST_MEAN_AGREEMENT = 0.62
-LARGEST_SIGMA_PX = 0.25
+LEAST_MEAN_AGREEMENT = 0.7
+
+
+class Demand(NamedTuple):
+    """What is asked of a fit: agreement of every edge's profiles, and the largest sigma (px)."""
+
+    agreement: float
+    sigma_px: float
+
+
+BESIDE_MARGIN = Demand(0.7, 0.036)  # even surfaces: anything else at the edge is a disturbance
+WITH_NOTCH = Demand(0.5, 0.036)  # the notch takes its share of the first edge
+BESIDE_PLATE = Demand(0.7, 0.065)  # texture disturbs every frame
 SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
@@ -34,7 +45,7 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     rolling shutter causes at the present speed.
     """
     sides = side_vectors(fit.corners, aspect=config.mark.aspect, shear=shear)
-    reason = _pixels_reason(fit) or _size_reason(sides, config)
+    reason = _pixels_reason(fit, _demand(config)) or _size_reason(sides, config)
     if reason:
         return Verdict(reason)
     ideal = foreshortening(sides, None)
@@ -51,13 +62,19 @@ def _lean(stretch: float) -> str:
     return f"foreshortened by {100 * (1 - stretch):.1f} %, a lean of {degrees(acos(stretch)):.0f} deg"
 
 
-def _pixels_reason(fit: Fit) -> str:
+def _demand(config: TrackerConfig) -> Demand:
+    if config.mark.margin <= 0:
+        return BESIDE_PLATE
+    return WITH_NOTCH if config.mark.feature == "notch" else BESIDE_MARGIN
+
+
+def _pixels_reason(fit: Fit, demand: Demand) -> str:
     if fit.saturated > 0.3:
         return "saturated: the light around the mark is beyond the sensor's range"
     share = fit.agreement.tolist()
-    if min(share) < LEAST_AGREEMENT or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
+    if min(share) < demand.agreement or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
-    if not fit.sigma_px < LARGEST_SIGMA_PX:
+    if not fit.sigma_px < demand.sigma_px:
         return f"edges too uncertain: sigma {fit.sigma_px:.2f} px"
     return ""
 

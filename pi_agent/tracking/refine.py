@@ -19,7 +19,8 @@ FLOOR_PX = 0.012  # scatter of the edge points that is always believed
 SETTLED = 0.08  # a correction below this share of the blur needs no further pass
 BLUR_SETTLED = 0.12  # nor does a blur that was right to this share
 BLUR_RANGE_PX = (0.55, 4.0)
-SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
+SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
+COMMON_SHARE = 0.25  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
 
 
 @dataclass(frozen=True)
@@ -131,14 +132,17 @@ def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task,
     if total.min() < PROFILES / 6:
         return None
     change = np.add.reduce(line.weight * found.blur_change, axis=1) / (total * typical)
-    refined = lines.intersect(expected, line.offset, line.rise)
+    place = line.offset + edges.mean_correction(found, line.weight, blur_px=blur, model=task.model)
+    refined = lines.intersect(expected, place, line.rise)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     moved = max(float(np.max(np.abs(refined - corners) / blur)), SETTLED / BLUR_SETTLED * float(np.max(np.abs(change))))
+    residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
+    common = SYSTEMATIC_PX if task.model.solve_mean is None else COMMON_SHARE * residual_px
     return Fit(
         corners=refined,
-        sigma_px=float(np.hypot(lines.corner_sigma(line, expected), SYSTEMATIC_PX)),
-        residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total))),
+        sigma_px=float(np.hypot(lines.corner_sigma(line, expected), common)),
+        residual_px=residual_px,
         agreement=np.add.reduce(line.weight > 0.3, axis=1) / PROFILES,
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),

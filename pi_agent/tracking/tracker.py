@@ -5,6 +5,7 @@ band, then about the last place, then the whole frame is looked through.
 """
 
 from dataclasses import replace
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ MOST_PASSES = 5
 LEAST_BEND_PX = 0.003  # a smaller bend of the edges by the rolling shutter is left alone
 LEARNING = 0.05  # share of the newest frame in the blur and the shape that are remembered
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
+SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
+SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
 NO_MARK = judge.Verdict("no mark in this frame")
 
@@ -56,6 +59,8 @@ class Tracker:
         fit, verdict = self._follow(time_s)
         if _unusable(fit, verdict):
             fit, verdict = self._acquire(frame, time_s, verdict)
+        elif fit is not None and self._doubtful(time_s):
+            fit = self._named(fit, time_s)
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
@@ -139,6 +144,11 @@ class Tracker:
             return None, judge.Verdict("a mark, but its feature cannot be read")
         return None, judge.Verdict("two marks in this frame: cover one, or set the mark's size")
 
+    def _doubtful(self, time_s: float) -> bool:
+        """Whether continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
+        unread = self.config.mark.feature != "none" and self._identity != "marked"
+        return unread or time_s - self._motion.time_s > SURE_S
+
     def _named(self, fit: Fit, time_s: float) -> Fit:
         """The same fit with its corners in the order of their identity, as far as that is known."""
         last = self._motion.corners
@@ -158,6 +168,7 @@ class Tracker:
         self._motion.update(fit.corners, capture_ns * 1e-9)
         if not verdict.reason:
             self._learn(fit)
+        path_px = abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9
         corners = fit.corners.view(np.float64).reshape(4, 2)
         shutter = self.config.shutter
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
@@ -166,7 +177,7 @@ class Tracker:
             found=True,
             reason=verdict.reason,
             corners_px=corners,
-            sigma_px=fit.sigma_px,
+            sigma_px=hypot(fit.sigma_px, SMEARED * path_px),
             residual_px=fit.residual_px,
             corner_dt_ns=(a, b, c, d),
             identity=self._identity,

@@ -5,12 +5,13 @@ Each condition is measured twice: at first sight of its last frame, and followin
 """
 
 import os
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from pi_agent.tracking.tracker import Tracker
-from tests.benchmarks.tracking_rivals.conditions import ADVERSE, NORMAL, random_mark, with_tag
+from tests.benchmarks.tracking_rivals.conditions import ADVERSE, ADVERSE_TAPE, NORMAL, with_tag
 from tests.benchmarks.tracking_rivals.scores import HEAD, Scores, measure
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(3600)]
@@ -35,7 +36,7 @@ SLIDING_PX = 0.050
 def table() -> dict[str, tuple[Scores, Scores]]:
     print("\n" + HEAD)
     rows: dict[str, tuple[Scores, Scores]] = {}
-    for name, maker in {**NORMAL, **ADVERSE}.items():
+    for name, maker in {**NORMAL, **ADVERSE, **ADVERSE_TAPE}.items():
         first, followed = rows[name] = measure(maker, trials=TRIALS, seed=SEED)
         print(first.line(f"{name}, first"))
         print(followed.line(f"{name}, followed"), flush=True)
@@ -51,7 +52,7 @@ def test_corners_are_as_exact_as_promised(table: dict[str, tuple[Scores, Scores]
 @pytest.mark.parametrize("name", NORMAL)
 def test_no_frame_is_missed(table: dict[str, tuple[Scores, Scores]], name: str) -> None:
     for scores in table[name]:
-        assert scores.missed <= max(0.001 * scores.frames, 0)
+        assert scores.missed <= 0.001 * scores.frames
 
 
 @pytest.mark.parametrize("name", [name for name in NORMAL if "sliding" not in name])
@@ -73,16 +74,14 @@ def test_sigma_is_true(table: dict[str, tuple[Scores, Scores]], name: str) -> No
 
 @pytest.mark.parametrize("name", ADVERSE)
 def test_a_bad_frame_is_right_or_declared(table: dict[str, tuple[Scores, Scores]], name: str) -> None:
-    followed = table[name][1]
-    assert followed.wrong <= max(0.001 * followed.frames, 1)
+    """At 200 frames one is within chance of a true rate of 1 in 1000; ask for 3000 to be sure."""
+    for scores in table[name]:
+        assert scores.wrong <= max(0.001 * scores.frames, 1)
 
 
 def test_memory_stays_flat_over_thousands_of_frames() -> None:
-    import tracemalloc
-
     trial = with_tag(np.random.default_rng(1))
     tracker = Tracker(trial.config)
-    assert random_mark(np.random.default_rng(1)).margin == 0
     for number in range(100):
         tracker.track(trial.frames[0], capture_ns=number * 11_111_111)
     tracemalloc.start()

@@ -176,20 +176,16 @@ def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, fram
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 
 
-def _either_mark(rng: Rng) -> Mark:
-    return random_mark(rng) if rng.random() < 0.5 else random_mark(rng, margin=0.16, feature="dot")
-
-
-def _adverse(rng: Rng, disturb: Callable[[Scene, Floats, Rng], Scene]) -> Trial:
-    """An undisturbed frame, then a disturbed one; bare tape or the recommended mark."""
+def _adverse(rng: Rng, mark: Mark, disturb: Callable[[Scene, Floats, Rng], Scene]) -> Trial:
+    """An undisturbed frame, then a disturbed one."""
     tone = PI_DEFAULT if rng.random() < 0.3 else LINEAR
-    scene = Scene(PLATES.pick(rng), mark=_either_mark(rng), sensor=Sensor(tone=tone), fiducials=plate_fiducials())
+    scene = Scene(PLATES.pick(rng), mark=mark, sensor=Sensor(tone=tone), fiducials=plate_fiducials())
     pose = random_pose(rng)
     disturbed = disturb(scene, corners_px(scene, pose), rng)
     return still(scene, rng, quality=FAST, disturbed=disturbed, pose=pose)
 
 
-def glare(rng: Rng) -> Trial:
+def glare(rng: Rng, mark: Mark) -> Trial:
     """One to three highlights on or near the mark."""
 
     def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
@@ -198,10 +194,10 @@ def glare(rng: Rng) -> Trial:
         spots = [Glare(x, y, float(rng.uniform(5, 40)), float(rng.uniform(0.3, 2.0))) for x, y in places.tolist()]
         return replace(scene, glare=tuple(spots))
 
-    return _adverse(rng, disturb)
+    return _adverse(rng, mark, disturb)
 
 
-def clutter(rng: Rng) -> Trial:
+def clutter(rng: Rng, mark: Mark) -> Trial:
     """Dark and bright things on the plate, some of them within 3 px of the mark."""
 
     def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
@@ -214,10 +210,10 @@ def clutter(rng: Rng) -> Trial:
                 things.append(Layer((polygon,), float(rng.uniform(0.03, 0.9))))
         return replace(scene, clutter=tuple(things))
 
-    return _adverse(rng, disturb)
+    return _adverse(rng, mark, disturb)
 
 
-def occlusion(rng: Rng) -> Trial:
+def occlusion(rng: Rng, mark: Mark) -> Trial:
     """A finger, wire or corner of paper over 2 to 25 % of the outline."""
 
     def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
@@ -229,15 +225,16 @@ def occlusion(rng: Rng) -> Trial:
             if 0.02 <= covered <= 0.25:
                 return replace(scene, occluders=(Layer((polygon,), float(rng.uniform(0.03, 0.9))),))
 
-    return _adverse(rng, disturb)
+    return _adverse(rng, mark, disturb)
 
 
-def dim(rng: Rng) -> Trial:
+def dim(rng: Rng, mark: Mark) -> Trial:
     """A sixth to a twentieth of the light."""
-    return _adverse(rng, lambda scene, corners, rng: replace(scene, light=float(rng.uniform(0.05, 0.16))))
+    light = float(rng.uniform(0.05, 0.16))
+    return _adverse(rng, mark, lambda scene, _corners, _rng: replace(scene, light=light))
 
 
-def shadow(rng: Rng) -> Trial:
+def shadow(rng: Rng, mark: Mark) -> Trial:
     """The edge of a shadow across the mark, sharp or soft."""
 
     def disturb(scene: Scene, corners: Floats, rng: Rng) -> Scene:
@@ -248,7 +245,7 @@ def shadow(rng: Rng) -> Trial:
             scene, shadows=(Shadow(angle, offset, float(rng.uniform(0.25, 0.7)), float(rng.uniform(0.5, 12))),)
         )
 
-    return _adverse(rng, disturb)
+    return _adverse(rng, mark, disturb)
 
 
 def _thing(rng: Rng) -> Floats:
@@ -282,4 +279,18 @@ NORMAL: dict[str, Maker] = {
     "sliding": sliding,
     "sliding tape": sliding_tape,
 }
-ADVERSE: dict[str, Maker] = {"glare": glare, "clutter": clutter, "occlusion": occlusion, "dim": dim, "shadow": shadow}
+_DISTURBANCES = {"glare": glare, "clutter": clutter, "occlusion": occlusion, "dim": dim, "shadow": shadow}
+
+
+def _on_recommended(make: Callable[[Rng, Mark], Trial]) -> Maker:
+    return lambda rng: make(rng, random_mark(rng, margin=0.16, feature="dot"))
+
+
+def _on_tape(make: Callable[[Rng, Mark], Trial]) -> Maker:
+    return lambda rng: make(rng, random_mark(rng))
+
+
+ADVERSE: dict[str, Maker] = {name: _on_recommended(make) for name, make in _DISTURBANCES.items()}
+"""Disturbances of the recommended mark."""
+ADVERSE_TAPE: dict[str, Maker] = {f"{name}, tape": _on_tape(make) for name, make in _DISTURBANCES.items()}
+"""The same of bare tape."""

