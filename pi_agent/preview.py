@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 
 from pi_agent.calibration.model import Calibration
+from pi_agent.cameras import Image
 from pi_agent.frame_ring import FrameRing, KeptFrame
 from shared import frames
 from shared.bus import Bus
@@ -107,11 +108,14 @@ class Preview:
                 return
 
     def _publish(self, kept: KeptFrame, view: View, *, quality: int) -> None:
-        ok, data = cv2.imencode(".jpg", kept.image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-        if not ok:
-            return
-        self._bus.publish("camera/image", frames.image(data.tobytes(), stamp_ns=kept.capture_ns))
+        data = encode(kept.image, quality=quality)
+        self._bus.publish("camera/image", frames.image(data, stamp_ns=kept.capture_ns))
         drawn = frames.overlay(
             kept.corners.corners_px, K=view.calibration.intrinsics, depth_m=view.depth_m, stamp_ns=kept.capture_ns
         )
         self._bus.publish("camera/image/overlay", drawn)
+
+
+def encode(image: Image, *, quality: int) -> bytes:
+    """A JPEG of a grey picture (height, width)."""
+    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()

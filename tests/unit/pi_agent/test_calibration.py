@@ -52,7 +52,8 @@ PX_PER_M = 20e3
 @functools.cache
 def flat_board() -> Image:
     """The printed board, softened by the lens."""
-    return cv2.GaussianBlur(BOARD.picture(px_per_square=round(1e-3 * BOARD.square_mm * PX_PER_M)), (0, 0), 3.0)
+    sharp = BOARD.picture(px_per_square=round(1e-3 * BOARD.square_mm * PX_PER_M))
+    return np.asarray(cv2.GaussianBlur(sharp, (0, 0), 3.0), dtype=np.uint8)
 
 
 @functools.cache
@@ -194,7 +195,7 @@ def test_the_block_is_placed_by_a_calibration_and_misplaced_without(tilted: tupl
     )
     report = Observer(config, INFO, calibration=known).block(Frame(frames[0], 0, 0))
     ideal = undistorted(np.reshape(report.corners_px, (4, 2)), matrix, distortion)
-    x, y, yaw = block_pose_of(ideal.ravel(), geometry_message(known, config, stamp_ns=0))
+    x, y, yaw = block_pose_of(ideal.ravel().tolist(), geometry_message(known, config, stamp_ns=0))
     assert (1e3 * x, 1e3 * y) == pytest.approx((2.0, -3.0), abs=0.03)
     assert yaw == pytest.approx(-0.1, abs=2e-3)
     rough = geometry_message(nominal(config, width_px=600, height_px=600), config, stamp_ns=0)
