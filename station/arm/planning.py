@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,11 +14,14 @@ from shared.errors import UserError
 from station.arm.collision import CollisionScene
 from station.arm.search import Candidates, evaluate, home_poses
 from station.arm.tilt_path import MAX_ANGLE_RAD, TiltPath, TiltStage, tilt_path, tilt_stage
-from station.rig.arm_model import ArmModel
-from station.rig.arm_settings import ObstacleSettings
+from station.arm.tilter import settled_model, settled_stage
+from station.rig.arm_model import ArmModel, transform
+from station.rig.arm_settings import ArmSettings, ObstacleSettings
+from station.rig.tilt import azimuth_of_direction
 
 Array = NDArray[np.float64]
 _EVERY = 4  # one of so many knots is looked at for margins: 4 degrees
+_ELSEWHERE = "look for another pose: station arm plan --search"
 _ROUNDING_RAD = math.radians(0.01)
 
 
@@ -120,14 +124,26 @@ def require_reach(pose: Pose, *, angle_rad: float, directions: Sequence[int] = (
         )
 
 
+def require_session(settings: ArmSettings, *, angle_rad: float, directions: Sequence[int]) -> None:
+    """`require_reach` for the `[arm]` table of a rig and the directions of a plan.
+
+    Raises UserError as `require_reach` does.
+    """
+    model = settled_model(settings)
+    stage = settled_stage(settings, model)
+    scene = CollisionScene(model, world_from_base=stage.world_from_base, obstacles=settings.obstacles)
+    pose = assess(stage, scene=scene, azimuths_rad=[azimuth_of_direction(number) for number in directions])
+    require_reach(pose, angle_rad=angle_rad, directions=directions)
+
+
 def _alternative(pose: Pose, directions: Sequence[int], angle_rad: float) -> str:
     best = max(range(len(pose.reaches)), key=lambda index: pose.reaches[index].angle_rad)
     reach = pose.reaches[best]
     name = f"direction {directions[best]}" if directions else f"azimuth {_deg(reach.azimuth_rad)}"
     if reach.angle_rad >= angle_rad - _ROUNDING_RAD:
-        return f"Tilt in {name} alone and turn the sample between runs, or look for another pose: station arm-plan."
+        return f"Tilt in {name} alone and turn the sample between runs, or {_ELSEWHERE}."
     steepest = f"tilt in {name} alone, to {_deg(reach.angle_rad)} degrees, and turn the sample between runs"
-    return f"No direction reaches it; {steepest}, or look for another pose: station arm-plan."
+    return f"No direction reaches it; {steepest}, or {_ELSEWHERE}."
 
 
 def _deg(angle_rad: float) -> str:
@@ -138,7 +154,7 @@ def _deg(angle_rad: float) -> str:
 
 _DISTANCES_M = tuple(np.arange(0.2, 0.65, 0.04).tolist())
 _HEIGHTS_M = tuple(np.arange(0.3, 0.95, 0.04).tolist())
-_FINE = (-0.02, 0.0, 0.02)
+_FINE_M = (-0.02, 0.0, 0.02)
 
 
 def search(
@@ -154,12 +170,10 @@ def search(
     A grid over distance and height of the pivot, the turns of the plate and all branches; then a finer grid round the
     best; then the surroundings. A spherical wrist turns the plate by its last joint alone: one turn is enough.
     """
-    coarse = _ranked(model, _DISTANCES_M, _HEIGHTS_M, turns_rad, azimuths_rad)
-    centre = int(coarse.best(1)[0])
-    distance, _, height = coarse.pivots_m[centre].tolist()
-    fine = _ranked(
-        model, [distance + step for step in _FINE], [height + step for step in _FINE], turns_rad, azimuths_rad
-    )
+    ranked = functools.partial(_ranked, model, turns_rad=turns_rad, azimuths_rad=azimuths_rad, obstacles=obstacles)
+    coarse = ranked(distances_m=_DISTANCES_M, heights_m=_HEIGHTS_M)
+    distance, _, height = coarse.pivots_m[int(coarse.best(1)[0])].tolist()
+    fine = ranked(distances_m=[distance + d for d in _FINE_M], heights_m=[height + h for h in _FINE_M])
     stages = [
         stage for found in (coarse, fine) for index in found.best(keep // 2) for stage in _stages(model, found, index)
     ]
@@ -169,15 +183,25 @@ def search(
 
 def _ranked(
     model: ArmModel,
+    *,
     distances_m: Sequence[float],
     heights_m: Sequence[float],
     turns_rad: Sequence[float],
-    azimuths: Array,
+    azimuths_rad: Array,
+    obstacles: ObstacleSettings,
 ) -> Candidates:
-    poses = home_poses(model, distances_m=distances_m, heights_m=heights_m, turns_rad=turns_rad)
-    if not len(poses[0]):
-        raise UserError(f"{model.name} can hold the plate level nowhere in the places searched.")
-    return evaluate(model, poses, azimuths_rad=azimuths, max_angle_rad=MAX_ANGLE_RAD)
+    joints, pivots, turns = home_poses(model, distances_m=distances_m, heights_m=heights_m, turns_rad=turns_rad)
+    scenes = {turn: _scene(model, obstacles, base_yaw_rad=-turn) for turn in set(turns.tolist())}
+    clear = [not scenes[turn].touching(q) for q, turn in zip(joints, turns.tolist(), strict=True)]
+    if not any(clear):
+        raise UserError(f"{model.name} can hold the plate level, touching nothing, nowhere in the places searched.")
+    poses = (joints[clear], pivots[clear], turns[clear])
+    return evaluate(model, poses, azimuths_rad=azimuths_rad, max_angle_rad=MAX_ANGLE_RAD)
+
+
+def _scene(model: ArmModel, obstacles: ObstacleSettings, *, base_yaw_rad: float) -> CollisionScene:
+    world_from_base = transform((0.0, 0.0, 0.0), (0.0, 0.0, base_yaw_rad))
+    return CollisionScene(model, world_from_base=world_from_base, obstacles=obstacles)
 
 
 def _stages(model: ArmModel, found: Candidates, index: int) -> list[TiltStage]:

@@ -14,12 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from station.arm.kinematics import all_branches, follow, solver, within_limits
+from station.arm.kinematics import all_branches, follow, pivot_jacobian, solver, within_limits
 from station.rig.arm_model import ArmModel, transform
 from station.rig.tilt import tilt_rotation
 
 Array = NDArray[np.float64]
 _STEP_RAD = math.radians(2.5)
+_ARM_LENGTH_M = 0.4  # makes metres comparable with radians
+_SINGULAR = 0.05  # least singular value: a wrist within some four degrees of being stretched has less
 _SWING = 8.0  # rad of joint travel per rad of tilt over one step; more is the arm swinging round
 
 
@@ -78,7 +80,7 @@ def evaluate(
             target = _targets(pivots[alive], turns[alive], tilt_rotation(float(angle), azimuth_rad=float(azimuth)))
             moved, error = follow(model, q[alive], target, iterations=3)
             slope = np.abs(moved - q[alive]).max(axis=-1) / _STEP_RAD
-            good = (error < 1e-5) & within_limits(model, moved) & (slope < _SWING)
+            good = (error < 1e-5) & within_limits(model, moved) & (slope < _SWING) & _regular(model, moved)
             alive, moved, slope = alive[good], moved[good], slope[good]
             q[alive], reach[alive, column] = moved, angle
             margin[alive] = np.minimum(margin[alive], _margin(model, moved))
@@ -87,6 +89,13 @@ def evaluate(
         joints_rad=joints, pivots_m=pivots, turns_rad=turns, azimuths_rad=azimuths_rad,
         reach_rad=reach, margin_rad=margin, travel=travel,
     )  # fmt: skip
+
+
+def _regular(model: ArmModel, q: Array) -> NDArray[np.bool_]:
+    """Whether the joint poses (k, n) are well away from singular ones, where the arm would swing round, (k,)."""
+    jacobian = pivot_jacobian(model, q)[1]
+    jacobian[:, :3] /= _ARM_LENGTH_M
+    return np.linalg.svd(jacobian, compute_uv=False)[:, -1] > _SINGULAR
 
 
 def _margin(model: ArmModel, q: Array) -> Array:

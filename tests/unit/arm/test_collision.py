@@ -30,7 +30,7 @@ def test_a_table_that_is_too_high_is_named_with_its_distance(stage: TiltStage) -
     nearest = high.clearance(stage.home_rad)
     assert nearest.parts == "the table and link 2"
     assert nearest.distance_m == pytest.approx(shoulder - 0.04 - 0.22, abs=1e-6)  # the upper arm's radius is 40 mm
-    assert high.touching(stage.home_rad) == "the table and link 2 come within 16 mm of each other (30 are wanted)"
+    assert high.touching(stage.home_rad) == "the table and link 2 come within 15 mm of each other (30 are wanted)"
 
 
 def test_a_wall_in_the_way_ends_the_path_where_the_arm_meets_it(stage: TiltStage) -> None:
@@ -43,7 +43,7 @@ def test_a_wall_in_the_way_ends_the_path_where_the_arm_meets_it(stage: TiltStage
 
 
 def test_the_camera_s_mount_may_be_what_touches(stage: TiltStage) -> None:
-    tall = scene(stage, camera_height_m=0.45, camera_size_m=(0.9, 0.9, 0.05))
+    tall = scene(stage, camera_height_m=0.1, camera_size_m=(1.0, 0.3, 0.03))
     path = tilt_path(stage, azimuth_rad=math.pi * 3 / 2, touching=tall.touching)
     assert "the camera" in path.limit
     assert "the camera" not in tilt_path(stage, azimuth_rad=math.pi * 3 / 2, touching=scene(stage).touching).limit
