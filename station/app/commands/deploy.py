@@ -1,5 +1,7 @@
-"""Puts the camera agent onto a Pi over ssh: checks it, copies code, dependencies, keys and rig file, installs a
-hardened systemd unit and the clock's source, then waits for corners and prints their rate and latency.
+"""Puts the camera agent onto a Pi over ssh, and prints the rate and latency of the corners that then arrive.
+
+On the way it checks the Pi, copies code, dependencies, keys and rig file, and installs a hardened systemd unit and the
+station as the clock's source.
 
 It may be repeated: what is there is not copied again, and what fails is rolled back. See deploy/README.md.
 """
@@ -31,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--wheels", help="folder of wheels; by default ~/.cache/repose/wheels/<system>")
     parser.add_argument("--force", action="store_true", help="keep the release although camera or corners are missing")
     parser.add_argument("--verify-seconds", type=float, default=5.0, help="how long to listen for corners; 0: not")
+    parser.add_argument("--patience", type=float, default=20.0, help="how long to wait for the first corners, in s")
     what = parser.add_argument_group("instead of installing").add_mutually_exclusive_group()
     what.add_argument("--prepare", metavar="SYSTEM", help="only fetch the wheels for trixie or bookworm, for --offline")
     what.add_argument("--check", action="store_true", help="only look at the Pi")
@@ -99,6 +102,7 @@ def _wishes(options: argparse.Namespace) -> Wishes:
         clock=not options.no_clock,
         offline=options.offline,
         verify_s=options.verify_seconds,
+        patience_s=options.patience,
         force=options.force,
     )
 
@@ -124,7 +128,9 @@ def _install(deployment: Deployment, rig: RigConfig, options: argparse.Namespace
         print("Nothing speaks against a deployment.")
         return 0
     done = deployment.install(rig)
-    print(f"Release {done['id']} runs (process {done['pid']})." + ("" if done["changed"] else " Nothing had to change."))
+    print(
+        f"Release {done['id']} runs (process {done['pid']})." + ("" if done["changed"] else " Nothing had to change.")
+    )
     if options.verify_seconds <= 0:
         return 0
     arrival = deployment.verify(rig)
@@ -133,6 +139,6 @@ def _install(deployment: Deployment, rig: RigConfig, options: argparse.Namespace
         return 0
     what = f"; {deployment.roll_back()}" if done["switched"] else ""
     raise UserError(
-        f"Expected corners over the bus, got none in 20 s ({arrival.fault or 'no fault was told'}){what} "
+        f"Expected corners over the bus, got none in {options.patience:g} s ({arrival.fault or 'no fault was told'}){what} "
         "(--force keeps a release that sees nothing)"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import hashlib
 import io
 import json
@@ -84,7 +85,10 @@ def tool_archive() -> bytes:
 
 def send(release: Release, site: Path | None, sink: IO[bytes]) -> None:
     """Writes release and, if given, the unpacked wheels as one tar stream."""
-    with tarfile.open(fileobj=sink, mode="w|gz", compresslevel=1) as archive:
+    with (
+        gzip.GzipFile(fileobj=sink, mode="wb", compresslevel=1) as packed,
+        tarfile.open(fileobj=packed, mode="w|") as archive,
+    ):
         for name, content in release.files.items():
             member = tarfile.TarInfo(f"release/{name}")
             member.size, member.mode = len(content), 0o600 if name.startswith("keys/") else 0o644
@@ -115,7 +119,11 @@ def _companions(rig: RigConfig, folder: Path) -> dict[str, bytes]:
             continue
         place = folder / name
         for path in [place] if place.is_file() else sorted(path for path in place.rglob("*") if path.is_file()):
-            inside = path.resolve().relative_to(folder.resolve()) if path.resolve().is_relative_to(folder.resolve()) else None
+            inside = (
+                path.resolve().relative_to(folder.resolve())
+                if path.resolve().is_relative_to(folder.resolve())
+                else None
+            )
             if inside is None:
                 raise UserError(f"Expected '{name}' to lie in the rig file's folder {folder}, got {path.resolve()}")
             files[str(inside)] = path.read_bytes()

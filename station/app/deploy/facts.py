@@ -63,8 +63,8 @@ def require_supported(facts: Facts, *, foreign: bool) -> None:
     """
     if "32" in (facts.bits, facts.python_bits) or facts.userland in {"armhf", "armel", "i386"}:
         raise UserError(
-            f"Expected a 64-bit system, got a 32-bit one ({facts.system}, {facts.userland or facts.machine}): NumPy and "
-            "OpenCV have no 32-bit Arm wheels, so write Raspberry Pi OS Trixie (64-bit) to the card"
+            f"Expected a 64-bit system, got a 32-bit one ({facts.system}, {facts.userland or facts.machine}): "
+            "NumPy and OpenCV have no 32-bit Arm wheels, so write Raspberry Pi OS Trixie (64-bit) to the card"
         )
     if not facts.python:
         raise UserError(f"Expected Python 3 on the target ({facts.system}), got none: sudo apt-get install python3")
@@ -76,8 +76,9 @@ def require_supported(facts: Facts, *, foreign: bool) -> None:
 
 
 def judge(facts: Facts, rig: RigConfig, *, system: System | None, ahead_s: float, forced: bool) -> list[Finding]:
-    """All that is wrong with a supported target; `ahead_s` is its clock less this one, `system` None with a lock of
-    the user's own.
+    """All that is wrong with a supported target.
+
+    `ahead_s` is its clock less this one; `system` is None when the user brings a lock.
     """
     found = [*_python(facts, system), *_room(facts), *_camera(facts, rig), *_clock(ahead_s)]
     return [Finding(item.sentence, item.stops and not (forced and item.forceable), item.forceable) for item in found]
@@ -106,7 +107,9 @@ def _room(facts: Facts) -> list[Finding]:
     if facts.disk_free_kb.isdigit() and int(facts.disk_free_kb) < DISK_KB:
         found.append(Finding(f"Expected {DISK_KB // 1000} MB of free disk, got {int(facts.disk_free_kb) // 1000} MB"))
     if facts.memory_kb.isdigit() and int(facts.memory_kb) < MEMORY_KB:
-        found.append(Finding(f"Expected {MEMORY_KB // 1000} MB of memory, got {int(facts.memory_kb) // 1000} MB", forceable=True))
+        found.append(
+            Finding(f"Expected {MEMORY_KB // 1000} MB of memory, got {int(facts.memory_kb) // 1000} MB", forceable=True)
+        )
     return found
 
 

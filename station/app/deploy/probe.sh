@@ -1,3 +1,4 @@
+#!/bin/sh
 # Says what the target is, one key=value a line. Plain sh: it must also run where nothing is installed.
 # Arguments: the folder that is installed under, the Python to use.
 say() { printf '%s=%s\n' "$1" "$2"; }

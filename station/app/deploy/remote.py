@@ -88,9 +88,8 @@ class Remote:
         Raises:
             UserError: if it fails.
         """
-        process = subprocess.Popen(
-            self._ssh([*self._root_words, *words]), stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-        )  # fmt: skip
+        pipe, line = subprocess.PIPE, self._ssh([*self._root_words, *words])
+        process = subprocess.Popen(line, stdin=pipe, stdout=subprocess.DEVNULL, stderr=pipe)
         assert process.stdin is not None
         assert process.stderr is not None
         broken = False
@@ -119,15 +118,15 @@ class Remote:
             raise UserError(f"Expected a tunnel to port {port} of {self.target}, got: {done.stderr.strip()}")
         return own
 
-    def ahead_s(self) -> float:
-        """The target's clock less this computer's, by the quickest of five round trips."""
+    def ahead_s(self) -> tuple[float, float]:
+        """The target's clock less this computer's, by the quickest of five round trips, and the most it may be off."""
         best = (float("inf"), 0.0)
         for _ in range(5):
             sent = time.time()
             there = float(self.run("date", "+%s.%N").strip())
             back = time.time()
             best = min(best, (back - sent, there - (sent + back) / 2))
-        return best[1]
+        return best[1], best[0] / 2
 
     def _ssh(self, words: Sequence[str]) -> list[str]:
         return ["ssh", "-T", *self._words, "--", self.target, shlex.join(words)]

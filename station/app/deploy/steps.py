@@ -7,7 +7,7 @@ import json
 import shlex
 import tempfile
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +37,7 @@ class Wishes:
     clock: bool = True
     offline: bool = False
     verify_s: float = 5.0
+    patience_s: float = 20.0
     force: bool = False
 
 
@@ -100,13 +101,12 @@ class Deployment:
         lock, folder = self._lock_and_folder(system)
         pins = locks.read_lock(lock)
         self._packages(rig, own_numpy=any(pin.name == "numpy" for pin in pins))
-        files = self._wheels(lock, folder, system)
         code = self.wishes.code or bundle.checkout()
         release = bundle.build_release(
             rig, folder=self.wishes.rig_path.parent, code=code, keys=self.wishes.keys, root=self.wishes.root
         )
         venv = _venv_id(self.facts, pins)
-        self._upload(release, venv, files)
+        self._upload(release, venv, lambda: self._wheels(lock, folder, system))
         say(f"Switching to release {release.id} under {self._who()}.")
         wanted = {
             "root": self.wishes.root,
@@ -131,8 +131,10 @@ class Deployment:
         about = self.facts
         say(f"Target: {about.model or about.machine}, {about.system}, Python {about.python}, "
             f"NumPy {about.numpy or 'missing'}, {int(about.disk_free_kb or 0) // 1000} MB free.")  # fmt: skip
-        ahead_s = self._remote.ahead_s()
-        say(f"Its clock is {1e3 * ahead_s:+.0f} ms from this one; cameras: {about.cameras or 'not listed'}.")
+        ahead_s, within_s = self._remote.ahead_s()
+        say(
+            f"Its clock is {1e3 * ahead_s:+.0f} ± {1e3 * within_s:.0f} ms from this one; cameras: {about.cameras or 'not listed'}."
+        )
         findings = facts.judge(about, rig, system=system, ahead_s=ahead_s, forced=self.wishes.force)
         for finding in findings:
             say(("Stop: " if finding.stops else "Note: ") + finding.sentence)
@@ -181,7 +183,7 @@ class Deployment:
         """The station's address as the target sees it."""
         return (self.wishes.station or self.facts.client) if self._clock_wanted() else ""
 
-    def _upload(self, release: bundle.Release, venv: str, files: list[Path]) -> None:
+    def _upload(self, release: bundle.Release, venv: str, wheels_of: Callable[[], list[Path]]) -> None:
         there = self.status()
         with_site = venv not in there["venvs"]
         if release.id in there["releases"] and not with_site:
@@ -191,8 +193,8 @@ class Deployment:
         script = f"rm -rf {shlex.quote(incoming)} && mkdir -p {shlex.quote(incoming)} && " + (
             f"tar -xz --no-same-owner -f - -C {shlex.quote(incoming)}"
         )
-        begin_s = time.monotonic()
-        with _unpacked(files, wanted=with_site) as site, self._remote.feed("sh", "-c", script) as sink:
+        files, begin_s = wheels_of() if with_site else [], time.monotonic()
+        with _unpacked(files) as site, self._remote.feed("sh", "-c", script) as sink:
             bundle.send(release, site, sink)
         what = "code and dependencies" if with_site else "code; its dependencies are there already"
         say(f"Copied release {release.id} ({what}) in {time.monotonic() - begin_s:.1f} s.")
@@ -217,7 +219,9 @@ class Deployment:
             self._remote.run("rm", "-f", place, check=False)
         lines = [line for line in said.splitlines() if line.startswith("{")]
         if not lines:
-            raise UserError(f"Expected an answer from the target, got: {said.strip()[-300:] or 'nothing (is sudo allowed?)'}")
+            raise UserError(
+                f"Expected an answer from the target, got: {said.strip()[-300:] or 'nothing (is sudo allowed?)'}"
+            )
         answer: dict[str, Any] = json.loads(lines[-1])
         if "refused" in answer:
             raise UserError(str(answer["refused"]))
@@ -233,18 +237,20 @@ class Deployment:
         if host in {"127.0.0.1", "localhost", "[::1]"}:
             endpoint = f"{protocol}/127.0.0.1:{self._remote.tunnel(int(port))}"
             say("The agent listens on its own loopback address: listening through the ssh connection.")
-        return verify.watch(rig, endpoint, seconds=self.wishes.verify_s, patience_s=20.0)
+        return verify.watch(rig, endpoint, seconds=self.wishes.verify_s, patience_s=self.wishes.patience_s)
 
 
 @contextmanager
-def _unpacked(files: list[Path], *, wanted: bool) -> Generator[Path | None]:
+def _unpacked(files: list[Path]) -> Generator[Path | None]:
     with tempfile.TemporaryDirectory(prefix="repose-site-") as scratch:
-        if wanted:
+        if files:
             wheels.unpack(files, Path(scratch) / "site")
-        yield Path(scratch) / "site" if wanted else None
+        yield Path(scratch) / "site" if files else None
 
 
 def _venv_id(about: Facts, pins: tuple[locks.Pin, ...]) -> str:
     """The dependencies' name on the target: equal pins share a venv."""
-    text = "\n".join(f"{pin.name}=={pin.version} {' '.join(sorted(pin.hashes))}" for pin in sorted(pins, key=lambda p: p.name))
+    text = "\n".join(
+        f"{pin.name}=={pin.version} {' '.join(sorted(pin.hashes))}" for pin in sorted(pins, key=lambda p: p.name)
+    )
     return f"python{about.python}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"

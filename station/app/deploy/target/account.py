@@ -7,6 +7,7 @@ import os
 import pwd
 import shutil
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 from .places import ACCOUNT, Refused
@@ -43,10 +44,27 @@ def give_to_root(folder: Path, *, account: str) -> None:
     for path in [folder, *folder.rglob("*")]:
         secret = "keys" in path.relative_to(folder).parts
         if os.geteuid() == 0:
-            shutil.chown(path, "root", account if secret else "root")
+            shutil.chown(path, "root", identity_of(account).group if secret else "root")
         if not path.is_symlink():
             runs = path.is_dir() or bool(path.stat().st_mode & 0o100)
             path.chmod((0o750 if runs else 0o640) if secret else (0o755 if runs else 0o644))
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Whom a child process runs as; all None: as this process itself."""
+
+    user: str | None = None
+    group: str | None = None
+    groups: list[str] | None = None
+
+
+def identity_of(account: str) -> Identity:
+    """The account with its camera groups, if this process may change to it."""
+    if os.geteuid() != 0:
+        return Identity()
+    group = grp.getgrgid(pwd.getpwnam(account).pw_gid).gr_name
+    return Identity(account, group, [name for name in GROUPS if _exists(name)])
 
 
 def _known() -> bool:

@@ -8,10 +8,12 @@ import subprocess
 
 from .places import Places
 
+_OPTIONS = "iburst minpoll 0 maxpoll 4 prefer"
+
 
 def follow(places: Places, station: str) -> bool:
     """Makes the station a source of chrony's; True if that was not so before."""
-    line = f"# The laptop that runs the station; written by `station deploy`.\nserver {station} iburst minpoll 0 maxpoll 4 prefer\n"
+    line = f"# The station's computer; written by `station deploy`.\nserver {station} {_OPTIONS}\n"
     known = places.clock_source
     if known.is_file() and known.read_text() == line:
         return False

@@ -43,22 +43,24 @@ def install(wanted: Wanted) -> dict[str, Any]:
     account = ensure_account(wanted=wanted.root == "/")
     _state_folder(places, account)
     release = places.releases / wanted.release
+    supervisor = supervisor_of(wanted.supervisor, places, account=account)
     try:
         _place_venv(places, wanted)
         _place_release(places, wanted, account)
-        versions = try_release(release, own_numpy=wanted.own_numpy, account=account)
+        if not (places.release_of(places.current) == wanted.release and supervisor.running()):
+            try_release(release, own_numpy=wanted.own_numpy, account=account)
     except (Refused, OSError) as error:
         if places.release_of(places.current) != wanted.release:
             shutil.rmtree(release, ignore_errors=True)
         raise error if isinstance(error, Refused) else Refused(f"The target refused a file: {error}") from error
     finally:
         shutil.rmtree(places.incoming, ignore_errors=True)
-    clock_changed = bool(wanted.station) and clock.follow(places, wanted.station)
-    supervisor = supervisor_of(wanted.supervisor, places, account=account)
+    if wanted.station:
+        clock.follow(places, wanted.station)
     switched = places.release_of(places.current) != wanted.release
     changed = _switch(places, wanted, supervisor)
     _prune(places)
-    return {"changed": changed, "switched": switched, "clock_changed": clock_changed, "versions": versions, "pid": supervisor.running()}
+    return {"changed": changed, "switched": switched, "pid": supervisor.running()}
 
 
 def _state_folder(places: Places, account: str) -> None:

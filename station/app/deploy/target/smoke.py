@@ -1,4 +1,4 @@
-"""Tries a release before it is switched to: does it start, with the libraries that it is meant to use?"""
+"""Tries a release before it is switched to: whether it imports, with the libraries that it is meant to use."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+from .account import identity_of
 from .places import Refused
 
 _TRIAL = """
 import importlib, json, sys
 import cv2, numpy, zenoh
+from importlib.metadata import version
 from pathlib import Path
 from shared.rig import load_rig
 import pi_agent.agent, pi_agent.run_command
 rig = load_rig(Path(sys.argv[1]))
 importlib.import_module("pi_agent.cameras." + rig.camera.driver)
-found = {"numpy": numpy.__version__, "numpy_file": numpy.__file__, "opencv": cv2.__version__, "zenoh": zenoh.__version__}
+found = {"numpy": numpy.__version__, "opencv": cv2.__version__, "zenoh": version("eclipse-zenoh")}
+found["numpy_file"] = numpy.__file__
 try:
     import picamera2
     found["picamera2"] = picamera2.__file__
@@ -36,13 +39,19 @@ def try_release(release: Path, *, own_numpy: bool, account: str) -> dict[str, An
     Raises:
         Refused: if it does not import, or another NumPy than the system's would be used (unless the lock has its own).
     """
-    as_agent = {"user": account, "group": account, "extra_groups": []} if os.geteuid() == 0 else {}
+    agent = identity_of(account)
+    environment = {"PYTHONPATH": str(release), "PATH": os.environ.get("PATH", ""), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
         [str(release / "venv/bin/python"), "-c", _TRIAL, str(release / "rig.toml")],
-        cwd=release, env={"PYTHONPATH": str(release), "PATH": os.environ.get("PATH", ""), "HOME": "/nonexistent",
-                          "PYTHONDONTWRITEBYTECODE": "1"},
-        capture_output=True, text=True, check=False, **as_agent,  # pyright: ignore[reportArgumentType] (see Nobody)
-    )  # fmt: skip
+        cwd=release,
+        env={**environment, "HOME": "/nonexistent"},
+        capture_output=True,
+        text=True,
+        check=False,
+        user=agent.user,
+        group=agent.group,
+        extra_groups=agent.groups,
+    )
     if done.returncode != 0:
         reason = (done.stderr.strip().splitlines() or [f"status {done.returncode}"])[-1]
         raise Refused(f"The new release does not start on the target ({reason}); what ran before was not touched")

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Protocol
 
+from .account import identity_of
 from .places import SERVICE, Places, Refused
 
 GRACE_S = 12.0
@@ -71,7 +72,7 @@ class Systemd:
     def running(self) -> int:
         """See `Supervisor.running`: a unit that is between two restarts does not count."""
         shown = _systemctl("show", "--property=ActiveState,MainPID", SERVICE, check=False)
-        values = dict(line.partition("=")[::2] for line in shown.splitlines())
+        values = {key: value for key, _, value in (line.partition("=") for line in shown.splitlines())}
         return int(values.get("MainPID") or 0) if values.get("ActiveState") == "active" else 0
 
     def log(self) -> str:
@@ -106,13 +107,21 @@ class Nobody:
         self.stop()
         home = self._places.current
         words = [str(home / "venv/bin/python"), "-m", "pi_agent", "run", "--rig", str(home / "rig.toml")]
-        other = {"user": self._account, "group": self._account, "extra_groups": []} if os.geteuid() == 0 else {}
-        environment = {**os.environ, "PYTHONPATH": str(home), "PYTHONUNBUFFERED": "1", "REPOSE_KEYS": str(home / "keys")}
+        agent = identity_of(self._account)
+        settings = {"PYTHONPATH": str(home), "PYTHONUNBUFFERED": "1", "REPOSE_KEYS": str(home / "keys")}
         with self._log_file.open("wb") as log:
             process = subprocess.Popen(
-                words, cwd=home, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                start_new_session=True, **other,  # pyright: ignore[reportArgumentType] (typed for each key alone)
-            )  # fmt: skip
+                words,
+                cwd=home,
+                env={**os.environ, **settings},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+                user=agent.user,
+                group=agent.group,
+                extra_groups=agent.groups,
+            )
         self._pid_file.write_text(str(process.pid))
 
     def stop(self) -> None:
