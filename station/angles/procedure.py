@@ -70,11 +70,6 @@ class Procedure:
         """Where the comparison is."""
         return self._state.phase
 
-    @property
-    def progress(self) -> tuple[int, int]:
-        """Stops begun, and stops in all."""
-        return min(self._state.index + 1, len(self._stops)), len(self._stops)
-
     def take_outputs(self) -> list[Output]:
         """What is to be sent since the last call."""
         outputs, self._state.outputs = self._state.outputs, []
