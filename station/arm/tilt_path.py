@@ -145,9 +145,9 @@ def tilt_path(
 def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
     """Why the arm cannot take this pose, or nothing."""
     if not error < 1e-7:
-        return "the pose is out of the arm's reach"
+        return "the arm is stretched out or at a singular pose"
     if np.max(np.abs(slope)) > _SINGULAR:
-        return "the arm is at a singular pose and would swing round"
+        return "the arm is near a singular pose and would swing round"
     for joint, angle in zip(model.joints, q, strict=True):
         if joint.lower_rad is not None and angle < joint.lower_rad:
             return f"{joint.name} is at its lower limit of {math.degrees(joint.lower_rad):.0f} degrees"

@@ -8,7 +8,7 @@ than its tilt explains is not planned at all (the arm would be swinging round).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -77,7 +77,7 @@ class TiltLimits:
     """Limits of the tilt itself: the plate's rate, angular acceleration and jerk, and what one step may take.
 
     `max_travel` is joint travel in rad per rad of tilt; more means that the arm would swing round.
-    `joint_share` is the share of a joint's own limits that a planned motion may use.
+    `joint_share` is the share of a joint's own limits that a planned motion may use; `quickness_s` see `for_rate`.
     """
 
     max_rate_rad_s: float = math.radians(20.0)
@@ -85,6 +85,17 @@ class TiltLimits:
     max_jerk_rad_s3: float = 10.0
     max_travel: float = 12.0
     joint_share: float = 0.9
+    quickness_s: float = 0.1
+
+    def for_rate(self, rate_rad_s: float) -> TiltLimits:
+        """The limits of a motion at a rate: a fast one, such as the return, also gets up to its speed quickly.
+
+        A measuring step is slow and stays gentle, lest a block off the pivot slip early by inertia; in a return a block
+        that already slides should be stopped, before it reaches the border.
+        """
+        acceleration = max(self.max_acceleration_rad_s2, rate_rad_s / self.quickness_s)
+        jerk = max(self.max_jerk_rad_s3, 2.0 * acceleration / self.quickness_s)
+        return replace(self, max_acceleration_rad_s2=acceleration, max_jerk_rad_s3=jerk)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +138,7 @@ def plan_tilt(
             f"of reach: it must lie between 0 and {math.degrees(path.reach_rad):.2f} degrees, where {path.limit}."
         )
     _refuse_swing(path, low=min(start.angle_rad, angle_rad), high=max(start.angle_rad, angle_rad), limits=limits)
+    limits = limits.for_rate(rate_rad_s)
     rate, acceleration, jerk = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
     profile = _angle_profile(start, angle_rad, rate=min(rate, rate_rad_s), acceleration=acceleration, jerk=jerk)
     return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile)
