@@ -12,8 +12,9 @@ from typing import Literal
 import numpy as np
 
 from pi_agent.cameras import CameraInfo, Image
+from pi_agent.live_renderer import LiveRenderer
 from pi_agent.marks import block_mark, fiducial_mark
-from pi_agent.rendering import FastRenderer, Fiducial, Optics, Pose, Scene, Sensor, surface
+from pi_agent.rendering import Fiducial, Optics, Pose, Scene, Sensor, surface
 from pi_agent.rendering.plates import Surface
 from pi_agent.rendering.scene import FRAME_PX
 from pi_agent.tracking.shutter import Shutter
@@ -27,6 +28,8 @@ LONGEST_STEP_NS = 100_000_000
 """Two scenes further apart than this say nothing about the block's velocity."""
 LIGHT_MS = 2.0
 """The exposure to which `SyntheticOptions.light` belongs."""
+LARGEST_SAG_PX = 60
+"""The plate's texture does not reach further beyond the frame."""
 STILL_MM_S, STILL_RAD_S = 1e-3, 1e-4
 STEEPEST_RAD = 1.4
 """A mark that leans more is seen edge on, or not at all."""
@@ -57,6 +60,8 @@ class SyntheticOptions:
         """Refuses what no camera has."""
         if min(self.light, self.full_scale_e) <= 0 or min(self.read_noise_e, self.blur_px, self.row_time_us) < 0:
             raise ValueError("expected positive light and full_scale_e, and no negative noise, blur or row time")
+        if abs(self.sag_px) > LARGEST_SAG_PX:
+            raise ValueError(f"expected sag_px within ±{LARGEST_SAG_PX}, got {self.sag_px}")
 
 
 class SyntheticView:
@@ -77,7 +82,8 @@ class SyntheticView:
         self._height_m = rig.block.size_m[2]
         self._sag_px = settings.sag_px
         self.info = _info(rig, settings)
-        self._renderer = FastRenderer(_scene(rig, settings, self.info.row_times, rng=rng), rng=rng)
+        seen = _scene(rig, settings, self.info.row_times, rng=rng)
+        self._renderer = LiveRenderer(seen, rng=rng, reach_px=abs(settings.sag_px))
 
     def frame(self, scene: TwinScene, capture_ns: int, *, before: TwinScene | None = None) -> Image:
         """The picture (600, 600) uint8 whose middle row is exposed about `capture_ns`.
