@@ -15,6 +15,18 @@ FLOATS = NDArray[np.float64]
 FEET = 8
 
 
+class Bodies:
+    """Where plate and block are in the world, as views of MuJoCo's memory: place (3,), rotation (9,), quaternion."""
+
+    def __init__(self, data: Any, *, plate: int, block: int) -> None:
+        self.data = data
+        self.plate_place: FLOATS = data.xpos[plate]
+        self.plate_rotation: FLOATS = data.xmat[plate]
+        self.plate_quaternion: FLOATS = data.xquat[plate]
+        self.block_place: FLOATS = data.xpos[block]
+        self.block_quaternion: FLOATS = data.xquat[block]
+
+
 class Engine:
     """A compiled model and its data; the first `joints` coordinates are the arm's in every model of the twin.
 
@@ -32,6 +44,9 @@ class Engine:
         self.ctrl: FLOATS = self.data.ctrl
         self.plate = int(model.body("plate").id)
         self.block = int(model.body("block").id)
+        self.bodies = Bodies(self.data, plate=self.plate, block=self.block)
+        self._bodies_ahead = Bodies(self.scratch, plate=self.plate, block=self.block)
+        self._per_joint: FLOATS = np.empty((3, model.nv))
 
     def take(self, other: Engine) -> None:
         """Goes on from the state of another engine; the block's too, where both have it as a free body."""
@@ -53,15 +68,21 @@ class Engine:
         """Makes the bodies' poses those of the present state (a step leaves them one step old)."""
         mj.mj_kinematics(self.model, self.data)
 
-    def poses_after(self, seconds: float) -> Any:
-        """Data whose body poses are those of the present state, carried on for less than a step at its velocity."""
+    def speed_of_block(self, joint_rad_s: FLOATS) -> float:
+        """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""
+        mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
+        x, y, z = self._per_joint[:, : self.joints].dot(joint_rad_s).tolist()
+        return math.sqrt(x * x + y * y + z * z)
+
+    def poses_after(self, seconds: float) -> Bodies:
+        """The bodies as they are in the present state, carried on for less than a step at its velocity."""
         if seconds == 0.0:
             self.update_poses()
-            return self.data
+            return self.bodies
         self.scratch.qpos[:] = self.qpos
         mj.mj_integratePos(self.model, self.scratch.qpos, self.qvel, seconds)
         mj.mj_kinematics(self.model, self.scratch)
-        return self.scratch
+        return self._bodies_ahead
 
 
 class ContactEngine(Engine):

@@ -46,7 +46,7 @@ class Scene:
 
 
 def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
-    """One compiled MjModel; without `welded` the block lies on the plate by contact, within reach of the foam or not."""
+    """One compiled MjModel; unless `welded`, the block lies on the plate by contact, within reach of the foam or not."""
     spec = mj.MjSpec()
     _options(spec, scene)
     plate = _add_plate(_add_arm(spec, scene), scene, foam=bordered)
@@ -55,6 +55,9 @@ def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
     if not welded:
         block.add_freejoint(name="block")
         _add_pairs(spec, scene, bordered=bordered)
+    else:
+        # Nothing can touch anything here, so MuJoCo need not look for it.
+        spec.option.disableflags = mj.mjtDisableBit.mjDSBL_CONTACT | mj.mjtDisableBit.mjDSBL_CONSTRAINT
     _add_block(block, scene.block)
     return spec.compile()
 
@@ -191,6 +194,7 @@ def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
         for segment in range(FOAM_SEGMENTS):
             pair = spec.add_pair(geomname1=f"foam {segment}", geomname2=f"bumper {bumper}", condim=3)
             pair.solref, pair.friction = solref, [mu, mu, 0.005, 1e-4, 1e-4]
+            pair.solreffriction = scene.contact.solref_friction
             pair.solimp = [FOAM_IMPEDANCE, FOAM_IMPEDANCE, 0.001, 0.5, 2]
 
 

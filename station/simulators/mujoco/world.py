@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from station.rig.arm_model import ArmModel
 from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
-from station.simulators.mujoco.engine import ContactEngine, Engine
+from station.simulators.mujoco.engine import Bodies, ContactEngine, Engine
 from station.simulators.mujoco.poses import Joints, PlatePose, Pose, relative_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
@@ -29,7 +28,10 @@ from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Pl
 FLOATS = NDArray[np.float64]
 STEP_NS = 2_000_000
 LOOK = 5
-"""Time steps between two looks at the block (10 ms)."""
+LOOK_S = LOOK * STEP_NS * 1e-9
+"""Time steps between two looks at the block, and how long they take (10 ms)."""
+UNEVEN = 0.1
+"""By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
 LEANING = 0.8
@@ -84,6 +86,7 @@ class TwinWorld:
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
+        self._unseen = 0
         self.lost = 0
         """How often the block left the plate and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
@@ -105,20 +108,20 @@ class TwinWorld:
 
     def advance(self, to_ns: int) -> None:
         """Lets simulated time pass until `to_ns`; what is read afterwards is the state at that very time."""
-        if self._resting:
-            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
-            self._asked_ns = max(to_ns, self._asked_ns)
-            return
-        while (steps := (to_ns - self._time_ns) // STEP_NS) > 0:
-            if self._resting:
-                self._time_ns += steps * STEP_NS
-                break
-            self._look_ahead(count := min(steps, LOOK))
+        while not self._resting and (steps := (to_ns - self._time_ns) // STEP_NS) > 0:
+            # Whoever asks often does not make it look more often: what happens is the same however it is asked.
+            count = min(steps, LOOK - self._unseen)
+            self._look_ahead()
             self._engine.step(count)
             self._time_ns += count * STEP_NS
-            self._look(count * STEP_NS * 1e-9)
+            self._unseen = (self._unseen + count) % LOOK
+            if not self._unseen:
+                self._look()
+        if self._resting:
+            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
+        else:
+            self._poses = None
         self._asked_ns = max(to_ns, self._asked_ns)
-        self._poses = None
 
     def place_block(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the block on the plate, by a hand that lets go once the plate is level enough: a new contact.
@@ -170,16 +173,18 @@ class TwinWorld:
 
     def plate_pose(self) -> PlatePose:
         """Where the plate is now."""
-        data, plate = self._bodies(), self._engine.plate
-        rotation: FLOATS = data.xmat[plate].reshape(3, 3).copy()
-        pivot: FLOATS = data.xpos[plate] + rotation[:, 2] * self.arm.pivot_above_plate_m
-        return PlatePose(rotation, tuple(data.xquat[plate].tolist()), pivot)
+        bodies = self._bodies()
+        rotation: FLOATS = bodies.plate_rotation.reshape(3, 3).copy()
+        pivot: FLOATS = bodies.plate_place + rotation[:, 2] * self.arm.pivot_above_plate_m
+        return PlatePose(rotation, tuple(bodies.plate_quaternion.tolist()), pivot)
 
     def block_pose(self) -> Pose:
-        """Where the block is on the plate now, as if its feet were hard (`standing`); at z = −1 m when there is none."""
+        """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
         if self._engine is self._welded:
             return self._seen
-        return standing(relative_pose(self._bodies(), self._engine), half_m=self.block.side_m / 2)
+        if self._unseen == 0 and self._ahead_s() == 0.0:
+            return self._seen
+        return standing(relative_pose(self._bodies()), half_m=self.block.side_m / 2)
 
     # -- within
 
@@ -187,29 +192,38 @@ class TwinWorld:
         """How far the time asked for is ahead of the last whole step."""
         return 0.0 if self._resting else (self._asked_ns - self._time_ns) * 1e-9
 
-    def _bodies(self) -> Any:
+    def _bodies(self) -> Bodies:
         if self._poses is None:
             self._poses = self._engine.poses_after(self._ahead_s())
         return self._poses
 
-    def _look_ahead(self, count: int) -> None:
+    def _look_ahead(self) -> None:
         """Commands the servos for the coming steps; a sudden command frees the block before it is carried out."""
         engine, servo = self._engine, self._servo
         servo.command(engine.ctrl, engine.act, now_ns=self._time_ns)
         if engine is self._welded and not self._held:
-            shove = float(np.abs(servo.jerk_rad_s) @ self._reach) / (count * STEP_NS * 1e-9)
-            if shove > self._slack:
+            jerk = servo.jerk_rad_s
+            if jerk.any() and self._shove(jerk) > self._slack:
                 self._unweld()
 
-    def _look(self, seconds: float) -> None:
-        """What the block does after some steps: sticks, slides, comes to rest, leaves."""
+    def _shove(self, jerk_rad_s: FLOATS) -> float:
+        """Acceleration (m/s²) of the block, over one look, by a change of the joints' commanded velocities, (n,).
+
+        In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
+        equally quick, so a share of their sum is allowed for.
+        """
+        together = self._welded.speed_of_block(jerk_rad_s) + UNEVEN * float(np.abs(jerk_rad_s).dot(self._reach))
+        return together / LOOK_S
+
+    def _look(self) -> None:
+        """What the block does, every `LOOK_S`: sticks, slides, comes to rest, leaves."""
         engine = self._engine
         engine.update_poses()
-        data = engine.data
+        bodies = engine.bodies
         if engine is not self._welded:
-            self._follow(seconds)
-        acceleration = self._motion.acceleration(data.xpos[engine.block].tolist(), seconds=seconds)
-        force = grip.needed(data.xmat[engine.plate].tolist(), acceleration)
+            self._follow()
+        acceleration = self._motion.acceleration(bodies.block_place.tolist(), seconds=LOOK_S)
+        force = grip.needed(bodies.plate_rotation.tolist(), acceleration)
         used = self._utilisation(force, self._draw)
         if self._engine is self._welded:
             self._mind_grip(force, used)
@@ -236,15 +250,15 @@ class TwinWorld:
 
     def _mind_rest(self, force: grip.Three, used: float) -> None:
         """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
-        if math.dist(self._anchor, self._rel.position) >= SLIDE_M:
-            self._anchor = self._rel.position
+        if math.dist(self._anchor, self._seen.position) >= SLIDE_M:
+            self._anchor = self._seen.position
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
         self._leaning = self._foam_force()
         used = max(used, self._utilisation(force, self._draw))
         if self._savings and used < self._limit(GRIPS):
-            self._slack = grip.slack(force, self._draw, share=self._limit(LETS_GO))
             self._weld()
+            self._slack = grip.slack(force, self._draw, share=self._limit(LETS_GO))
 
     def _renew(self, force: grip.Three) -> None:
         """A new draw takes effect once it holds the block where it lies.
@@ -274,14 +288,14 @@ class TwinWorld:
         self._free.set_friction(draw)
         self._bordered.set_friction(draw)
 
-    def _follow(self, seconds: float) -> None:
+    def _follow(self) -> None:
         """Takes note of where a free block is, whether it lies still, and whether it can reach the foam."""
-        before, self._rel = self._rel, relative_pose(self._engine.data, self._engine)
-        moved = math.dist(before.position, self._rel.position)
-        turned = math.dist(before.quaternion, self._rel.quaternion)
-        looks = seconds * 1e9 / (LOOK * STEP_NS)
-        quiet = moved < QUIET_M * looks and turned < QUIET_TURN * looks
-        self._quiet_s = self._quiet_s + seconds if quiet else 0.0
+        self._rel = relative_pose(self._engine.bodies)
+        before, self._seen = self._seen, standing(self._rel, half_m=self.block.side_m / 2)
+        moved = math.dist(before.position, self._seen.position)
+        turned = math.dist(before.quaternion, self._seen.quaternion)
+        quiet = moved < QUIET_M and turned < QUIET_TURN
+        self._quiet_s = self._quiet_s + LOOK_S if quiet else 0.0
         if not quiet:
             self._leaning = (0.0, 0.0)
         x, y, z = self._rel.position
