@@ -93,9 +93,12 @@ class TiltLimits:
         A measuring step is slow and stays gentle, lest a block off the pivot slip early by inertia; in a return a block
         that already slides should be stopped, before it reaches the border.
         """
-        acceleration = max(self.max_acceleration_rad_s2, rate_rad_s / self.quickness_s)
-        jerk = max(self.max_jerk_rad_s3, 2.0 * acceleration / self.quickness_s)
-        return replace(self, max_acceleration_rad_s2=acceleration, max_jerk_rad_s3=jerk)
+        factor = max(1.0, rate_rad_s / self.quickness_s / self.max_acceleration_rad_s2)
+        return replace(
+            self,
+            max_acceleration_rad_s2=factor * self.max_acceleration_rad_s2,
+            max_jerk_rad_s3=factor * self.max_jerk_rad_s3,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -133,6 +133,8 @@ class SamplingMachine:
 
     def _on_attitude(self, message: PlatformState) -> None:
         self._tracks.take_attitude(message)
+        if self._phase == "SLIP" and self._tracks.attitude_ns >= self._run.detect_ns:
+            self._average()
 
     def _on_corners(self, message: MarkerCorners) -> None:
         frame_ns = self._tracks.take_corners(message)
@@ -185,8 +187,6 @@ class SamplingMachine:
             self._abort(f"expected corners of the marker, got none for {self._plan.silence_s:g} s")
         elif self._phase == "DWELL" and self._since(self._phase_ns) > self._plan.timeout_s + self._run.dwell_wanted_s:
             self._abort("expected the block to come to rest on the level plate, it still moves")
-        elif self._phase == "SLIP" and self._since(self._run.detect_ns) > self._plan.slip.average_s:
-            self._average()
         elif (
             self._phase == "TILT" and self._awaited is None and self._since(self._hold_from_ns) > self._plan.tilt.hold_s
         ):
@@ -275,9 +275,9 @@ class SamplingMachine:
         )
 
     def _average(self) -> None:
-        """The several readings over 300 ms after the slip, and the onset fitted to the slide."""
+        """The several readings over the 300 ms in which the block began to move, and the onset fitted to the slide."""
         run, tracks = self._run, self._tracks
-        run.euler_rad = tracks.mean_euler_rad(from_ns=run.detect_ns)
+        run.euler_rad = tracks.mean_euler_rad(from_ns=self._averaged_from_ns(run))
         self._estimate_onset(run)
         self._angles.add(run.direction.sector, run.onset_rad)
         self._enter("SETTLE")
@@ -296,9 +296,12 @@ class SamplingMachine:
             return
         # The paper's own number, and the step's width as its uncertainty.
         low, high = run.bracket_rad(run.detect_ns)
-        run.onset_rad = self._tracks.mean_tilt_rad(from_ns=run.detect_ns)
+        run.onset_rad = self._tracks.mean_tilt_rad(from_ns=self._averaged_from_ns(run))
         run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
         run.flags.append("onset_unresolved")
+
+    def _averaged_from_ns(self, run: Run) -> int:
+        return run.detect_ns - round(self._plan.slip.average_s * 1e9)
 
     def _censor(self, reason: str) -> None:
         run = self._run

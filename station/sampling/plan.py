@@ -53,9 +53,9 @@ class TiltPlan:
 class SlipPlan:
     """`[slip]`: a slip is reported when `corners` of the 4 have moved more than l = `base_px` + `per_deg_px` · θ°.
 
-    After it the attitude is averaged over `average_s`; then the block may slide on for up to `settle_s` (the paper goes
-    back to level at once). At rest it is when it has moved less than `rest_px` in `rest_s`, for which the level plate
-    waits up to `rest_timeout_s`.
+    The attitude is averaged over the `average_s` up to then, in which the block began to move, so that the plate can go
+    back at once, before the block reaches the border; it may slide on for `settle_s` if that is wanted. At rest it is
+    when it has moved less than `rest_px` in `rest_s`, for which the level plate waits up to `rest_timeout_s`.
     """
 
     corners: int = 3
