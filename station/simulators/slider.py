@@ -8,7 +8,8 @@ frame, with tilt θ about the axis t (a unit vector in the plate), n the normal 
     N/m = g cos θ + 2 ω (t × v)·n,
 
 where ω is the tilt's rate (rigid-body kinematics in a turning frame; between knots it does not change). The limit
-curve is an ellipse; the sliding force follows the principle of maximum dissipation: −N (μ₁² v₁, μ₂² v₂) / sqrt(μ₁² v₁² + μ₂² v₂²).
+curve is an ellipse; the sliding force follows the principle of maximum dissipation:
+−N (μ₁² v₁, μ₂² v₂) / sqrt(μ₁² v₁² + μ₂² v₂²).
 For a circle and a slow ramp the path after the onset is x = g ω t³ / (6 cos θ) (`ramp_displacement`).
 """
 
