@@ -54,7 +54,7 @@ if [ ! -e "$folder/complete" ]; then
   rm -rf "$root"
   mmdebstrap --mode=root --architectures=arm64 --variant=apt --skip=check/qemu \
     --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/doc/*' \
-    --include=ca-certificates,python3,python3-numpy,python3-pytest,python3-pytest-timeout,openssh-server,chrony,procps \
+    --include=python3,python3-numpy,python3-pytest,python3-pytest-timeout,openssh-server,chrony,procps \
     trixie "$root" "${MIRROR:-http://deb.debian.org/debian}"
   touch "$folder/complete"
 fi
@@ -92,6 +92,7 @@ TOML
 chroot "$root" /usr/sbin/sshd -D -e -p "$port" -o ListenAddress=127.0.0.1 -o UsePAM=no -o PidFile=none 2>"$folder/sshd.log" &
 sshd=$!
 trap 'kill $sshd' EXIT
+until (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do kill -0 $sshd; sleep 1; done
 deploy() {
   (cd "$checkout" && .venv/bin/station deploy root@127.0.0.1 --port "$port" --identity "$laptop/id" --rig "$laptop/rig.toml" \
     --ssh-option StrictHostKeyChecking=no --ssh-option "UserKnownHostsFile=$laptop/known_hosts" \

@@ -21,6 +21,7 @@ from zenoh import ext
 
 from shared import topics, wire
 from shared.bus import Handler, Missed, MissHandler, Received, ReplyHandler, Server
+from shared.bus_keys import tls_settings
 from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
@@ -52,6 +53,7 @@ def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
         "transport/link/tx/lease": _LEASE_MS,
+        **tls_settings([*listen, *connect]),
     }
     config = zenoh.Config()
     for key, value in settings.items():

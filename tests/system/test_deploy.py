@@ -10,7 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -135,7 +135,7 @@ def good(bench: Bench) -> Bench:
 
 
 @contextlib.contextmanager
-def edited(path: Path, old: str, new: str) -> Iterator[None]:
+def edited(path: Path, old: str, new: str) -> Generator[None]:
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new))

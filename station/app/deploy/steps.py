@@ -102,6 +102,8 @@ class Deployment:
         pins = locks.read_lock(lock)
         self._packages(rig, own_numpy=any(pin.name == "numpy" for pin in pins))
         code = self.wishes.code or bundle.checkout()
+        if rig.bus.camera.startswith(("tls/", "quic/")) and self.wishes.keys is None:
+            raise UserError(f"Expected --keys with the Pi's keys for the encrypted endpoint {rig.bus.camera}, got none")
         release = bundle.build_release(
             rig, folder=self.wishes.rig_path.parent, code=code, keys=self.wishes.keys, root=self.wishes.root
         )
@@ -133,7 +135,8 @@ class Deployment:
             f"NumPy {about.numpy or 'missing'}, {int(about.disk_free_kb or 0) // 1000} MB free.")  # fmt: skip
         ahead_s, within_s = self._remote.ahead_s()
         say(
-            f"Its clock is {1e3 * ahead_s:+.0f} ± {1e3 * within_s:.0f} ms from this one; cameras: {about.cameras or 'not listed'}."
+            f"Its clock is {1e3 * ahead_s:+.0f} ± {1e3 * within_s:.0f} ms from this one; "
+            f"cameras: {about.cameras or 'not listed'}."
         )
         findings = facts.judge(about, rig, system=system, ahead_s=ahead_s, forced=self.wishes.force)
         for finding in findings:

@@ -39,9 +39,9 @@ TRIXIE = Facts(
 PI_RIG = RigConfig(id="lab", camera=CameraConfig(driver="pi_camera"))
 
 
-def findings(*, ahead_s: float = 0.0, forced: bool = False, rig: RigConfig = PI_RIG, **changes: str) -> list[str]:
+def findings(changes: dict[str, str], *, forced: bool = False, rig: RigConfig = PI_RIG) -> list[str]:
     about = dataclasses.replace(TRIXIE, **changes)
-    found = judge(about, rig, system=system_of(about.codename), ahead_s=ahead_s, forced=forced)
+    found = judge(about, rig, system=system_of(about.codename), ahead_s=0.0, forced=forced)
     return [item.sentence for item in found if item.stops]
 
 
@@ -85,18 +85,18 @@ def test_a_system_without_a_lock_is_named():
     ],
 )
 def test_what_stops(changes: dict[str, str], expected: str):
-    found = findings(**changes)
+    found = findings(changes)
     assert len(found) == 1
     assert expected in found[0]
 
 
 def test_force_goes_on_without_a_camera_but_not_without_disk():
-    assert findings(cameras="", forced=True) == []
-    assert findings(disk_free_kb="100000", forced=True) != []
+    assert findings({"cameras": ""}, forced=True) == []
+    assert findings({"disk_free_kb": "100000"}, forced=True) != []
 
 
 def test_other_cameras_need_no_ribbon_cable():
-    assert findings(cameras="", rig=RigConfig(id="lab")) == []
+    assert findings({"cameras": ""}, rig=RigConfig(id="lab")) == []
 
 
 def test_a_wrong_clock_is_told_and_does_not_stop():

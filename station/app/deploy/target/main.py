@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .install import Wanted, install, roll_back, status, uninstall
-from .places import Places, Refused
+from .places import Refused
 
 
 def main(words: list[str]) -> int:
@@ -52,10 +52,8 @@ def _act(options: argparse.Namespace) -> dict[str, Any]:
 @contextlib.contextmanager
 def _alone(root: str) -> Generator[None]:
     """Two deployments at once would mix their releases: the second is refused."""
-    place = Places(Path(root)).root / "run"
-    folder = place if place.is_dir() and os.access(place, os.W_OK) else Path("/tmp")
     name = "repose-deploy" + str(Path(root).resolve()).replace("/", "-") + ".lock"
-    with (folder / name).open("w") as lock:
+    with (Path("/run" if root == "/" else "/tmp") / name).open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
