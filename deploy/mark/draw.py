@@ -22,7 +22,7 @@ def label(side_mm: float, *, feature: str) -> str:
 
 
 def plate_sheet() -> str:
-    """A sheet as large as the plate: four fiducials where the tracker expects them, to be cut out or used as a template."""
+    """A sheet as large as the plate: four fiducials where the tracker expects them, to be cut out or laid on."""
     mark = Mark(side_mm=FIDUCIAL_MM, margin=FIDUCIAL_MARGIN)
     shapes = [_box(0.0, 0.0, PLATE_MM, CUT_LINE)]
     for sign_x, sign_y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):

@@ -12,6 +12,7 @@ from pi_agent.rendering.light import Frame, expose, illumination, tone_table
 from pi_agent.rendering.painting import (
     EXACT,
     FAST,
+    Coat,
     Patch,
     Quality,
     exposure_instants,
@@ -82,7 +83,7 @@ class FastRenderer:
         reach = project(scene.mark.outline_mm(), pose, optics=scene.optics, height_mm=scene.mark_height_mm, dt_s=times)
         return patch_around(reach + np.asarray(sag_px), margin=3 + int(np.ceil(3 * scene.optics.blur_px)))
 
-    def _coats_near(self, patch: Patch) -> tuple:
+    def _coats_near(self, patch: Patch) -> tuple[Coat, ...]:
         """Clutter and fiducials, when the block is near enough for them to be seen in its patch."""
         if self.scene.clutter:
             return still_coats(self.scene)

@@ -75,7 +75,9 @@ def _mark_edges(mark: Mark, ink: Ink, bent: bool) -> Edges:
 
 @dataclass(frozen=True)
 class Quality:
-    """`fine`: sub-pixels a pixel and axis; `instants`: at most so many points in time within an exposure, `step_px` of
+    """How finely a picture is painted.
+
+    `fine`: sub-pixels a pixel and axis; `instants`: at most so many points in time within an exposure, `step_px` of
     motion from one to the next.
     """
 
@@ -120,14 +122,18 @@ def paint(
     """The coats over `ground` (reflectance, patch-sized, not blurred), blurred by the lens; patch-sized."""
     fine = quality.fine
     base = np.repeat(np.repeat(ground, fine, axis=0), fine, axis=1) if fine > 1 else ground
-    views = [_paint_instant(base, coats, scene, patch, float(instant), fine, sag_px) for instant in instants]
-    mean = views[0] if len(views) == 1 else np.mean(views, axis=0, dtype=np.float32)
+    views = [
+        _paint_instant(base, coats, scene=scene, patch=patch, instant_s=float(instant), fine=fine, sag_px=sag_px)
+        for instant in instants
+    ]
+    mean = views[0] if len(views) == 1 else np.asarray(np.mean(views, axis=0), dtype=np.float32)
     return shrink(blur(mean, scene.optics.blur_px * fine), fine)
 
 
 def _paint_instant(
     base: Image,
     coats: tuple[Coat, ...],
+    *,
     scene: Scene,
     patch: Patch,
     instant_s: float,

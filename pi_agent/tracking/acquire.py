@@ -10,7 +10,6 @@ Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
 
-AS_COMPLEX = np.array([1.0, 1.0j])
 MOST_CANDIDATES = 6
 SURROUND = 2.0  # side of the neighbourhood that a pixel is compared with, in largest marks
 DARKER = 0.72  # a dark pixel is below this share of its neighbourhood's mean
@@ -27,7 +26,7 @@ def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> 
         quads = _quads(dark, area)
         if quads:
             shift = 0.5 * (scale - 1.0) * (1.0 + 1.0j)
-            return [quad @ AS_COMPLEX * scale + shift for quad in quads[:MOST_CANDIDATES]]
+            return [(quad[:, 0] + 1j * quad[:, 1]) * scale + shift for quad in quads[:MOST_CANDIDATES]]
     return []
 
 
@@ -41,9 +40,13 @@ def _dark_regions(image: Frame, longest: float) -> Iterator[Frame]:
     """Binary images, one method after another: darker than the surroundings, then darker than Otsu's threshold."""
     side = int(SURROUND * longest) | 1
     mean = cv2.blur(image, (side, side))
-    yield cv2.compare(image, cv2.convertScaleAbs(mean, alpha=DARKER), cv2.CMP_LT)
-    yield cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)[1]
-    yield cv2.compare(image, cv2.convertScaleAbs(mean, alpha=0.5), cv2.CMP_LT)
+    yield _as_frame(cv2.compare(image, cv2.convertScaleAbs(mean, alpha=DARKER), cv2.CMP_LT))
+    yield _as_frame(cv2.threshold(image, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)[1])
+    yield _as_frame(cv2.compare(image, cv2.convertScaleAbs(mean, alpha=0.5), cv2.CMP_LT))
+
+
+def _as_frame(image: object) -> Frame:
+    return np.asarray(image, dtype=np.uint8)
 
 
 def _quads(dark: Frame, area: tuple[float, float]) -> list[Floats]:
@@ -52,7 +55,7 @@ def _quads(dark: Frame, area: tuple[float, float]) -> list[Floats]:
     for contour in contours:
         if len(contour) < 4:
             continue
-        hull = cv2.convexHull(contour)
+        hull = np.asarray(cv2.convexHull(contour), dtype=np.int32)
         size = cv2.contourArea(hull)
         if not area[0] <= size <= area[1]:
             continue

@@ -11,10 +11,10 @@ from pi_agent.tracking.tone import LINEAR, ToneCurve
 class TrackerConfig:
     """Settings of one tracker.
 
-    `mark`: what it looks for; `side_px`: smallest and largest length of the mark's first side in the image; `tone`: the
-    camera's curve, undone on the sampled pixels; `shutter`: row times; `region_px`: left, top, width, height of the part
-    of the frame that is searched (None: all of it); `blur_px`: deviation of the edge's blur to start from (learned from
-    the first frames); `reach_px`: how far from its prediction an edge is searched for.
+    `mark`: what it looks for; `side_px`: smallest and largest length of the mark's first side in the image; `tone`:
+    the camera's curve, undone on the sampled pixels; `shutter`: row times; `region_px`: left, top, width, height of the
+    part of the frame that is searched (None: all of it); `blur_px`: deviation of the edge's blur to start from (learned
+    from the first frames); `reach_px`: how far from its prediction an edge is searched for.
     """
 
     mark: Mark = field(default_factory=Mark)

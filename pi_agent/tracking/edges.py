@@ -41,8 +41,10 @@ class StepModel(NamedTuple):
 
 
 class Profiles(NamedTuple):
-    """What the profiles (4, n) say: their place on the expected edge, the edge's offset (px), contrast, contrast × relative blur error, misfit (RMS), and
-    whether a pixel was saturated (None: none was).
+    """What the profiles (4, n) say.
+
+    Their place on the expected edge, their light (4, n, m), the edge's offset (px), contrast, contrast × relative blur
+    error, misfit (RMS), and whether a pixel was saturated (None: none was).
     """
 
     base: NDArray[np.complex128]
@@ -74,7 +76,7 @@ def _derivatives(u: Floats) -> Floats:
 
 def _solution(model: Floats, *, noise: float, texture: float) -> Floats:
     weight = np.linalg.inv(_covariance(STEPS, noise=noise, texture=texture))
-    return np.linalg.solve(model.T @ weight @ model, model.T @ weight).T
+    return np.asarray(np.linalg.solve(model.T @ weight @ model, model.T @ weight).T, dtype=np.float64)
 
 
 def _covariance(u: Floats, *, noise: float, texture: float) -> Floats:

@@ -96,17 +96,17 @@ def _tag_turn(light: NDArray[np.float32], bits: NDArray[np.uint8]) -> int | None
 
 
 def detect_tag(frame: NDArray[np.uint8], mark: Mark) -> Points | None:
-    """The tag by OpenCV's detector in the whole frame: corners (4,) from the tag's own first one on; None when it is not seen.
+    """The tag by OpenCV's detector in the whole frame: corners (4,) from its own first one on; None if not seen.
 
     The way out when no outline was found; slow, and the corners are to be refined.
     """
     table = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{mark.tag_dictionary}"))
     found, ids, _ = cv2.aruco.ArucoDetector(table).detectMarkers(frame)
-    if ids is None:
-        return None
-    for quad, number in zip(found, np.ravel(ids), strict=True):
+    numbers = [] if len(found) == 0 else np.ravel(ids).tolist()
+    for quad, number in zip(found, numbers, strict=True):
         if int(number) == mark.tag_id:
-            return np.asarray(quad, dtype=np.float64).reshape(4, 2) @ np.array([1.0, 1.0j])
+            x, y = np.asarray(quad, dtype=np.float64).reshape(4, 2).T
+            return np.asarray(x + 1j * y, dtype=np.complex128)
     return None
 
 

@@ -35,8 +35,10 @@ class Edges(NamedTuple):
 
 
 class LineFit(NamedTuple):
-    """Outward offset of each line at its edge's middle and its rise along the free part (4,); weights, residuals (4, n)
-    and the moments of the weights (4, 3).
+    """Lines, one for each edge.
+
+    Outward offset at the edge's middle and rise along its free part (4,); weights, residuals (4, n) and the moments of
+    the weights (4, 3).
     """
 
     offset: Floats

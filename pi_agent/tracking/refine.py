@@ -33,7 +33,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Sweep:
-    """How a rolling shutter bends a turning mark: its centre, velocity and yaw rate (px, px/s, rad/s), time per row (s).
+    """How a rolling shutter bends a turning mark: its centre, velocity and yaw rate, time per row (px, rad, s).
 
     Only what is quadratic in the rows matters here; the linear part stays in the corners, which are reported where and
     when their own rows saw them. An error of the velocity is of no account for the same reason.
@@ -59,8 +59,8 @@ class Sweep:
 class Fit:
     """The refined quadrilateral.
 
-    Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's profiles that
-    agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest correction of the last
+    Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's readable
+    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest correction of the last
     pass in blur deviations.
     """
 
@@ -143,12 +143,19 @@ def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task,
         corners=refined,
         sigma_px=float(np.hypot(lines.corner_sigma(line, expected), common)),
         residual_px=residual_px,
-        agreement=np.add.reduce(line.weight > 0.3, axis=1) / PROFILES,
+        agreement=np.add.reduce(line.weight > 0.3, axis=1) / _readable(found),
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         moved=moved,
     )
+
+
+def _readable(found: edges.Profiles) -> Floats | float:
+    """How many profiles of each edge could have agreed: saturated ones say nothing, up to half of an edge."""
+    if found.saturated is None:
+        return float(PROFILES)
+    return np.maximum(PROFILES - np.add.reduce(found.saturated, axis=1), 0.5 * PROFILES)
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:

@@ -60,9 +60,8 @@ def aruco(refinement: str, *, dictionary: str, tag_id: int) -> Method:
 
     def find(frame: Frame) -> Floats | None:
         quads, ids, _ = detector.detectMarkers(frame)
-        if ids is None:
-            return None
-        for quad, number in zip(quads, np.ravel(ids), strict=True):
+        numbers = [] if len(quads) == 0 else np.ravel(ids).tolist()
+        for quad, number in zip(quads, numbers, strict=True):
             if int(number) == tag_id:
                 return np.asarray(quad, dtype=np.float64).reshape(4, 2)
         return None

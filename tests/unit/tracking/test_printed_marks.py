@@ -40,7 +40,7 @@ def test_documents_are_in_millimetres(draw: ModuleType) -> None:
 
 
 def _paint(text: str) -> np.ndarray:
-    """The document's boxes and discs on a grey frame, 8-fold supersampled; good to 0.2 px (OpenCV paints the outline too)."""
+    """The document's boxes and discs on a grey frame; good to 0.2 px (OpenCV paints a polygon's outline too)."""
     fine = 8
     frame = np.full((600 * fine // 2, 600 * fine // 2), 110, dtype=np.uint8)
     scale = PX_PER_MM * fine

@@ -10,6 +10,7 @@ from pi_agent.rendering import ExactRenderer, FastRenderer, Glare, Optics, Pose,
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Feature, Mark
 from pi_agent.tracking.observation import Observation
+from pi_agent.tracking.shutter import Shutter
 from pi_agent.tracking.tone import LINEAR, PI_DEFAULT, ToneCurve
 from pi_agent.tracking.tracker import Tracker
 from tests.benchmarks.tracking_rivals.conditions import ADVERSE, NORMAL
@@ -52,10 +53,22 @@ def test_sigma_is_true() -> None:
     assert 0.6 < followed.normalised_variance < 1.7
 
 
-def test_a_slide_is_exact_once_each_corner_has_its_rows_time() -> None:
-    _, followed = _scores("sliding", 2)
-    assert followed.missed == 0
-    assert followed.rms_px <= 0.05
+def test_a_slide_is_exact_once_each_corner_has_its_rows_time(wood: NDArray[np.float32]) -> None:
+    shutter = Shutter(line_ns=17_000.0, exposure_ns=1_000_000)
+    renderer = FastRenderer(Scene(wood, mark=RECOMMENDED, shutter=shutter), rng=np.random.default_rng(1))
+    errors = []
+    for direction in np.arange(8) * (np.pi / 4) + 0.2:
+        vx, vy, turn = 300.0 * np.cos(direction), 300.0 * np.sin(direction), 2.0
+        tracker = Tracker(TrackerConfig(mark=RECOMMENDED, shutter=shutter))
+        for number in range(6):
+            time = (number - 2.5) / 90
+            frame, truth = renderer.render(Pose(vx * time, vy * time, direction + turn * time, vx, vy, turn))
+            seen = tracker.track(frame, capture_ns=number * FRAME_NS)
+            assert seen.found, seen.reason
+            np.testing.assert_allclose(seen.corner_dt_ns, 17_000 * truth[:, 1], atol=6_000)
+            if number >= 3:
+                errors.append(seen.corners_px - truth)
+    assert float(np.sqrt(np.mean(np.sum(np.square(errors), axis=2)))) <= 0.05
 
 
 @pytest.mark.parametrize("name", ADVERSE)
@@ -126,7 +139,7 @@ def test_a_plain_square_says_that_its_identity_is_assumed_after_a_dropout(wood: 
     tracker = Tracker(TrackerConfig(mark=mark))
     identities = []
     for number, pose in enumerate([Pose(), Pose(), None, Pose(yaw_rad=0.2)]):
-        seen = tracker.track(renderer.render(pose)[0], capture_ns=number * 700_000_000)
+        seen = tracker.track(renderer.render(pose)[0], capture_ns=[0, FRAME_NS, 2 * FRAME_NS, 10**9][number])
         identities.append(seen.identity)
     assert identities == ["continuous", "continuous", "", "assumed"]
 
