@@ -39,6 +39,7 @@ class CameraPart:
         self._intrinsics: Array | None = None
         self._geometry: CameraGeometry | None = None
         self._placed: tuple[object, ...] = ()
+        _describe_looks(canvas)
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
@@ -83,7 +84,7 @@ class CameraPart:
 
     def _draw(self, corners: MarkerCorners) -> None:
         seen = np.reshape(corners.corners_px, (4, 2)) if corners.found else None
-        self._outline(entities.CORNERS, seen, colours.MARK)
+        self._outline(entities.CORNERS, seen)
         self._points(seen)
         self._show_reference()
         self._show_way(seen)
@@ -91,7 +92,7 @@ class CameraPart:
     def _on_plate(self, corners: MarkerCorners) -> None:
         if self._drawings[entities.PLATE_MARK].due(self._canvas.now_ns):
             seen = np.reshape(corners.corners_px, (4, 2)) if corners.found else None
-            self._outline(entities.PLATE_MARK, seen, colours.PLATE)
+            self._outline(entities.PLATE_MARK, seen)
 
     def _on_event(self, event: RunEvent) -> None:
         self._reference.on_event(event)
@@ -128,33 +129,36 @@ class CameraPart:
             rr.Pinhole(image_from_camera=k, resolution=self._resolution, image_plane_distance=0.06),
         )
 
-    def _outline(self, path: str, corners_px: Array | None, colour: colours.Colour) -> None:
+    def _outline(self, path: str, corners_px: Array | None) -> None:
         strips = [] if corners_px is None else [np.vstack([corners_px, corners_px[:1]]) + frames.PIXEL_CENTRE]
-        count = len(strips)
-        self._canvas.log(path, rr.LineStrips2D(strips, colors=[colour] * count, radii=[colours.LINE] * count))
+        self._canvas.log(path, rr.LineStrips2D.from_fields(strips=strips))
 
     def _points(self, corners_px: Array | None) -> None:
         points = np.empty((0, 2)) if corners_px is None else corners_px + frames.PIXEL_CENTRE
-        shown = colours.CORNERS[: len(points)]
-        radii = [colours.DOT] * len(points)
-        self._canvas.log(entities.CORNERS, rr.Points2D(points, colors=shown, radii=radii, draw_order=40.0))
+        self._canvas.log(entities.CORNERS, rr.Points2D.from_fields(positions=points))
 
     def _show_reference(self) -> None:
         reference = self._reference.corners_px
         if reference is not self._shown_reference:
             self._shown_reference = reference
-            self._outline(entities.REFERENCE, reference, colours.REFERENCE)
+            self._outline(entities.REFERENCE, reference)
 
     def _show_way(self, seen: Array | None) -> None:
         """Arrows from the reference corners to where they are now."""
         reference = self._reference.corners_px
-        if seen is None or reference is None:
-            self._canvas.log(entities.WAY, rr.Arrows2D(vectors=np.empty((0, 2))))
-            return
-        arrows = rr.Arrows2D(
-            vectors=seen - reference,
-            origins=reference + frames.PIXEL_CENTRE,
-            colors=colours.CORNERS,
-            radii=colours.LINE,
-        )
-        self._canvas.log(entities.WAY, arrows)
+        way = np.empty((0, 2)) if seen is None or reference is None else seen - reference
+        start = np.empty((0, 2)) if reference is None else reference + frames.PIXEL_CENTRE
+        self._canvas.log(entities.WAY, rr.Arrows2D.from_fields(vectors=way, origins=start[: len(way)]))
+
+
+def _describe_looks(canvas: Canvas) -> None:
+    """Colours and widths."""
+    for path, colour in (
+        (entities.CORNERS, colours.MARK),
+        (entities.PLATE_MARK, colours.PLATE),
+        (entities.REFERENCE, colours.REFERENCE),
+    ):
+        canvas.look(path, rr.LineStrips2D.from_fields(colors=[colour], radii=[colours.LINE]))
+    points = rr.Points2D.from_fields(colors=colours.CORNERS, radii=[colours.DOT], draw_order=40.0)
+    canvas.look(entities.CORNERS, points)
+    canvas.look(entities.WAY, rr.Arrows2D.from_fields(colors=colours.CORNERS, radii=[colours.LINE]))

@@ -18,7 +18,7 @@ class Rates:
     """At most so many a second (None: all): images, and whatever else is drawn anew; curves have every point."""
 
     image_hz: float | None = None
-    drawing_hz: float | None = 30.0
+    drawing_hz: float | None = 25.0
 
 
 class Part(Protocol):

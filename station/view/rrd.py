@@ -16,6 +16,8 @@ from station.view.scene import SceneLogger
 from station.view.setup import Setup
 
 APPLICATION = "repose"
+_GATHER_S = 5.0
+"""Larger pieces load faster; 2 MiB of images end one in any case."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +29,10 @@ class Drawn:
     refused: dict[str, int]
 
 
-def new_recording() -> rr.RecordingStream:
-    """A recording whose only clock is the messages' own."""
-    recording = rr.RecordingStream(APPLICATION, make_default=False, make_thread_default=False)
+def new_recording(*, gather_s: float = 0.2) -> rr.RecordingStream:
+    """A recording whose only clock is the messages' own; what is logged is gathered for `gather_s`, then sent."""
+    batches = rr.ChunkBatcherConfig(flush_tick=gather_s)
+    recording = rr.RecordingStream(APPLICATION, batcher_config=batches)
     recording.set_log_time_enabled(False)
     recording.set_log_tick_enabled(False)
     return recording
@@ -59,7 +62,7 @@ def write_rrd(
             f"Expected to write the view to {path}, but it cannot be written ({error.strerror}); "
             "name another place with --save FILE.rrd"
         ) from error
-    recording = new_recording()
+    recording = new_recording(gather_s=_GATHER_S)
     recording.set_sinks(rr.FileSink(path))
     # Active, not only default: the viewer keeps the last layout of an application and would show this one's camera.
     recording.send_blueprint(layout(topics, setup=setup), make_active=True, make_default=True)

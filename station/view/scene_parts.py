@@ -66,6 +66,10 @@ class PlatePart:
         self._by_arm = False
         canvas.static(entities.WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         canvas.static(entities.PLATE, shapes.plate(setup))
+        arrow = rr.Arrows3D.from_fields(
+            origins=[[0.0, 0.0, setup.foam_height_m]], colors=[colours.TILT], radii=[0.01 * setup.plate_side_m]
+        )
+        canvas.look(entities.DOWNHILL, arrow)
         if setup.opening_m is not None:
             canvas.static(entities.FOAM, shapes.foam(setup, opening_m=setup.opening_m))
 
@@ -85,14 +89,7 @@ class PlatePart:
         """An arrow down the slope, beside the plate's middle, as long as the tilt is steep."""
         x, y = downhill_of(state.qw, state.qx, state.qy, state.qz)
         steep = math.sin(tilt_of(state.qw, state.qx, state.qy, state.qz)) * self._setup.plate_side_m
-        lift = self._setup.foam_height_m
-        arrow = rr.Arrows3D(
-            vectors=[[x * steep, y * steep, 0.0]],
-            origins=[[0.0, 0.0, lift]],
-            colors=[colours.TILT],
-            radii=[0.01 * self._setup.plate_side_m],
-        )
-        self._canvas.log(entities.DOWNHILL, arrow)
+        self._canvas.log(entities.DOWNHILL, rr.Arrows3D.from_fields(vectors=[[x * steep, y * steep, 0.0]]))
 
     def _on_tf(self, message: FrameTransforms) -> None:
         for move in message.transforms:
@@ -110,6 +107,7 @@ class BlockPart:
         self._start: tuple[float, float] | None = None
         self._shaped = False
         self._trail: deque[tuple[float, float, float]] = deque(maxlen=400)
+        canvas.look(entities.TRAIL, rr.LineStrips3D.from_fields(colors=[colours.BLOCK], radii=[colours.LINE]))
         for path, name, colour in (
             (entities.SLID, "slid (mm)", colours.BLOCK),
             (entities.HEIGHT, "height of the middle (mm)", colours.TILT),
@@ -180,7 +178,7 @@ class BlockPart:
             return
         self._trail.append(at)
         strips = [list(self._trail)]
-        self._canvas.log(entities.TRAIL, rr.LineStrips3D(strips, colors=[colours.BLOCK], radii=[colours.LINE]))
+        self._canvas.log(entities.TRAIL, rr.LineStrips3D.from_fields(strips=strips))
 
 
 def transform_of(move: FrameTransform) -> rr.Transform3D:
