@@ -74,7 +74,6 @@ class Agent:
             return
         self._journal.info(f"Camera open: {info}")
         self._check_rate(info)
-        self._info = info
         self._exposure_ns, self._gain = info.exposure_ns, info.gain
         self.calibration = self._calibration_for(info)
         self._observer = Observer(self._rig, info, boot_id=self.boot_id, calibration=self.calibration)
@@ -82,6 +81,7 @@ class Agent:
         self._ring = FrameRing(height_px=info.height_px, width_px=info.width_px, rate_hz=info.rate_hz)
         depth_m = self.calibration.camera_m[2] - self._rig.block.size_m[2]
         self._preview.attach(View(self._ring, self.calibration, depth_m, info.rate_hz))
+        self._info = info  # last: the caller's thread takes it as the sign that all the others are there
 
     def _check_rate(self, info: CameraInfo) -> None:
         wanted_hz = self._rig.camera.rate_hz

@@ -126,3 +126,27 @@ def test_a_second_agent_on_the_same_endpoint_is_refused_in_one_sentence(bench: R
             assert second.wait(timeout=15) == 2
             assert second.stderr is not None
             assert b"already running" in second.stderr.read()
+
+
+def test_a_calibration_is_made_by_a_process_and_used_by_the_next(bench: Rig):
+    command = [sys.executable, "-m", "pi_agent", "calibrate", "--rig", str(bench.file), "--no-tone", "--frames", "30"]
+    with FakeTwin(bench.bus, bench.clock, lambda _: scene(0.004, 0.003, 0.1)):
+        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        assert done.returncode == 0, done.stderr
+        assert "residuals" in done.stdout
+        assert (bench.file.parent / "calibration.png").stat().st_size > 10_000
+        bench.file.write_text(bench.file.read_text() + '[camera]\ncalibration = "calibration.toml"\n')
+        with bench.agent() as agent:
+            bench.wait(lambda: bool(bench.heard["camera/geometry"] and bench.heard["camera/corners"]), agent)
+    geometry = bench.heard["camera/geometry"][-1]
+    assert geometry.source == "calibration.toml"
+    assert geometry.corner_sigma_px > 0
+    assert geometry.mm_per_px == pytest.approx(1 / 6.0, rel=1e-3)
+
+
+def test_a_calibration_without_a_twin_is_refused_in_one_sentence(bench: Rig):
+    command = [sys.executable, "-m", "pi_agent", "calibrate", "--rig", str(bench.file), "--no-tone"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    assert done.returncode == 2
+    assert done.stderr.strip() == "pi-agent: no scene from the twin: start `station twin`"
+    assert not (bench.file.parent / "calibration.toml").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import itertools
 import threading
 import time
@@ -14,8 +15,9 @@ import numpy as np
 import pytest
 
 from pi_agent.agent import Agent
+from pi_agent.calibration.model import Calibration, nominal
 from pi_agent.cameras import Camera, CameraContext, load_camera
-from pi_agent.synthetic_view import SyntheticView
+from pi_agent.synthetic_view import SyntheticOptions, SyntheticView
 from shared.bus import Received
 from shared.clock import SystemClock
 from shared.errors import UserError
@@ -52,8 +54,10 @@ class Listener:
 
 
 @contextlib.contextmanager
-def running(config: RigConfig, camera: Camera, bus: MemoryBus) -> Generator[Agent]:
-    agent, stop = Agent(config, camera, bus, SystemClock()), threading.Event()
+def running(
+    config: RigConfig, camera: Camera, bus: MemoryBus, calibration: Calibration | None = None
+) -> Generator[Agent]:
+    agent, stop = Agent(config, camera, bus, SystemClock(), calibration=calibration), threading.Event()
     thread = threading.Thread(target=agent.run, args=(stop,))
     thread.start()
     try:
@@ -163,3 +167,60 @@ def test_a_lower_rate_than_wanted_is_said():
     with running(rig(), ScriptedCamera(images(1), rate_hz=58.92), bus):
         heard.wait(lambda: bool(heard["camera/corners"]))
     assert "58.92 Hz where rate_hz asks for 90.00" in heard.log
+
+
+def test_a_calibration_is_sent_and_recorded_with_its_name():
+    measured = dataclasses.replace(
+        nominal(rig(), width_px=600, height_px=600),
+        source="calibration.toml",
+        distortion=(-0.1, 0.0, 0.0, 0.0, 0.0),
+        corner_sigma_px=0.017,
+    )
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera(images(40)), bus, measured):
+        heard.wait(lambda: bool(heard["camera/geometry"] and heard["camera/calibration"]))
+    assert heard["camera/geometry"][0].source == "calibration.toml"
+    assert heard["camera/geometry"][0].corner_sigma_px == 0.017
+    assert measured.distortion == heard["camera/calibration"][0].D
+
+
+def test_a_calibration_of_another_picture_is_a_fault():
+    other = dataclasses.replace(nominal(rig(), width_px=640, height_px=480), source="old.toml")
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera(images(3)), bus, other):
+        heard.wait(lambda: any("old.toml for 640 x 480" in status.fault for status in heard["camera/status"]))
+    assert heard["camera/corners"] == []
+
+
+@pytest.mark.parametrize(("light", "said"), [(0.001, "The picture is black"), (5.0, "The picture is saturated")])
+def test_a_dark_or_bright_picture_is_said_and_its_mending_too(light: float, said: str):
+    bad = SyntheticView(rig(), rng=np.random.default_rng(1), options=SyntheticOptions(light=light)).frame(scene(), 0)
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera([*[bad] * 120, *images(200)]), bus):
+        heard.wait(lambda: any(said in status.fault for status in heard["camera/status"]))
+        heard.wait(lambda: "found again" in heard.log)
+        heard.wait(lambda: heard["camera/status"][-1].fault == "")
+    assert heard.log.count(said) == 1
+
+
+def test_two_markers_are_said():
+    one = images(1)[0]
+    two = one.copy()
+    two[120:220, 120:220] = one[250:350, 250:350]
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera([two] * 120), bus):
+        heard.wait(lambda: any("Two markers" in status.fault for status in heard["camera/status"]))
+
+
+def test_a_marker_that_reaches_out_of_the_picture_is_said():
+    out = SyntheticView(rig(), rng=np.random.default_rng(1)).frame(scene(0.0465), 0)
+    bus = MemoryBus(SystemClock())
+    heard = Listener(bus)
+    with running(rig(), ScriptedCamera([out] * 120), bus):
+        heard.wait(lambda: any(status.fault for status in heard["camera/status"]))
+        heard.wait(lambda: "arker" in heard["camera/status"][-1].fault)
+    assert not any(report.found for report in heard["camera/corners"])
