@@ -256,5 +256,5 @@ def arm_agent(bus: Bus, settings: ArmSettings, *, driver: Driver | None = None) 
     if driver is None:
         link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options)
         driver = load_driver(settings.driver, link=link)
-    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.armed)
+    gate = SafetyGate(tilter.stage, settings=settings.gate, may_arm=settings.may_arm)
     return ArmAgent(bus, tilter=tilter, driver=driver, gate=gate, settings=settings)

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shared.errors import UserError
-from station.arm.kinematics import follow, pivot_jacobian, pivot_pose, solve_rate
+from station.arm.kinematics import follow, pivot_jacobian, pivot_pose, pose_error, solve_rate
 from station.rig.arm_model import ArmModel, transform
 from station.rig.tilt import tilt_rotation, tilting_axis
 
@@ -23,6 +24,7 @@ Array = NDArray[np.float64]
 MAX_ANGLE_RAD = math.radians(67.5)  # the paper's safe maximum
 _KNOT_RAD = math.radians(1.0)
 _SINGULAR = 20.0  # rad of joint travel per rad of tilt: beyond it the arm is swinging round, not tilting
+_STRETCHED = "the arm is stretched out or at a singular pose"
 _HOME_TOLERANCE_RAD = 0.05
 
 
@@ -69,7 +71,7 @@ class TiltStage:
     world_from_base: Array
     home_rad: Array
 
-    @property
+    @cached_property
     def pivot_m(self) -> Array:
         """The centre of rotation in the world, (3,)."""
         return (self.world_from_base @ pivot_pose(self.model, self.home_rad))[:3, 3]
@@ -79,7 +81,12 @@ class TiltStage:
         world_from_pivot = np.eye(4)
         world_from_pivot[:3, :3] = tilt_rotation(angle_rad, azimuth_rad=azimuth_rad)
         world_from_pivot[:3, 3] = self.pivot_m
-        return np.linalg.inv(self.world_from_base) @ world_from_pivot
+        return self.base_from_world @ world_from_pivot
+
+    @cached_property
+    def base_from_world(self) -> Array:
+        """The inverse of `world_from_base`, (4, 4)."""
+        return np.linalg.inv(self.world_from_base)
 
 
 def tilt_stage(
@@ -115,37 +122,51 @@ def tilt_path(
 
     `touching` says what the arm would touch with its joints at (n,), or nothing; it ends the path, too.
     """
-    model, axis = stage.model, stage.world_from_base[:3, :3].T @ tilting_axis(azimuth_rad)
-    twist = np.concatenate([np.zeros(3), axis])
-    q, angle, limit = stage.home_rad, 0.0, "the maximum asked for"
-    angles: list[float] = []
-    joints: list[Array] = []
-    slopes: list[Array] = []
-    for angle in np.linspace(0.0, max_angle_rad, 1 + max(1, math.ceil(max_angle_rad / _KNOT_RAD))):
-        guess = q + slopes[-1] * (angle - angles[-1]) if slopes else q
-        q, error = follow(model, guess, stage.pivot_target(angle, azimuth_rad=azimuth_rad), iterations=2)
-        slope = solve_rate(pivot_jacobian(model, q)[1], twist)
-        if reason := _obstacle(model, q, slope=slope, error=float(error)) or (touching(q) if touching else ""):
+    angles = np.linspace(0.0, max_angle_rad, 1 + max(1, math.ceil(max_angle_rad / _KNOT_RAD)))
+    targets = np.array([stage.pivot_target(float(angle), azimuth_rad=azimuth_rad) for angle in angles])
+    twist = np.concatenate([np.zeros(3), stage.world_from_base[:3, :3].T @ tilting_axis(azimuth_rad)])
+    rough = _trace(stage, targets, twist=twist, step_rad=float(angles[1]))
+    joints, errors = follow(stage.model, rough, targets[: len(rough)], iterations=2)
+    slopes = solve_rate(pivot_jacobian(stage.model, joints)[1], np.broadcast_to(twist, (len(joints), 6)))
+    count, limit = 0, "the maximum asked for" if len(joints) == len(angles) else _STRETCHED
+    for q, slope, error in zip(joints, slopes, errors, strict=True):
+        if reason := _obstacle(stage.model, q, slope=slope, error=float(error)) or (touching(q) if touching else ""):
             limit = reason
             break
-        angles.append(float(angle))
-        joints.append(q)
-        slopes.append(slope)
-    if not angles:
+        count += 1
+    if not count:
         raise UserError(f"The arm cannot stand level: {limit}.")
     return TiltPath(
         azimuth_rad=azimuth_rad,
-        angles_rad=np.array(angles),
-        joints_rad=np.array(joints),
-        slopes=np.array(slopes),
+        angles_rad=angles[:count],
+        joints_rad=joints[:count],
+        slopes=slopes[:count],
         limit=limit,
     )
+
+
+def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -> Array:
+    """Joints (j, n) near the targets (k, 4, 4), one after the other: a Newton step and a step along the slope each.
+
+    It ends early, j < k, where the arm would swing round.
+    """
+    q = stage.home_rad
+    joints: list[Array] = []
+    for target in targets:
+        pose, jacobian = pivot_jacobian(stage.model, q)
+        correction, slope = solve_rate(jacobian, np.stack([pose_error(pose, target), twist]))
+        if max(np.abs(correction).max(), np.abs(slope).max() * step_rad) > _SINGULAR * _KNOT_RAD:
+            break
+        q = q + correction
+        joints.append(q)
+        q = q + slope * step_rad
+    return np.array(joints or [stage.home_rad])
 
 
 def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
     """Why the arm cannot take this pose, or nothing."""
     if not error < 1e-7:
-        return "the arm is stretched out or at a singular pose"
+        return _STRETCHED
     if np.max(np.abs(slope)) > _SINGULAR:
         return "the arm is near a singular pose and would swing round"
     for joint, angle in zip(model.joints, q, strict=True):

@@ -67,7 +67,8 @@ class ArmSettings:
     The base stands upright at `base_xyz_m`, turned by `base_yaw_deg` (the model's own by default); the world's axes are
     the level plate's.
     `home_deg` holds the plate level (empty: the model's own home pose). `rate_deg_s` is the tilt rate of a command
-    that names none. `pivot_above_plate_m` replaces the model's when it is given. `options` goes to the driver.
+    that names none. `pivot_above_plate_m` replaces the model's when it is given. `armed` lets the arm
+    move when the station asks for it; a real arm is read-only until it is set. `options` goes to the driver.
     """
 
     model: str = "jaco2_spherical"
@@ -78,7 +79,12 @@ class ArmSettings:
     rate_deg_s: float = 5.0
     state_rate_hz: float = 100.0
     pivot_above_plate_m: float | None = None
-    armed: bool = True
+    armed: bool | None = None
     gate: GateSettings = field(default_factory=GateSettings)
     obstacles: ObstacleSettings = field(default_factory=ObstacleSettings)
     options: Table = field(default_factory=lambda: Table({}))
+
+    @property
+    def may_arm(self) -> bool:
+        """Whether the rig lets the arm move; the twin may always."""
+        return self.driver == "simulated" if self.armed is None else self.armed

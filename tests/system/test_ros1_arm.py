@@ -92,7 +92,7 @@ def opened_station(*, mode: str) -> Generator[Station]:
     bus = MemoryBus(clock)
     options = Table({"master_uri": roscore(), "connect_timeout_s": 20.0, "answer_timeout_s": 0.3})
     with ros_arm("jaco2_spherical", mode=mode) as robot:
-        opened = Station(clock, bus, arm_agent(bus, ArmSettings(driver="ros1", options=options)), robot)
+        opened = Station(clock, bus, arm_agent(bus, ArmSettings(driver="ros1", armed=True, options=options)), robot)
         bus.subscribe("arm/motion", opened.on_report)
         bus.subscribe("arm/platform", opened.on_platform)
         try:

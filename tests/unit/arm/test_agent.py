@@ -127,6 +127,13 @@ def test_a_rig_that_is_not_armed_is_read_only() -> None:
     assert rig.of(PlatformState)
 
 
+def test_a_real_arm_is_read_only_unless_the_rig_says_otherwise() -> None:
+    assert ArmSettings().may_arm
+    assert not ArmSettings(driver="ros1").may_arm
+    assert ArmSettings(driver="ros1", armed=True).may_arm
+    assert not ArmSettings(armed=False).may_arm
+
+
 def test_when_the_station_dies_the_arm_holds_and_then_levels_slowly(rig: FakeRig) -> None:
     rig.command(40)
     rig.advance(2)

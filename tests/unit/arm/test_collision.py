@@ -87,7 +87,7 @@ def test_the_agent_s_own_paths_heed_the_obstacles() -> None:
 def test_the_curved_wrist_s_home_pose_reaches_what_it_should() -> None:
     tilter = Tilter.from_settings(ArmSettings(model="jaco2_curved"))
     reach = [math.degrees(tilter.path(direction * math.pi / 2).reach_rad) for direction in range(4)]
-    np.testing.assert_allclose(reach, (67.5, 67.5, 59.6, 60.6), atol=0.2)
+    np.testing.assert_allclose(reach, (67.5, 67.5, 60.6, 61.5), atol=0.2)
 
 
 def test_a_base_turned_with_its_home_pose_leaves_the_world_s_axes(model: ArmModel) -> None:
