@@ -109,12 +109,17 @@ def test_one_that_cannot_be_opened_is_said_with_its_own_sentence() -> None:
 def test_a_silent_source_is_opened_anew() -> None:
     bench = Bench()
     bench.step()
+    well = bench.source.on_read
     bench.source.on_read = lambda: ()
-    for _ in range(40):
+    for _ in range(59):
         bench.step()
     assert len(bench.said) == 1
     assert "has said nothing for 2.0 s" in bench.said[0]
     assert bench.source.opened > 1
+    bench.source.on_read = well
+    while len(bench.said) < 2:
+        bench.step()
+    assert float(bench.said[1].split()[-2]) >= 6.0  # since it last spoke, not since it was opened anew
 
 
 def test_readings_that_are_not_numbers_are_left_out_and_said() -> None:
