@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 from shared.config import Table, parse
@@ -39,14 +40,14 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def machine_of(reader: RecordingReader) -> SamplingMachine:
-    """A fresh machine with the plan and the rig inside a recording.
+def machine_of(reader: RecordingReader, *, seed: int | None = None) -> SamplingMachine:
+    """A fresh machine with the plan (under another `seed`, if one is given) and the rig inside a recording.
 
     Raises:
         UserError: if the recording is not of a session.
     """
     plan, rig = parse(Plan, _table(reader, "plan.toml")), assembly.rig_of_table(_table(reader, "rig.toml"))
-    return assembly.sampling_machine(rig, plan)
+    return assembly.sampling_machine(rig, plan if seed is None else replace(plan, seed=seed))
 
 
 def _table(reader: RecordingReader, name: str) -> Table:

@@ -1,0 +1,76 @@
+"""The replay law: over a recording the state machine takes the decisions that it took."""
+
+import dataclasses
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from shared.messages import Message, RunEvent, Sample, TiltCommand
+from station.__main__ import main
+from station.app.commands.check import machine_of
+from station.recording.reader import open_recording
+from station.sampling.machine import INPUTS
+from station.sampling.replay import DECISIONS, Verdict, replay
+
+SESSION = Path(__file__).parent / "session.mcap"
+Item = tuple[str, Message, int]
+
+
+def stream(path: Path = SESSION) -> list[Item]:
+    items = open_recording(path).messages({*INPUTS, *DECISIONS})
+    return [(item.topic, item.message, item.log_ns) for item in items]
+
+
+def verdict(items: list[Item]) -> Verdict:
+    return replay(machine_of(open_recording(SESSION)), items)
+
+
+def test_the_golden_session_is_decided_as_it_was():
+    found = verdict(stream())
+    assert found.difference is None, str(found.difference)
+    assert found.decisions > 100
+
+
+def test_the_command_says_so(capsys: pytest.CaptureFixture[str]):
+    assert main(["check", str(SESSION)]) == 0
+    assert "decisions are the same" in capsys.readouterr().out
+
+
+def changed(items: list[Item], kind: type[Message], **values: object) -> Iterator[Item]:
+    """The stream with one field of the last message of a kind changed."""
+    last = max(k for k, (_, message, _) in enumerate(items) if isinstance(message, kind))
+    for k, (topic, message, now_ns) in enumerate(items):
+        yield topic, dataclasses.replace(message, **values) if k == last else message, now_ns  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "named"),
+    [
+        (TiltCommand, {"angle_rad": 0.123}, "angle_rad 0.123"),
+        (RunEvent, {"phase": "TILT"}, "phase 'TILT'"),
+        (Sample, {"onset_angle_rad": 0.3}, "onset_angle_rad 0.3"),
+    ],
+)
+def test_a_recording_that_was_tampered_with_is_found_out(kind: type[Message], values: dict[str, object], named: str):
+    found = verdict(list(changed(stream(), kind, **values)))
+    assert found.difference is not None
+    assert named in str(found.difference)
+
+
+def test_another_seed_decides_otherwise():
+    reader = open_recording(SESSION)
+    machine = machine_of(reader, seed=8)
+    assert replay(machine, stream()).difference is not None
+
+
+def test_a_decision_that_is_missing_is_found_out():
+    items = stream()
+    first = next(k for k, (topic, _, _) in enumerate(items) if topic == "session/sample")
+    assert verdict(items[:first] + items[first + 1 :]).difference is not None
+
+
+def test_a_recording_may_end_at_any_moment():
+    items = stream()
+    for end in range(0, len(items), 701):
+        assert verdict(items[:end]).difference is None
