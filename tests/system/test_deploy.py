@@ -18,6 +18,8 @@ import cv2
 import numpy as np
 import pytest
 
+from shared.errors import UserError
+from station.app.deploy.remote import Remote
 from tests.system.deploy_target import (
     Target,
     install_fake_systemd,
@@ -270,3 +272,38 @@ def test_a_target_that_does_not_answer_is_one_sentence(bench: Bench):
     assert done.returncode == 2
     assert "Expected an ssh connection to 127.0.0.1" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("how", ["free", "password"])
+def test_sudo_gets_its_password_and_the_command_gets_the_rest(bench: Bench, how: str, monkeypatch: pytest.MonkeyPatch):
+    """With a sudo that behaves as the real one does: -S takes one line from standard input and nothing after it."""
+    sudo = bench.target.bin / "sudo"
+    sudo.write_text(
+        f"#!{sys.executable}\nimport os, sys\nwords = sys.argv[1:]\n"
+        "if words[0] == '-n':\n    words = words[1:]\n"
+        "else:\n    assert words[:4] == ['-k', '-S', '-p', ''], words\n    words, line = words[4:], b''\n"
+        "    while not line.endswith(b'\\n'):\n        line += os.read(0, 1)\n"
+        "    line == b'secret\\n' or sys.exit('Sorry, try again.')\n"
+        "os.execvp(words[0], words)\n"
+    )
+    sudo.chmod(0o755)
+    target, *options = bench.target.words
+
+    def ask(question: str) -> str:
+        assert target in question
+        return "secret"
+
+    monkeypatch.setattr("getpass.getpass", ask)
+    try:
+        with Remote(target, port=bench.target.port, identity=options[3], options=options[5::2]) as remote:
+            remote.become_root(how)
+            assert remote.run("cat", given=b"data", root=True) == "data"
+            place = bench.root / f"fed-{how}"
+            with remote.feed("sh", "-c", f"cat > {place}") as sink:
+                sink.write(b"more" * 100_000)
+            assert place.read_bytes() == b"more" * 100_000
+            place.unlink()
+            with pytest.raises(UserError, match="`false` failed"):
+                remote.run("false", root=True)
+    finally:
+        sudo.unlink()

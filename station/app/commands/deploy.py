@@ -128,9 +128,8 @@ def _install(deployment: Deployment, rig: RigConfig, options: argparse.Namespace
         print("Nothing speaks against a deployment.")
         return 0
     done = deployment.install(rig)
-    print(
-        f"Release {done['id']} runs (process {done['pid']})." + ("" if done["changed"] else " Nothing had to change.")
-    )
+    unchanged = "" if done["changed"] else " Nothing had to change."
+    print(f"Release {done['id']} runs (process {done['pid']}).{unchanged}")
     if options.verify_seconds <= 0:
         return 0
     arrival = deployment.verify(rig)
@@ -139,6 +138,6 @@ def _install(deployment: Deployment, rig: RigConfig, options: argparse.Namespace
         return 0
     what = f"; {deployment.roll_back()}" if done["switched"] else ""
     raise UserError(
-        f"Expected corners over the bus, got none in {options.patience:g} s ({arrival.fault or 'no fault was told'}){what} "
-        "(--force keeps a release that sees nothing)"
+        f"Expected corners over the bus, got none in {options.patience:g} s "
+        f"({arrival.fault or 'no fault was told'}){what} (--force keeps a release that sees nothing)"
     )

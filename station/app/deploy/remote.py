@@ -89,18 +89,18 @@ class Remote:
             UserError: if it fails.
         """
         pipe, line = subprocess.PIPE, self._ssh([*self._root_words, *words])
-        process = subprocess.Popen(line, stdin=pipe, stdout=subprocess.DEVNULL, stderr=pipe)
-        assert process.stdin is not None
-        assert process.stderr is not None
         broken = False
-        try:
-            process.stdin.write(self._password)
-            yield process.stdin
-            process.stdin.close()
-        except BrokenPipeError:
-            broken = True
-        said = process.stderr.read().decode(errors="replace").strip()
-        if process.wait() != 0 or broken:
+        with subprocess.Popen(line, stdin=pipe, stdout=subprocess.DEVNULL, stderr=pipe) as process:
+            assert process.stdin is not None
+            assert process.stderr is not None
+            try:
+                process.stdin.write(self._password)
+                yield process.stdin
+                process.stdin.close()
+            except BrokenPipeError:
+                broken = True
+            said = process.stderr.read().decode(errors="replace").strip()
+        if process.returncode != 0 or broken:
             raise UserError(f"On {self.target}, `{shlex.join(words)[:120]}` failed: {said or 'the connection broke'}")
 
     def tunnel(self, port: int) -> int:
