@@ -17,18 +17,23 @@ class MemoryBus:
         self._clock = clock
         self._last_receive_ns = 0
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
+        self._routes: dict[str, tuple[Handler, ...]] = {}
         self._servers: dict[str, Server] = {}
         self._alive: set[str] = set()
 
     def publish(self, topic: str, message: Message) -> None:
         """Hands the message to every subscriber before it returns."""
-        handlers, everything = self._handlers.get(topic), self._handlers.get("**")
-        if not handlers and not everything:
+        route = self._routes.get(topic)
+        if route is None:
+            # Recorders of everything first: a recording then holds the order of arrival.
+            route = self._routes[topic] = (*self._handlers["**"], *self._handlers[topic])
+        if not route:
             return
-        # Later than the message before, and recorders of everything first: a recording then holds the order of arrival.
-        self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
-        received = Received(topic, receive_ns=self._last_receive_ns, message=message)
-        for handler in (*(everything or ()), *(handlers or ())):
+        now_ns, last_ns = self._clock.now_ns(), self._last_receive_ns
+        # Later than the message before: no two messages share a time of receipt.
+        self._last_receive_ns = receive_ns = now_ns if now_ns > last_ns else last_ns + 1
+        received = Received(topic, receive_ns=receive_ns, message=message)
+        for handler in route:
             handler(received)
 
     def subscribe(
@@ -39,6 +44,7 @@ class MemoryBus:
         if topic != "**":
             topics.topic(topic)
         self._handlers[topic].append(handler)
+        self._routes.clear()
 
     def serve(self, service: str, server: Server, *, direct: bool = False) -> None:
         """See `Bus.serve`."""
@@ -69,4 +75,5 @@ class MemoryBus:
     def close(self) -> None:
         """Forgets everybody."""
         self._handlers.clear()
+        self._routes.clear()
         self._servers.clear()

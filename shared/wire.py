@@ -146,7 +146,8 @@ def _to_proto(slot: _Slot, value: Any) -> Any:
 
 def encode(message: Message) -> bytes:
     """The protobuf payload of a message; the same message gives the same bytes."""
-    return _builder(type(message))(message).SerializeToString(deterministic=True)
+    # Only maps have no order of their own on the wire, and there are none.
+    return _builder(type(message))(message).SerializeToString()
 
 
 def decode(cls: type[M], payload: bytes) -> M:

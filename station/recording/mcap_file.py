@@ -43,6 +43,7 @@ COMPRESSIONS: dict[str, Callable[[bytes], bytes]] = {
 }
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _FIXED_BYTES = _MESSAGE.size - 9  # of a message record, without opcode and length
+_MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
 
 
@@ -114,10 +115,11 @@ class McapFile:
         chunk = self._chunk
         if not chunk.index or log_ns < chunk.start_ns:
             chunk.start_ns = log_ns
-        chunk.end_ns = max(chunk.end_ns, log_ns)
+        if log_ns > chunk.end_ns:
+            chunk.end_ns = log_ns
         records = chunk.records
         chunk.index[channel_id] += (log_ns, len(records))
-        records += _MESSAGE.pack(Opcode.MESSAGE, _FIXED_BYTES + len(payload), channel_id, sequence, log_ns, publish_ns)
+        records += _MESSAGE.pack(_MESSAGE_OPCODE, _FIXED_BYTES + len(payload), channel_id, sequence, log_ns, publish_ns)
         records += payload
         if len(records) > self._chunk_bytes:
             self._end_chunk()

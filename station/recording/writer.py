@@ -36,6 +36,7 @@ class _Channel:
     number: int
     known: bool
     agent: str
+    capture_ns: Callable[[Message], int] = lambda _: 0
     sequence: int = 0
 
 
@@ -151,7 +152,7 @@ class Recording:
             return received.receive_ns
         if isinstance(message, ClockOffset):
             self._offsets[message.agent] = message.offset_ns
-        stamp_ns = topics.capture_ns(message)
+        stamp_ns = channel.capture_ns(message)
         if stamp_ns <= 0:
             return received.receive_ns
         return max(0, stamp_ns + self._offsets.get(channel.agent, 0)) if channel.agent else stamp_ns
@@ -164,7 +165,8 @@ class Recording:
             channel = _Channel(number, known=False, agent="")
         else:
             number = self._register(name, wire.schema_name(line.message), wire.schema(line.message))
-            channel = _Channel(number, known=True, agent=line.sender if line.sender in ("camera", "arm") else "")
+            agent = line.sender if line.sender in ("camera", "arm") else ""
+            channel = _Channel(number, known=True, agent=agent, capture_ns=topics.capture_of(line.message))
         self._channels[name] = channel
         return channel
 
