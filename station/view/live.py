@@ -30,7 +30,7 @@ LIVE_CAPS_HZ = {"camera/image": 12.0, "arm/joints": 15.0, "arm/platform": 30.0, 
 
 USUAL_TOPICS = frozenset({"camera/corners", "camera/image", "arm/joints", "arm/platform"})
 _CAPACITY = 2_000
-_FLUSH_S = 0.1
+_FLUSH_S = 0.25
 _CLOSE_S = 2.0
 
 

@@ -29,6 +29,7 @@ NAME = "replay"
 HELP = "show a recording (or a running session) in Rerun, or play it back onto the bus"
 _POSES = 50_000
 _CONNECT_S = 1.0
+_AFTER_SLIP_S = 0.2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -124,7 +125,7 @@ def _attached(reader: RecordingReader, name: str) -> Table | None:
 def _telling_moment(reader: RecordingReader, start_ns: int) -> float | None:
     """Just after the last slip, when the picture tells most; None (the end) without one."""
     slips = [sample.detect_ns for sample in reader.samples() if not sample.censored and sample.detect_ns > start_ns]
-    return (slips[-1] - start_ns) * 1e-9 if slips else None
+    return (slips[-1] - start_ns) * 1e-9 + _AFTER_SLIP_S if slips else None
 
 
 # --- live ------------------------------------------------------------------------------------------------------------
