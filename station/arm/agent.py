@@ -54,7 +54,6 @@ class ArmAgent:
         self._settings = settings
         self._now_ns = 0
         self._published_ns = -1
-        self._due_ns = 0
         self._reading: JointReading | None = None
         self._pending: _Motion | None = None
         self._motion: _Motion | None = None

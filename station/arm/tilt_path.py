@@ -86,7 +86,7 @@ class TiltStage:
     @cached_property
     def base_from_world(self) -> Array:
         """The inverse of `world_from_base`, (4, 4)."""
-        return np.linalg.inv(self.world_from_base)
+        return np.asarray(np.linalg.inv(self.world_from_base), dtype=np.float64)
 
 
 def tilt_stage(

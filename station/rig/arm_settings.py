@@ -77,7 +77,6 @@ class ArmSettings:
     base_yaw_deg: float | None = None
     home_deg: tuple[float, ...] = ()
     rate_deg_s: float = 5.0
-    state_rate_hz: float = 100.0
     pivot_above_plate_m: float | None = None
     armed: bool | None = None
     gate: GateSettings = field(default_factory=GateSettings)
