@@ -60,8 +60,8 @@ class Fit:
     """The refined quadrilateral.
 
     Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's readable
-    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest correction of the last
-    pass in blur deviations.
+    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest correction
+    of the last pass in blur deviations.
     """
 
     corners: Points

@@ -30,6 +30,7 @@ FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back withi
 SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
 SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
+DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 NO_MARK = judge.Verdict("no mark in this frame")
 
 
@@ -51,6 +52,7 @@ class Tracker:
         self._blur_px = self.config.blur_px
         self._shape: judge.Shape | None = None
         self._identity = ""
+        self._dropout = 0
 
     def track(self, frame: Frame, *, capture_ns: int) -> Observation:
         """The mark in a frame (height, width) uint8 captured at `capture_ns`."""
@@ -116,13 +118,22 @@ class Tracker:
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]
         origin = complex(max(left, 0), max(top, 0))
         believed: list[Fit] = []
-        for quad in candidates(part, side_px=self.config.side_px, aspect=self.config.mark.aspect):
+        quads = candidates(part, side_px=self.config.side_px, aspect=self.config.mark.aspect)
+        for quad in quads or self._tag_outline(part):
             fit, verdict = self._first_sight(quad + origin)
             if fit is not None and not verdict.reason:
                 believed.append(fit)
             elif fit is not None:
                 why = verdict
         return self._only_one(believed, time_s) if believed else (None, why)
+
+    def _tag_outline(self, part: Frame) -> list[Points]:
+        """The tag by OpenCV's detector, when no outline stands alone: slow, so not in every frame of a dropout."""
+        if self.config.mark.feature != "tag":
+            return []
+        self._dropout += 1
+        quad = identity.detect_tag(part, self.config.mark) if self._dropout % DETECT_EVERY == 1 else None
+        return [] if quad is None else [quad]
 
     def _first_sight(self, quad: Points) -> Attempt:
         near = search_edges(self._reader, quad, reach_px=5)
@@ -166,6 +177,7 @@ class Tracker:
 
     def _accept(self, fit: Fit, verdict: judge.Verdict, capture_ns: int) -> Observation:
         self._motion.update(fit.corners, capture_ns * 1e-9)
+        self._dropout = 0
         if not verdict.reason:
             self._learn(fit)
         path_px = abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9

@@ -36,7 +36,7 @@ ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000
 
 @dataclass(frozen=True)
 class Trial:
-    """Frames in order, their true corners and capture times; `fresh`: whether the last is also a first sight."""
+    """Frames in order, their true corners, and the tracker's settings."""
 
     frames: tuple[NDArray[np.uint8], ...]
     corners: tuple[Floats, ...]
@@ -92,10 +92,9 @@ def still(
     """Two frames of a block that hardly moves; the second one of the disturbed scene."""
     first = pose or random_pose(rng)
     second = nudged(first, rng) if pose is None else first
-    shots = [
-        ExactRenderer(scene, quality=quality).render(first, rng=rng),
-        ExactRenderer(disturbed or scene, quality=quality).render(second, rng=rng),
-    ]
+    renderer = ExactRenderer(scene, quality=quality)
+    last = renderer if disturbed is None else ExactRenderer(disturbed, quality=quality)
+    shots = [renderer.render(first, rng=rng), last.render(second, rng=rng)]
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 

@@ -32,7 +32,8 @@ def test_coverage_sums_to_the_area_at_any_turn() -> None:
         cover = _cover(square, (32, 32))
         assert cover.sum() == pytest.approx(14.6**2, rel=1e-4)
         centre = (cover.sum(axis=0) @ (np.arange(32) + 0.5), cover.sum(axis=1) @ (np.arange(32) + 0.5)) / cover.sum()
-        np.testing.assert_allclose(centre, square.mean(axis=0), atol=1e-3)
+        # a partly covered pixel's light counts at the pixel's centre: a few thousandths are lost to that
+        np.testing.assert_allclose(centre, square.mean(axis=0), atol=5e-3)
 
 
 def test_a_centred_square_has_its_corners_where_arithmetic_puts_them() -> None:

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pi_agent.rendering import ExactRenderer, FastRenderer, Glare, Optics, Pose, Scene, Sensor, plate_fiducials, surface
+from pi_agent.rendering import (
+    ExactRenderer,
+    FastRenderer,
+    Glare,
+    Layer,
+    Optics,
+    Pose,
+    Scene,
+    Sensor,
+    plate_fiducials,
+    surface,
+)
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Feature, Mark
 from pi_agent.tracking.observation import Observation
@@ -236,3 +247,14 @@ def test_a_tilted_camera_and_glare_elsewhere_do_no_harm(wood: NDArray[np.float32
     seen = Tracker(TrackerConfig(mark=RECOMMENDED)).track(frame, capture_ns=0)
     assert seen.found
     assert float(np.abs(seen.corners_px - truth).max()) < 0.06
+
+
+def test_a_tag_without_an_outline_of_its_own_is_found_by_the_library_and_refined(
+    wood: NDArray[np.float32], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pi_agent.tracking.tracker.candidates", lambda *_args, **_options: [])
+    mark = Mark(side_mm=14.0, margin=0.16, feature="tag")
+    frame, truth = ExactRenderer(Scene(wood, mark=mark)).render(Pose(0.0, 0.0, 2.2), rng=np.random.default_rng(1))
+    seen = Tracker(TrackerConfig(mark=mark)).track(frame, capture_ns=0)
+    assert seen.identity == "marked"
+    assert float(np.abs(seen.corners_px - truth).max()) < 0.05
