@@ -119,6 +119,7 @@ class LiveSession:
                 self._turn()
                 on_tick()
             self._await_level()
+            self._session.armed = False
             self._listen_on()
         return self._session.fault or self._stop.reason
 

@@ -48,6 +48,8 @@ class Session:
         self._view: tuple[tuple[float, ...], FrameTransform] | None = None
         self._seen: dict[type[Message], Message] = {}
         self.finished = False
+        self.armed = True
+        """Whether the heartbeat asks the arm to go on obeying; kept until the plate is level again."""
         self.fault = ""
         for topic in INPUTS:
             bus.subscribe(topic, self._take)
@@ -118,7 +120,7 @@ class Session:
         self._now_ns = max(self._now_ns, now_ns)
         if now_ns >= self._heartbeat_ns:
             self._heartbeat_ns = now_ns + HEARTBEAT_NS
-            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=not self.finished))
+            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed))
         if now_ns >= self._transforms_ns:
             self._transforms_ns = now_ns + TRANSFORMS_NS
             self._publish_transforms(now_ns)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from shared.messages import AgentStatus, MarkerCorners, RunEvent
+from shared.geometry import tilt_of
+from shared.messages import AgentStatus, MarkerCorners, PlatformState, RunEvent
 from station.recording.reader import open_recording
 from tests.system.processes import ROOT, end, rig_file, running, start
 
@@ -54,6 +55,10 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
     printed = process.communicate(timeout=40)[0]
     assert "stopped by the user" in printed
     assert not partial.exists()
+    attitudes = [item.message for item in open_recording(out).messages({"arm/platform"})]
+    tilts = [tilt_of(a.qw, a.qx, a.qy, a.qz) for a in attitudes if isinstance(a, PlatformState)]
+    assert max(tilts) > 0.05
+    assert tilts[-1] < 0.001
     events = [item.message for item in open_recording(out).messages({"session/event"})]
     phases = [event.phase for event in events if isinstance(event, RunEvent)]
     assert "ABORTED" in phases
