@@ -44,6 +44,9 @@ class Engine:
         self.ctrl: FLOATS = self.data.ctrl
         self.plate = int(model.body("plate").id)
         self.block = int(model.body("block").id)
+        self.joint_position: FLOATS = self.qpos[:joints]
+        self.joint_velocity: FLOATS = self.qvel[:joints]
+        self.joint_effort: FLOATS = self.data.qfrc_actuator[:joints]
         self.bodies = Bodies(self.data, plate=self.plate, block=self.block)
         self._bodies_ahead = Bodies(self.scratch, plate=self.plate, block=self.block)
         self._per_joint: FLOATS = np.empty((3, model.nv))

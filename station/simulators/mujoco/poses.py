@@ -25,11 +25,24 @@ class Joints:
 
 @dataclass(frozen=True, slots=True)
 class PlatePose:
-    """world_from_plate as a rotation matrix (3, 3) and a quaternion (w, x, y, z), and the pivot in the world (m)."""
+    """world_from_plate as a rotation, row by row, and a quaternion (w, x, y, z), and the pivot in the world (m).
 
-    rotation: FLOATS
+    In plain numbers, because it is read hundreds of times a second; `rotation` and `pivot` give arrays.
+    """
+
+    rows: tuple[float, ...]
     quaternion: tuple[float, ...]
-    pivot: FLOATS
+    pivot_m: tuple[float, float, float]
+
+    @property
+    def rotation(self) -> FLOATS:
+        """The rotation matrix, (3, 3)."""
+        return np.reshape(self.rows, (3, 3))
+
+    @property
+    def pivot(self) -> FLOATS:
+        """The pivot, (3,)."""
+        return np.array(self.pivot_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +80,14 @@ def standing(pose: Pose, *, half_m: float) -> Pose:
     w, x, y, z = w + share * (cw - w), (1 - share) * x, (1 - share) * y, z + share * (cz - z)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     return Pose(position, (w / length, x / length, y / length, z / length))
+
+
+def plate_pose(bodies: Bodies, *, pivot_above_plate_m: float) -> PlatePose:
+    """Where the plate is, and its pivot, which is `pivot_above_plate_m` along its normal."""
+    rows, height = tuple(bodies.plate_rotation.tolist()), pivot_above_plate_m
+    x, y, z = bodies.plate_place.tolist()
+    pivot = (x + rows[2] * height, y + rows[5] * height, z + rows[8] * height)
+    return PlatePose(rows, tuple(bodies.plate_quaternion.tolist()), pivot)
 
 
 def relative_pose(bodies: Bodies) -> Pose:

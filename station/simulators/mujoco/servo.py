@@ -25,32 +25,34 @@ class Servo:
         self._stamp_ns = now_ns
         self._wanted_velocity = np.zeros_like(joint_start_rad)
         self.settled = False
+        self.fresh = True
+        """Whether there is a set-point that no command has taken into account."""
         self.jerk_rad_s: FLOATS = np.zeros_like(joint_start_rad)
         """By how much the wanted velocity changed with the last command, (n,)."""
 
     def set_target(self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int) -> None:
         """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,)."""
-        position, velocity = np.array(position_rad, dtype=np.float64), np.array(velocity_rad_s, dtype=np.float64)
         self._stamp_ns = stamp_ns
-        self._moving = bool(velocity.any())
-        if not self._moving and not self._velocity.any() and np.array_equal(position, self._position):
+        stood, self._moving = not self._moving, any(velocity_rad_s)
+        position = np.array(position_rad, dtype=np.float64)
+        if stood and not self._moving and np.array_equal(position, self._position):
             return
-        self._position, self._velocity = position, velocity
-        self.settled = False
+        self._position, self._velocity = position, np.array(velocity_rad_s, dtype=np.float64)
+        self.settled, self.fresh = False, True
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:
         """Writes the servos' wanted velocities for the coming steps into `ctrl`, (2n,), given their places `act`."""
+        self.fresh = False
         wanted = self._position - act
         if self._moving:
+            # The way that is left, in the time to catch up, and the motion itself: one factor of the velocity.
             ahead_ns = now_ns - self._stamp_ns
-            wanted += self._velocity * (min(max(ahead_ns, 0), STALE_NS) * 1e-9)
-        self.settled = not self._moving and bool(np.abs(wanted).max() < SETTLED_RAD)
-        if self.settled:
-            wanted[:] = 0.0
-        else:
+            share = min(max(ahead_ns, 0), STALE_NS) * 1e-9 / CATCH_UP_S + (1.0 if ahead_ns < STALE_NS else 0.0)
             wanted /= CATCH_UP_S
-            if self._moving and now_ns - self._stamp_ns < STALE_NS:
-                wanted += self._velocity
+            wanted += self._velocity * share
+        else:
+            self.settled = bool(np.abs(wanted).max() < SETTLED_RAD)
+            wanted *= 0.0 if self.settled else 1.0 / CATCH_UP_S
         self.jerk_rad_s = wanted - self._wanted_velocity
         self._wanted_velocity = wanted
         ctrl[0::2] = wanted

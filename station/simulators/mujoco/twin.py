@@ -46,7 +46,7 @@ class Twin:
     def scene(self, now_ns: int) -> TwinScene:
         """The truth of this moment; a block that is not there is said to be a metre below the plate."""
         plate, block = self.world.plate_pose(), self.world.block_pose()
-        (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot.tolist()
+        (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot_m
         (x, y, z), (bw, bx, by, bz) = block.position, block.quaternion
         return TwinScene(
             stamp_ns=now_ns,

@@ -21,7 +21,7 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import Bodies, ContactEngine, Engine
-from station.simulators.mujoco.poses import Joints, PlatePose, Pose, relative_pose, standing
+from station.simulators.mujoco.poses import Joints, PlatePose, Pose, plate_pose, relative_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
@@ -108,20 +108,24 @@ class TwinWorld:
 
     def advance(self, to_ns: int) -> None:
         """Lets simulated time pass until `to_ns`; what is read afterwards is the state at that very time."""
+        if not self._resting:
+            self._step_until(to_ns)
+            self._poses = None
+        if self._resting:
+            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
+        self._asked_ns = max(to_ns, self._asked_ns)
+
+    def _step_until(self, to_ns: int) -> None:
+        """Steps to `to_ns` or until all is at rest; who asks more often does not make more looks or commands of it."""
         while not self._resting and (steps := (to_ns - self._time_ns) // STEP_NS) > 0:
-            # Whoever asks often does not make it look more often: what happens is the same however it is asked.
+            if not self._unseen or self._servo.fresh:
+                self._look_ahead()
             count = min(steps, LOOK - self._unseen)
-            self._look_ahead()
             self._engine.step(count)
             self._time_ns += count * STEP_NS
             self._unseen = (self._unseen + count) % LOOK
             if not self._unseen:
                 self._look()
-        if self._resting:
-            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
-        else:
-            self._poses = None
-        self._asked_ns = max(to_ns, self._asked_ns)
 
     def place_block(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the block on the plate, by a hand that lets go once the plate is level enough: a new contact.
@@ -165,18 +169,15 @@ class TwinWorld:
 
     def joints(self) -> Joints:
         """The arm's joints now."""
-        engine, n = self._engine, self._n
-        velocity = engine.qvel[:n]
-        position = engine.qpos[:n] + velocity * self._ahead_s()
-        effort: FLOATS = engine.data.qfrc_actuator[:n]
-        return Joints(tuple(position.tolist()), tuple(velocity.tolist()), tuple(effort.tolist()))
+        engine, ahead_s = self._engine, self._ahead_s()
+        position, velocity = engine.joint_position.tolist(), engine.joint_velocity.tolist()
+        if ahead_s:
+            position = [place + speed * ahead_s for place, speed in zip(position, velocity, strict=True)]
+        return Joints(tuple(position), tuple(velocity), tuple(engine.joint_effort.tolist()))
 
     def plate_pose(self) -> PlatePose:
         """Where the plate is now."""
-        bodies = self._bodies()
-        rotation: FLOATS = bodies.plate_rotation.reshape(3, 3).copy()
-        pivot: FLOATS = bodies.plate_place + rotation[:, 2] * self.arm.pivot_above_plate_m
-        return PlatePose(rotation, tuple(bodies.plate_quaternion.tolist()), pivot)
+        return plate_pose(self._bodies(), pivot_above_plate_m=self.arm.pivot_above_plate_m)
 
     def block_pose(self) -> Pose:
         """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
@@ -201,19 +202,20 @@ class TwinWorld:
         """Commands the servos for the coming steps; a sudden command frees the block before it is carried out."""
         engine, servo = self._engine, self._servo
         servo.command(engine.ctrl, engine.act, now_ns=self._time_ns)
-        if engine is self._welded and not self._held:
-            jerk = servo.jerk_rad_s
-            if jerk.any() and self._shove(jerk) > self._slack:
-                self._unweld()
+        if engine is self._welded and not self._held and self._shoves(servo.jerk_rad_s):
+            self._unweld()
 
-    def _shove(self, jerk_rad_s: FLOATS) -> float:
-        """Acceleration (m/s²) of the block, over one look, by a change of the joints' commanded velocities, (n,).
+    def _shoves(self, jerk_rad_s: FLOATS) -> bool:
+        """Whether a change of the joints' commanded velocities, (n,), could make the block slip within one look.
 
         In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
         equally quick, so a share of their sum is allowed for.
         """
-        together = self._welded.speed_of_block(jerk_rad_s) + UNEVEN * float(np.abs(jerk_rad_s).dot(self._reach))
-        return together / LOOK_S
+        allowed_m_s = self._slack * LOOK_S
+        apart = float(np.abs(jerk_rad_s).dot(self._reach))  # never less than together
+        if (1 + UNEVEN) * apart <= allowed_m_s:
+            return False
+        return self._welded.speed_of_block(jerk_rad_s) + UNEVEN * apart > allowed_m_s
 
     def _look(self) -> None:
         """What the block does, every `LOOK_S`: sticks, slides, comes to rest, leaves."""
@@ -229,7 +231,7 @@ class TwinWorld:
             self._mind_grip(force, used)
         elif self._quiet_s >= REST_S:
             self._mind_rest(force, used)
-        still = self._servo.settled and float(np.abs(engine.qvel[: self._n]).max()) < STILL_RAD_S
+        still = self._servo.settled and float(np.abs(engine.joint_velocity).max()) < STILL_RAD_S
         stuck = self._held or (self.block_at_rest and used < RESTING)
         self._resting = self._savings and still and stuck and self._engine is engine
 
