@@ -5,7 +5,7 @@ MuJoCo's contact is a regularised convex problem, and three of its traits matter
 - Below the limit the block creeps at (1−d0)/d0 · g sin θ · d1 τ / (2 n impratio), with d0, d1 = solimp[0:2], τ the
   friction's time constant and n contacts: a large `impratio` makes that nothing. A pyramidal cone makes false ways.
 - A sliding contact is pushed apart: its normal constraint gives way by mu b v, with b = 2/(d1 τ) the friction's
-  damping and v the speed, against a reserve of (1−d)/d · g. When the reserve is used up the block hops, reads its onset early,
+  damping and v the speed, against a reserve of (1−d)/d · g. When it is used up the block hops, reads its onset early,
   leaves its way by degrees and slides twice too far (with d = 0.9 and τ = 0.02 s from 20 mm/s on). A small impedance d
   gives a large reserve, at the price of feet that sink in by 0.2 mm (see `poses.standing`).
 - The friction's damping also says how a block stops: below v = (mu g − pull)/b it comes to rest exponentially, so

@@ -46,7 +46,7 @@ class Scene:
 
 
 def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
-    """One compiled MjModel; unless `welded`, the block lies on the plate by contact, within reach of the foam or not."""
+    """One compiled MjModel; unless `welded`, the block lies on the plate by contact, in reach of the foam or not."""
     spec = mj.MjSpec()
     _options(spec, scene)
     plate = _add_plate(_add_arm(spec, scene), scene, foam=bordered)
