@@ -252,7 +252,10 @@ def test_a_tilted_camera_and_glare_elsewhere_do_no_harm(wood: NDArray[np.float32
 def test_a_tag_without_an_outline_of_its_own_is_found_by_the_library_and_refined(
     wood: NDArray[np.float32], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pi_agent.tracking.tracker.candidates", lambda *_args, **_options: [])
+    def no_outline(_frame: NDArray[np.uint8], **_options: object) -> list[NDArray[np.complex128]]:
+        return []
+
+    monkeypatch.setattr("pi_agent.tracking.tracker.candidates", no_outline)
     mark = Mark(side_mm=14.0, margin=0.16, feature="tag")
     frame, truth = ExactRenderer(Scene(wood, mark=mark)).render(Pose(0.0, 0.0, 2.2), rng=np.random.default_rng(1))
     seen = Tracker(TrackerConfig(mark=mark)).track(frame, capture_ns=0)
