@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.zenoh_bus import RawSession
 from station.arm.drivers import Driver, DriverLink, _ros2_wire, load_driver
+from station.arm.trajectory import JointTrajectory
 from station.rig.arm_model import ArmModel
 from tests.contracts.ros2_robot import TRAJECTORY, Ros2Robot
 from tests.system.ros1 import free_port
@@ -86,3 +89,91 @@ def test_foreign_joints_are_named_and_own_ones_put_in_order(model: ArmModel) -> 
             finally:
                 driver.close()
         robot.close()
+
+
+DEFINITIONS = {
+    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec\n",
+    "builtin_interfaces/msg/Duration": "int32 sec\nuint32 nanosec\n",
+    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id\n",
+    "trajectory_msgs/msg/JointTrajectoryPoint": (
+        "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n"
+        "builtin_interfaces/Duration time_from_start\n"
+    ),
+    _ros2_wire.JOINT_TRAJECTORY: (
+        "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint[] points\n"
+    ),
+    _ros2_wire.JOINT_STATE: (
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
+    ),
+}
+
+
+@contextmanager
+def sdk_robot(endpoint: str) -> Generator[tuple[Any, Any, list[Any]]]:
+    """A robot made of somebody else's rmw_zenoh implementation: its types, its publisher, and what it has heard."""
+    sdk: Any = pytest.importorskip(
+        "zenoh_ros2_sdk",
+        reason="the independent rmw_zenoh implementation is not installed: pip install zenoh-ros2-sdk",
+    )
+    session_class: Any = importlib.import_module("zenoh_ros2_sdk.session").ZenohSession
+    where = {"domain_id": 7, "router_ip": "127.0.0.1", "router_port": int(endpoint.rsplit(":", 1)[1])}
+    session = session_class.get_instance(where["router_ip"], where["router_port"])
+    for name, definition in DEFINITIONS.items():
+        session.register_message_type(definition, name)
+    heard: list[Any] = []
+    trajectory, state = _ros2_wire.JOINT_TRAJECTORY, _ros2_wire.JOINT_STATE
+    subscriber = sdk.ROS2Subscriber(
+        TRAJECTORY,
+        trajectory,
+        callback=heard.append,
+        msg_definition=DEFINITIONS[trajectory],
+        type_hash=_ros2_wire.PUBLISHED_HASHES[trajectory],
+        **where,
+    )
+    publisher = sdk.ROS2Publisher(
+        "/joint_states",
+        state,
+        msg_definition=DEFINITIONS[state],
+        type_hash=_ros2_wire.PUBLISHED_HASHES[state],
+        **where,
+    )
+    try:
+        yield session.store.types, publisher, heard
+    finally:
+        subscriber.close()
+        publisher.close()
+        session.session.close()
+
+
+def test_another_implementation_of_rmw_zenoh_and_the_driver_hear_each_other(model: ArmModel) -> None:
+    with router() as endpoint, sdk_robot(endpoint) as (types, publisher, heard):
+        time.sleep(0.3)
+        driver = connect(model, endpoint)
+        home = np.array(model.home_rad)
+        driver.start(
+            JointTrajectory(
+                times_ns=np.array([0, 1_500_000_000]),
+                position_rad=np.array([home, home + 0.01]),
+                velocity_rad_s=np.zeros((2, 6)),
+            ),
+            now_ns=time.time_ns(),
+        )
+        stamp = types["builtin_interfaces/msg/Time"](sec=5, nanosec=6)
+        header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+        for _ in range(300):
+            nothing = np.zeros(6)
+            publisher.publish(
+                header=header, name=list(model.joint_names), position=home, velocity=nothing, effort=nothing
+            )
+            driver.tick(time.time_ns())
+            if heard and driver.read():
+                break
+            time.sleep(0.01)
+        reading = driver.read()
+        driver.close()
+    assert reading is not None
+    assert reading.stamp_ns == 5_000_000_006
+    np.testing.assert_array_equal(reading.position_rad, home)
+    assert tuple(heard[0].joint_names) == model.joint_names
+    np.testing.assert_array_equal(heard[0].points[1].positions, home + 0.01)
+    assert (heard[0].points[1].time_from_start.sec, heard[0].points[1].time_from_start.nanosec) == (1, 500_000_000)
