@@ -45,7 +45,6 @@ BOARD = BoardSpec(9, 7, 6.0)
 FOCAL, CENTRE, RADIAL = 1500.0, (310.0, 290.0), -0.35
 TRUE_K = np.array([[FOCAL, 0, CENTRE[0]], [0, FOCAL, CENTRE[1]], [0, 0, 1.0]])
 TRUE_D = (RADIAL, 0.0, 0.0, 0.0, 0.0)
-FINE = 2
 PX_PER_M = 20e3
 
 
@@ -58,24 +57,23 @@ def flat_board() -> Image:
 
 @functools.cache
 def true_rays() -> Floats:
-    """The direction (FINE² rays a pixel, 3) in which every pixel looks."""
-    side = (np.arange(600 * FINE) + 0.5) / FINE - 0.5
+    """The direction (600², 3) in which every pixel looks."""
+    side = np.arange(600.0)
     pixels = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     return np.column_stack([(undistorted(pixels, TRUE_K, TRUE_D) - CENTRE) / FOCAL, np.ones(len(pixels))])
 
 
 def board_view(turn: Floats, shift_m: Floats) -> Image:
-    """The board seen through the true lens: every pixel's rays are followed to the board."""
+    """The board seen through the true lens: every pixel's ray is followed to the board."""
     rotation = cv2.Rodrigues(turn)[0]
     normal, rays = rotation[:, 2], true_rays()
     points = rays * ((normal @ shift_m) / (rays @ normal))[:, None]
     rim = round(1e-3 * BOARD.square_mm * PX_PER_M) // 2
     on_board = (points - shift_m) @ rotation[:, :2] * PX_PER_M + rim - 0.5
-    x, y = (on_board[:, i].reshape(600 * FINE, -1).astype(np.float32) for i in (0, 1))
+    x, y = (on_board[:, i].reshape(600, -1).astype(np.float32) for i in (0, 1))
     seen = cv2.remap(flat_board(), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=120)
-    small = cv2.resize(seen, (600, 600), interpolation=cv2.INTER_AREA)
-    noise = np.random.default_rng(int(1e6 * abs(shift_m[0]) + 1e3 * abs(turn[0]))).normal(0, 1.5, small.shape)
-    return np.clip(small + noise, 0, 255).astype(np.uint8)
+    noise = np.random.default_rng(int(1e6 * abs(shift_m[0]) + 1e3 * abs(turn[0]))).normal(0, 1.5, seen.shape)
+    return np.clip(seen + noise, 0, 255).astype(np.uint8)
 
 
 def board_views(*, tilt_rad: float = 0.45) -> list[Image]:
