@@ -1,0 +1,191 @@
+"""The phases of a run: what each of them does, and which comes next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from shared.messages import CameraGeometry, Environment, MarkerCorners
+from station.sampling.actions import Report
+from station.sampling.angles import AngleRange
+from station.sampling.direction import choose
+from station.sampling.plan import Plan
+from station.sampling.reference import ReferenceReading
+from station.sampling.run import Run, Specimen
+from station.sampling.slide import read_slide
+from station.sampling.slip import RestDetector, slipped
+from station.sampling.state import State
+from station.sampling.tracks import Tracks
+
+Reach = Callable[[float], float]
+"""The highest tilt (rad) that the arm reaches at an azimuth (rad)."""
+
+_TIPPED_FRAMES = 5
+_SYNC_RAD = math.radians(2.0)
+
+
+class Phases:
+    """The acts of the state machine. Each begins what its phase does; the machine says when."""
+
+    def __init__(
+        self, plan: Plan, *, size_px: tuple[int, int], reach: Reach, specimen: Specimen, geometry: CameraGeometry | None
+    ) -> None:
+        self._plan, self._size_px, self._reach, self._specimen = plan, size_px, reach, specimen
+        self._rng = np.random.default_rng(plan.seed)
+        self._angles = AngleRange(plan.tilt)
+        self._reading = ReferenceReading(plan.reference)
+        self._tipped = 0
+        self._previous_direction = -1
+        self._sync = 0
+        self.state = State(plan)
+        self.tracks = Tracks(geometry=geometry)
+        self.rest = RestDetector(plan.slip)
+        self.environment: Environment | None = None
+
+    def synchronise(self) -> None:
+        """A small tilt and back, seen by the arm and (by its sag) by the camera: one sync event a session."""
+        self._sync += 1
+        if self._sync == 1:
+            self.state.enter("SYNC", "a small tilt, seen by arm and camera")
+        if self._sync <= 2:
+            angle = min(_SYNC_RAD, self._reach(0.0)) if self._sync == 1 else 0.0
+            self.state.tilt(angle, rate_deg_s=self._plan.tilt.rate_deg_s)
+        else:
+            self.level()
+
+    def level(self) -> None:
+        """Begins the next run: the plate goes to level, and the dwell is drawn."""
+        state = self.state
+        dwell = math.exp(self._rng.uniform(math.log(self._plan.dwell.min_s), math.log(self._plan.dwell.max_s)))
+        direction = state.run.direction
+        state.run = Run(state.run.number + 1, state.now_ns, dwell, direction=direction)
+        state.command = -1  # the motion to level is step 0, those of the tilt 1 to n, the return n + 1
+        state.enter("LEVEL")
+        state.level()
+
+    def dwell(self, rest_ns: int | None) -> None:
+        """The block is at rest since `rest_ns` on the level plate, or moves (None); the reference follows the dwell."""
+        state = self.state
+        if rest_ns is None:
+            return
+        state.run.rest_ns = max(rest_ns, state.phase_ns)
+        if state.since(state.run.rest_ns) >= state.run.dwell_wanted_s:
+            self._reading = ReferenceReading(self._plan.reference)
+            state.enter("REFERENCE")
+
+    def reference(self, message: MarkerCorners) -> None:
+        """Takes a frame for the reference position; a direction follows from it."""
+        state = self.state
+        result = self._reading.add(message.corners_px)
+        if isinstance(result, str):
+            state.say("warning", f"run {state.run.number}: {result}")
+            if self._reading.exhausted:
+                state.abort(result)
+        elif result is not None:
+            state.run.reference = result
+            self._choose_direction(result.centre_px)
+
+    def _choose_direction(self, centre_px: tuple[float, float]) -> None:
+        state = self.state
+        direction = choose(self._plan.direction, centre_px=centre_px, size_px=self._size_px, rng=self._rng)
+        limit = self._reach(direction.azimuth_rad)
+        state.run.direction = direction
+        state.run.angles_rad = self._angles.steps_rad(direction.sector, limit_rad=limit)
+        state.run.tilt_ns = state.now_ns
+        self._tipped = 0
+        state.enter("TILT", f"direction {direction.number}, azimuth {math.degrees(direction.azimuth_rad):.0f} deg")
+        self.next_step()
+
+    def next_step(self) -> None:
+        """Goes to the next tilting angle; beyond the last the run is censored."""
+        state = self.state
+        if state.run.step >= len(state.run.angles_rad):
+            self._censor("no slip up to the highest angle")
+            return
+        state.run.step += 1
+        state.command = state.run.step - 1
+        state.tilt(state.run.angles_rad[state.run.step - 1], rate_deg_s=self._plan.tilt.rate_deg_s)
+
+    def watch(self, message: MarkerCorners, frame_ns: int) -> None:
+        """Looks at a frame while the plate is being tilted: tipped, slipped, or ready for the next step."""
+        state = self.state
+        self._tipped = self._tipped + 1 if message.tipped else 0
+        if self._tipped >= _TIPPED_FRAMES:
+            state.run.flags.append("tipped")
+            self._censor("the block tips over instead of sliding")
+        elif not message.tipped and self._slipped(message):
+            state.run.detect_ns = frame_ns
+            state.event("SLIP", stamp_ns=frame_ns)
+            state.enter_silently("SLIP")
+        elif state.awaited is None and state.since(state.hold_from_ns) >= self._plan.tilt.hold_s:
+            self.next_step()
+
+    def _slipped(self, message: MarkerCorners) -> bool:
+        reference = self.state.run.reference
+        return reference is not None and slipped(
+            self._plan.slip,
+            corners_px=message.corners_px,
+            reference_px=reference.corners_px,
+            tilt_rad=self.tracks.tilt_rad,
+        )
+
+    def read_slide(self) -> None:
+        """Takes the readings of the slide, once an attitude after its detection is there."""
+        state = self.state
+        read_slide(state.run, tracks=self.tracks, plan=self._plan.slip)
+        self._angles.add(state.run.direction.sector, state.run.onset_rad)
+        state.enter("SETTLE")
+
+    def _censor(self, reason: str) -> None:
+        state = self.state
+        run = state.run
+        run.censored = True
+        run.detect_ns = self.tracks.frame_ns
+        run.euler_rad = self.tracks.mean_euler_rad(from_ns=state.hold_from_ns)
+        run.onset_rad = self.tracks.tilt_rad
+        state.say("info", f"run {run.number}: {reason}; kept as censored")
+        self.bring_back()
+
+    def bring_back(self) -> None:
+        """Sends the plate back to level."""
+        state = self.state
+        state.command = len(state.run.angles_rad)
+        state.enter("RETURN")
+        state.level()
+
+    def conclude(self) -> None:
+        """Level and at rest again: where the block has come to, and the sample."""
+        state = self.state
+        run = state.run
+        sample = run.sample(
+            post_corners_px=self.tracks.mean_corners_px(5),
+            previous=self._previous_direction,
+            specimen=self._specimen,
+            geometry=self.tracks.geometry,
+            rate_rad_s=math.radians(self._plan.tilt.rate_deg_s),
+            environment=self.environment,
+        )
+        self._previous_direction = run.direction.number
+        state.actions.append(Report(sample))
+        state.event("DONE")
+        state.samples += 1
+        state.faults = 0
+        if state.samples >= self._plan.samples:
+            state.finish("")
+        else:
+            self.level()
+
+    def arrived(self) -> None:
+        """The motion that was asked for has ended."""
+        state = self.state
+        if state.phase == "SYNC":
+            self.synchronise()
+        elif state.phase == "LEVEL":
+            state.enter("DWELL")
+        elif state.phase == "TILT":
+            state.hold_from_ns = state.now_ns
+        elif state.phase == "RETURN":
+            state.enter_silently("DONE")
+            self.rest = RestDetector(self._plan.slip)

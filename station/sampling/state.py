@@ -1,0 +1,107 @@
+"""Where the state machine is, what it waits for, and what it has to say: the part that every phase writes to."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from shared.messages import RunEvent, TiltCommand
+from station.sampling.actions import Action, Finish, Report, Say, Tilt
+from station.sampling.plan import Plan
+from station.sampling.run import Run
+
+
+class State:
+    """The phase, the run at hand, the motion that is awaited, and the actions that the present message brings about."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.actions: list[Action] = []
+        self.now_ns = 0
+        self.phase = "START"
+        self.phase_ns = 0
+        self.run = Run(0, 0, 0.0)
+        self.command = 0
+        """The number of the last motion asked for, within its run."""
+        self.awaited: tuple[int, int] | None = None
+        """Run and number of the motion whose end is awaited."""
+        self.asked_ns = 0
+        self.hold_from_ns = 0
+        self.found_ns = 0
+        """When usable corners were last received."""
+        self.faults = 0
+        """How many runs in a row have failed."""
+        self.samples = 0
+
+    def begin(self, now_ns: int) -> None:
+        """A message has come: nothing is said of it yet."""
+        self.actions = []
+        self.now_ns = now_ns
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def since(self, stamp_ns: int) -> float:
+        """Seconds from a moment until now."""
+        return (self.now_ns - stamp_ns) * 1e-9
+
+    def waited(self, seconds: float) -> bool:
+        """Whether the phase has lasted longer than that."""
+        return self.since(self.phase_ns) > seconds
+
+    # --- phases ------------------------------------------------------------------------------------------------------
+
+    def enter(self, phase: str, reason: str = "") -> None:
+        """Begins a phase and reports it."""
+        self.enter_silently(phase)
+        self.event(phase, reason)
+
+    def enter_silently(self, phase: str) -> None:
+        """Begins a phase whose report was, or will be, made by itself."""
+        self.phase, self.phase_ns = phase, self.now_ns
+
+    def abort(self, reason: str) -> None:
+        """Gives the run up; after too many in a row, the session."""
+        self.event("ABORTED", reason)
+        self.say("error", f"run {self.run.number} aborted: {reason}")
+        self.faults += 1
+        self.awaited = None
+        self.enter_silently("ABORTED")
+        if self.faults >= self.plan.faults:
+            self.finish(f"{self.faults} runs failed in a row; the last because: {reason}")
+
+    def finish(self, fault: str) -> None:
+        """Ends the session."""
+        self.enter_silently("FINISHED")
+        self.actions.append(Finish(fault))
+
+    # --- what goes out -----------------------------------------------------------------------------------------------
+
+    def event(self, phase: str, reason: str = "", *, step: int = 0, stamp_ns: int | None = None) -> None:
+        """Reports a moment of the run; `stamp_ns` is when it was, if not now."""
+        stamp = self.now_ns if stamp_ns is None else stamp_ns
+        self.actions.append(
+            Report(RunEvent(stamp_ns=stamp, run=self.run.number, phase=phase, reason=reason, step=step))
+        )
+
+    def say(self, level: Literal["info", "warning", "error"], text: str) -> None:
+        """A line for the log."""
+        self.actions.append(Say(level, text))
+
+    def tilt(self, angle_rad: float, *, rate_deg_s: float) -> None:
+        """Asks the arm for the next motion and awaits its end."""
+        self.command += 1
+        command = TiltCommand(
+            stamp_ns=self.now_ns,
+            run=self.run.number,
+            direction=self.run.direction.number,
+            azimuth_rad=self.run.direction.azimuth_rad,
+            angle_rad=angle_rad,
+            step=self.command,
+            rate_rad_s=math.radians(rate_deg_s),
+        )
+        self.awaited, self.asked_ns = (command.run, command.step), self.now_ns
+        self.actions.append(Tilt(command))
+
+    def level(self) -> None:
+        """Asks the arm to bring the plate back to level."""
+        self.tilt(0.0, rate_deg_s=self.plan.tilt.return_rate_deg_s)
