@@ -10,7 +10,6 @@ from pi_agent.rendering import (
     ExactRenderer,
     FastRenderer,
     Glare,
-    Layer,
     Optics,
     Pose,
     Scene,
