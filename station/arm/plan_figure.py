@@ -22,7 +22,7 @@ _MEANINGS = {
     "reached": "67.5° reached",
     "joint": "ended by a joint limit",
     "touching": "ended by a collision",
-    "reach": "ended by the arm's reach",
+    "reach": "stretched out or singular",
 }
 
 
@@ -33,7 +33,7 @@ def draw_plan(here: Pose, others: Sequence[Pose], path: Path) -> None:
     _draw_reach(figure.add_subplot(1, 3, 1, projection="polar"), here, others)
     _draw_side(figure.add_subplot(1, 3, 2), here)
     _draw_margins(figure.add_subplot(1, 3, 3), here)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, bbox_inches="tight")
 
 
 def kind_of(reach: Reach) -> str:
@@ -56,7 +56,7 @@ def _draw_reach(axes: Any, here: Pose, others: Sequence[Pose]) -> None:
             axes.scatter(_azimuths(found), _angles(found), s=26, color=colour, zorder=3, label=_MEANINGS[kind])
     if others:
         best = [*others[0].reaches, others[0].reaches[0]]
-        axes.plot(_azimuths(best), _angles(best), ls="--", color="#1f5fa8", lw=1.2, label="best pose found")
+        axes.plot(_azimuths(best), _angles(best), ls=":", marker="x", color="#1f5fa8", lw=1.2, label="best pose found")
     axes.set_ylim(0, 75)
     axes.set_yticks([20, 40, 60, _WANTED_DEG], ["20°", "40°", "", "67.5°"])
     axes.set_xticks([0, math.pi / 2, math.pi, 3 * math.pi / 2], ["dir 0", "dir 1", "dir 2", "dir 3"])
