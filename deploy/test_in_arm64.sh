@@ -66,7 +66,9 @@ echo "== deploying to it over ssh"
 port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
 bus=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
 laptop=$folder/laptop
-rm -rf "$laptop" && mkdir -p "$laptop/pictures" "$root/root/.ssh" "$root/run/sshd"
+rm -rf "$laptop" && mkdir -p "$laptop/pictures" "$laptop/code" "$root/root/.ssh" "$root/run/sshd"
+# A copy, so that an edit meanwhile does not make the second deployment another one than the first.
+tar -C "$checkout" --exclude=__pycache__ -c pi_agent shared tests pyproject.toml | tar -C "$laptop/code" -x
 ssh-keygen -q -t ed25519 -N "" -f "$laptop/id"
 install -m 600 "$laptop/id.pub" "$root/root/.ssh/authorized_keys"
 "$checkout/.venv/bin/python" - "$laptop/pictures" <<'PYTHON'
@@ -96,7 +98,7 @@ until (exec 3<>"/dev/tcp/127.0.0.1/$port") 2>/dev/null; do kill -0 $sshd; sleep 
 deploy() {
   (cd "$checkout" && .venv/bin/station deploy root@127.0.0.1 --port "$port" --identity "$laptop/id" --rig "$laptop/rig.toml" \
     --ssh-option StrictHostKeyChecking=no --ssh-option "UserKnownHostsFile=$laptop/known_hosts" \
-    --supervisor none --force --patience 120 "$@")
+    --code "$laptop/code" --supervisor none --force --patience 120 "$@")
 }
 deploy
 echo "== once more: nothing may change"
@@ -107,12 +109,14 @@ chroot "$root" /bin/sh -c 'cd /opt/repose/current && ps -o user,rss,args -C qemu
 if [ -n "$tests" ]; then
   echo "== the agent's tests on Arm: $tests"
   rm -rf "$root/srv/repose" && mkdir -p "$root/srv/repose"
-  tar -C "$checkout" --exclude=__pycache__ -c pi_agent shared tests pyproject.toml | tar -C "$root/srv/repose" -x
+  cp -r "$laptop/code/." "$root/srv/repose/"
   # shellcheck disable=SC2086 # the words of $tests are separate arguments
-  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests"
+  status=0
+  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests" || status=$?
 fi
 
 echo "== uninstalling"
 deploy --uninstall --purge
 chroot "$root" /bin/sh -c 'ls -d /opt/repose /var/lib/repose /etc/chrony/sources.d/repose.sources; getent passwd repose' 2>&1 || true
-echo "== done"
+echo "== done${tests:+, the tests ended with status $status}"
+exit "${status:-0}"
