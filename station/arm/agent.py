@@ -16,7 +16,7 @@ from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.foxglove import Log, Timestamp
 from shared.messages import ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
-from station.arm.attitude import platform_state
+from station.arm.attitude import Attitude
 from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
 from station.arm.gate import Action, SafetyGate
 from station.arm.tilter import Plan, Tilter
@@ -49,6 +49,7 @@ class ArmAgent:
     def __init__(self, bus: Bus, *, tilter: Tilter, driver: Driver, gate: SafetyGate, settings: ArmSettings) -> None:
         self._bus = bus
         self._tilter = tilter
+        self._attitude = Attitude(tilter.stage)
         self._driver = driver
         self._gate = gate
         self._settings = settings
@@ -220,7 +221,7 @@ class ArmAgent:
         position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
         effort = tuple(reading.effort_nm.tolist())
         self._bus.publish("arm/joints", JointState(reading.stamp_ns, reading.names, position, velocity, effort))
-        self._bus.publish("arm/platform", platform_state(self._tilter.stage, reading))
+        self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
         self._bus.publish(

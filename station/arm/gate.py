@@ -163,14 +163,14 @@ class SafetyGate:
         if reading.position_rad.shape != commanded.shape:
             return f"the arm reports {len(reading.position_rad)} joints, expected {len(commanded)}"
         away = np.abs(reading.position_rad - commanded)
-        joint = int(away.argmax())  # a NaN counts as the largest
-        if away[joint] <= math.radians(self._settings.follow_tolerance_deg):
+        if away.max() <= math.radians(self._settings.follow_tolerance_deg):  # a NaN counts as the largest
             self._off_since_ns = None
             return ""
         if self._off_since_ns is None:
             self._off_since_ns = self._now_ns
         if self._now_ns - self._off_since_ns < self._settings.follow_timeout_s * 1e9:
             return ""
+        joint = int(away.argmax())
         return (
             f"{self._stage.model.joints[joint].name} is {math.degrees(away[joint]):.1f} degrees from where it should be"
         )

@@ -8,6 +8,7 @@ than its tilt explains is not planned at all (the arm would be swinging round).
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -50,6 +51,11 @@ class JointTrajectory:
         return int(self.times_ns[-1])
 
     @cached_property
+    def _times(self) -> list[int]:
+        """The times as plain numbers, which are found faster."""
+        return self.times_ns.tolist()
+
+    @cached_property
     def cubics(self) -> Array:
         """Coefficients of the cubic Hermite pieces, (m - 1, 4, n), in the share 0 to 1 of the piece's time."""
         h = np.diff(self.times_ns)[:, None] * 1e-9
@@ -61,10 +67,12 @@ class JointTrajectory:
         """Position and velocity (n,) at a time after the start; outside the motion its ends hold."""
         if elapsed_ns <= 0:
             return self.position_rad[0], self.velocity_rad_s[0]
-        if elapsed_ns >= self.times_ns[-1]:
+        if elapsed_ns >= self._times[-1]:
             return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
-        k = int(self.times_ns.searchsorted(elapsed_ns, side="right")) - 1
-        began_ns, end_ns = self.times_ns[k : k + 2].tolist()
+        k = bisect_right(self._times, elapsed_ns) - 1
+        began_ns, end_ns = self._times[k], self._times[k + 1]
+        if elapsed_ns == began_ns:  # a set-point itself, as at every tick of a simulated session
+            return self.position_rad[k], self.velocity_rad_s[k]
         h = (end_ns - began_ns) * 1e-9
         u = (elapsed_ns - began_ns) / (end_ns - began_ns)
         weights = np.array([[1.0, u, u * u, u * u * u], [0.0, 1 / h, 2 * u / h, 3 * u * u / h]])

@@ -24,7 +24,7 @@ class SimulatedArm:
     def __init__(self, link: DriverLink) -> None:
         self._bus = link.bus
         self._model = link.model
-        self._order: list[int] | None = None
+        self._order: NDArray[np.intp] | None = None
         self._names: tuple[str, ...] = ()
         self._motion: JointTrajectory | None = None
         self._began_ns = 0
@@ -63,19 +63,15 @@ class SimulatedArm:
             return
         try:
             order = self._joint_order(state.name)
-            self._reading = JointReading(
-                state.stamp_ns,
-                self._model.joint_names,
-                _ordered(state.position_rad, order),
-                _ordered(state.velocity_rad_s, order),
-                _ordered(state.effort_nm, order) if state.effort_nm else np.zeros(len(order)),
-            )
-        except (UserError, IndexError) as wrong:
+            effort = state.effort_nm or (0.0,) * len(state.name)
+            position, velocity, effort = np.array((state.position_rad, state.velocity_rad_s, effort))[:, order]
+            self._reading = JointReading(state.stamp_ns, self._model.joint_names, position, velocity, effort)
+        except (UserError, ValueError, IndexError) as wrong:
             self._fault = str(wrong)
 
-    def _joint_order(self, names: tuple[str, ...]) -> list[int]:
+    def _joint_order(self, names: tuple[str, ...]) -> NDArray[np.intp]:
         if names != self._names or self._order is None:
-            self._order, self._names = match_joints(self._model, names), names
+            self._order, self._names = np.array(match_joints(self._model, names)), names
         return self._order
 
     def read(self) -> JointReading | None:
@@ -89,10 +85,6 @@ class SimulatedArm:
     def close(self) -> None:
         """See `Driver.close`."""
         self._motion = None
-
-
-def _ordered(values: tuple[float, ...], order: list[int]) -> Array:
-    return np.array(values)[order]
 
 
 def connect(link: DriverLink) -> SimulatedArm:
