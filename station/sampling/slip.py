@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import sub
 
 from station.sampling.plan import SlipPlan
 
@@ -18,9 +19,18 @@ def displacements_px(corners_px: tuple[float, ...], reference_px: tuple[float, .
     return tuple(math.hypot(x, y) for x, y in zip(steps[0::2], steps[1::2], strict=True))
 
 
+def within(corners_px: tuple[float, ...], reference_px: tuple[float, ...], *, limit_px: float) -> bool:
+    """Whether every corner is surely within `limit_px` of its reference: a quick answer for a block that lies still."""
+    steps = tuple(map(sub, corners_px, reference_px))
+    # 0.7 is below the root of one half, with room for rounding.
+    return max(steps) < 0.7 * limit_px and min(steps) > -0.7 * limit_px
+
+
 def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tuple[float, ...], tilt_rad: float) -> bool:
     """Whether the rule reports a slip for this frame."""
     limit = threshold_px(plan, tilt_rad=tilt_rad)
+    if within(corners_px, reference_px, limit_px=limit):
+        return False
     return sum(moved > limit for moved in displacements_px(corners_px, reference_px)) >= plan.corners
 
 
@@ -34,7 +44,10 @@ class RestDetector:
 
     def add(self, corners_px: tuple[float, ...], *, capture_ns: int) -> int | None:
         """Takes a frame; gives the time since which the block is at rest, or None while it moves."""
-        if self._anchor is None or max(displacements_px(corners_px, self._anchor)) > self._plan.rest_px:
+        if self._anchor is None or not (
+            within(corners_px, self._anchor, limit_px=self._plan.rest_px)
+            or max(displacements_px(corners_px, self._anchor)) <= self._plan.rest_px
+        ):
             self._anchor, self._anchor_ns = corners_px, capture_ns
             return None
         return self._anchor_ns if capture_ns - self._anchor_ns >= self._plan.rest_s * 1e9 else None

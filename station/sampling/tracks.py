@@ -30,7 +30,7 @@ class Tracks:
     attitude_ns: int = 0
     frame_ns: int = 0
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
-    _eulers: deque[tuple[int, tuple[float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
+    _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
     _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
 
@@ -44,7 +44,7 @@ class Tracks:
         self.attitude_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
         self.tilt_rad = tilt_of(*q)
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
-        self._eulers.append((self.attitude_ns, euler_of(*q)))
+        self._quaternions.append((self.attitude_ns, q))
 
     def take_corners(self, message: MarkerCorners) -> int:
         """A frame's corners, by the camera's clock; gives the time of the frame by the station's."""
@@ -55,8 +55,8 @@ class Tracks:
 
     def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
         """Mean of the attitude readings since `from_ns`."""
-        readings = [euler for stamp, euler in self._eulers if stamp >= from_ns] or [self._eulers[-1][1]]
-        mean = np.mean(readings, axis=0)
+        readings = [q for stamp, q in self._quaternions if stamp >= from_ns] or [self._quaternions[-1][1]]
+        mean = np.mean([euler_of(*q) for q in readings], axis=0)
         return float(mean[0]), float(mean[1]), float(mean[2])
 
     def mean_tilt_rad(self, *, from_ns: int) -> float:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from operator import add
 
 import numpy as np
 
+from shared import frames
 from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS
+from shared.foxglove import Timestamp
 from shared.geometry import pixels_of_mark
 from shared.messages import AgentStatus, CameraGeometry, MarkerCorners, TwinScene
 
@@ -51,8 +54,11 @@ class ProjectedCamera:
         self._scale = float(homography[0, 0]) * raised
         self._centre = (float(homography[0, 2]), float(homography[1, 2]))
         half = 0.5 * geometry.marker_side_m
-        self._model = tuple((sx * half, sy * half * geometry.marker_aspect) for sx, sy in _CORNER_SIGNS)
+        self._half = (half, half * geometry.marker_aspect)
         self._plate = _fiducial(geometry, fiducial_m, side_m=fiducial_side_m)
+        self._calibration = frames.calibration(
+            width_px=size_px[0], height_px=size_px[1], K=frames.pinhole_of(geometry), stamp_ns=0
+        )
         self._noise: list[list[float]] = []
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
@@ -67,31 +73,37 @@ class ProjectedCamera:
 
     def _see_block(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
         self._seq += 1
-        qw, qx, qy, qz = scene.block_qw, scene.block_qx, scene.block_qy, scene.block_qz
-        upright = 1.0 - 2.0 * (qx * qx + qy * qy)
-        cosine = math.cos(yaw := math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))
-        sine, scale, noise = math.sin(yaw), self._scale, self._next_noise()
-        u0, v0 = self._sag(scene)
-        u0, v0 = u0 + self._centre[0], v0 + self._centre[1]
-        corners: list[float] = []
-        for k, (mx, my) in enumerate(self._model):
-            x, y = scene.block_x_m + cosine * mx - sine * my, scene.block_y_m + sine * mx + cosine * my
-            corners.append(u0 + scale * x + noise[2 * k])
-            corners.append(v0 - scale * y + noise[2 * k + 1])
-        inside = all(0 <= u < self._size_px[0] for u in corners[0::2]) and all(
-            0 <= v < self._size_px[1] for v in corners[1::2]
-        )
+        corners = tuple(map(add, self._project(scene), self._next_noise()))
+        us, vs = corners[0::2], corners[1::2]
+        width, height = self._size_px
+        inside = min(us) >= 0 and max(us) < width and min(vs) >= 0 and max(vs) < height
+        settings = self._settings
         return MarkerCorners(
-            capture_ns=now_ns,
-            seq=self._seq,
-            corners_px=tuple(corners) if inside else (),
-            sigma_px=self._settings.sigma_px,
-            residual_px=self._settings.sigma_px,
-            exposure_ns=self._settings.exposure_ns,
-            corner_dt_ns=(0, 0, 0, 0),
-            found=inside,
-            reason="" if inside else "the marker is out of the frame",
-            tipped=upright < _TIPPED_COSINE,
+            now_ns,
+            self._seq,
+            corners if inside else (),
+            settings.sigma_px,
+            settings.sigma_px,
+            settings.exposure_ns,
+            (0, 0, 0, 0),
+            inside,
+            "" if inside else "the marker is out of the frame",
+            tipped=1.0 - 2.0 * (scene.block_qx**2 + scene.block_qy**2) < _TIPPED_COSINE,
+        )
+
+    def _project(self, scene: TwinScene) -> tuple[float, ...]:
+        """Where the corners are without noise, x0 y0 … x3 y3: the mark turned by the block's yaw, scaled, shifted."""
+        qw, qx, qy, qz = scene.block_qw, scene.block_qx, scene.block_qy, scene.block_qz
+        yaw, scale = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)), self._scale
+        cosine, sine = scale * math.cos(yaw), scale * math.sin(yaw)
+        u0, v0 = self._sag(scene)
+        u0, v0 = u0 + self._centre[0] + scale * scene.block_x_m, v0 + self._centre[1] - scale * scene.block_y_m
+        half_x, half_y = self._half
+        # The corners lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
+        a, b, c, d = cosine * half_x, sine * half_y, sine * half_x, cosine * half_y
+        return (
+            *(u0 - a - b, v0 + c - d, u0 + a - b, v0 - c - d),
+            *(u0 + a + b, v0 - c + d, u0 - a + b, v0 + c + d),
         )
 
     def _sag(self, scene: TwinScene) -> tuple[float, float]:
@@ -124,6 +136,7 @@ class ProjectedCamera:
 
     def _report(self, now_ns: int) -> None:
         self._bus.publish("camera/geometry", replace(self._geometry, stamp_ns=now_ns))
+        self._bus.publish("camera/calibration", replace(self._calibration, timestamp=Timestamp.from_ns(now_ns)))
         status = AgentStatus(
             stamp_ns=now_ns,
             frames=self._seq,
