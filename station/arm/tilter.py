@@ -116,8 +116,6 @@ class Tilter:
         """
         now = self.state(elapsed_ns)
         azimuth = command_azimuth(command)
-        if not math.isfinite(command.angle_rad) or not math.isfinite(azimuth):
-            raise UserError(f"Expected a finite angle and azimuth, got {command.angle_rad} and {command.azimuth_rad}.")
         path = self._path if self._path is not None else self.path(azimuth)
         turned = abs(math.remainder(azimuth - path.azimuth_rad, 2 * math.pi)) > _SAME_AZIMUTH_RAD
         if turned and abs(command.angle_rad) > 0:
@@ -175,8 +173,11 @@ def settled_stage(settings: ArmSettings, model: ArmModel) -> TiltStage:
 def command_azimuth(command: TiltCommand) -> float:
     """The azimuth that a command means: its direction's own, or `azimuth_rad` when the direction is -1.
 
-    Raises UserError for a direction that does not exist, or one that contradicts the azimuth beside it.
+    Raises UserError for numbers that are not finite, a direction that does not exist, or one that contradicts the
+    azimuth beside it.
     """
+    if not (math.isfinite(command.angle_rad) and math.isfinite(command.azimuth_rad)):
+        raise UserError(f"Expected a finite angle and azimuth, got {command.angle_rad} and {command.azimuth_rad}.")
     if command.direction == -1:
         return command.azimuth_rad
     try:

@@ -100,6 +100,8 @@ def test_a_free_azimuth_is_taken_from_the_command(rig: FakeRig) -> None:
         (5, 7, 0, "direction 0 to 3"),
         (5, 1, 45, "Direction 1 means the azimuth 90 degrees"),
         (5, -1, math.inf, "finite"),
+        (5, 0, math.inf, "finite"),
+        (5, 2, math.nan, "finite"),
     ],
 )
 def test_senseless_commands_are_refused_with_a_sentence(
