@@ -43,6 +43,9 @@ class Ros2Robot:
         self.key = wire.data_key("/joint_states", wire.JOINT_STATE, domain=domain)
         self.taken = 0
 
+    def receive(self, payload: bytes, attachment: bytes) -> None:
+        self.received.append((payload, attachment))
+
     def step(self, now_ns: int) -> None:
         if len(self.received) > self.taken:
             self.take(self.received[-1][0], now_ns)
