@@ -51,8 +51,8 @@ class Agent:
         self._rig, self._bus, self._clock = rig, bus, clock
         self._measured, self._watchdog = calibration, watchdog or Watchdog()
         self.boot_id = secrets.randbits(62) | 1
-        self._journal = Journal(bus, clock)
-        self._outbox = Outbox(bus)
+        self._outbox, self._said_lost = Outbox(bus), 0
+        self._journal = Journal(self._outbox.put, clock)
         config = rig.camera
         self._preview = Preview(bus, clock, rate_hz=config.preview_hz, jpeg_quality=config.jpeg_quality)
         self._capture = Capture(camera, on_open=self._opened, on_frame=self._took, journal=self._journal)
@@ -154,9 +154,9 @@ class Agent:
         self._watchdog.stopping()
         for thread in workers:
             thread.join(timeout=3.0)
+        self._journal.info(f"Camera agent ends after {self._frames} frames, {self._total_dropped} dropped")
         outbox_stop.set()
         sender.join(timeout=3.0)
-        self._journal.info(f"Camera agent ends after {self._frames} frames, {self._total_dropped} dropped")
 
     def _attend(self, stop: threading.Event) -> None:
         meter, due_s = ProcessorMeter(), time.monotonic()
@@ -183,6 +183,9 @@ class Agent:
     def _publish_status(self, *, rate_hz: float, cpu_percent: float) -> None:
         now_ns = self._clock.now_ns()
         self._said_fault = self.fault
+        if self._outbox.lost > self._said_lost:
+            self._said_lost = self._outbox.lost
+            self._journal.warning(f"{self._said_lost} messages could not be sent: is the station's link stuck?")
         status = AgentStatus(
             stamp_ns=now_ns,
             frames=self._frames,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
-from shared.bus import Bus
 from shared.clock import Clock
 from shared.foxglove import LEVELS, Log, Timestamp
 
@@ -13,10 +13,10 @@ NAME = "camera"
 
 
 class Journal:
-    """Writes log lines."""
+    """Writes log lines; `send` takes a topic and a message, and must not keep the camera waiting."""
 
-    def __init__(self, bus: Bus, clock: Clock) -> None:
-        self._bus, self._clock = bus, clock
+    def __init__(self, send: Callable[[str, Log], None], clock: Clock) -> None:
+        self._send, self._clock = send, clock
 
     def info(self, text: str) -> None:
         """Something that happened."""
@@ -33,5 +33,5 @@ class Journal:
     def _write(self, level: str, text: str) -> None:
         now_ns = self._clock.now_ns()
         line = Log(timestamp=Timestamp.from_ns(now_ns), level=LEVELS[level], message=text, name=NAME)
-        self._bus.publish("log", line)
+        self._send("log", line)
         print(f"{time.strftime('%H:%M:%S')} pi-agent {level}: {text}", file=sys.stderr, flush=True)

@@ -19,7 +19,7 @@ class Outbox:
         self._bus = bus
         self._waiting: queue.Queue[tuple[str, Message]] = queue.Queue(LONGEST)
         self.lost = 0
-        """Messages that were thrown away because too many waited."""
+        """Messages that were thrown away because too many waited, or because the bus refused them."""
 
     def put(self, topic: str, message: Message) -> None:
         """Queues a message; never waits."""
@@ -39,4 +39,8 @@ class Outbox:
                 topic, message = self._waiting.get(timeout=0.1)
             except queue.Empty:
                 continue
-            self._bus.publish(topic, message)
+            try:
+                self._bus.publish(topic, message)
+            except Exception:
+                # One message that the bus refuses must not silence all that come after it.
+                self.lost += 1

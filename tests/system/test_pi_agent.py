@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import signal
 import socket
 import subprocess
@@ -63,9 +64,9 @@ class Rig:
             self.bus.poll(0.05)
 
     @contextlib.contextmanager
-    def agent(self) -> Generator[subprocess.Popen[bytes]]:
+    def agent(self, **environment: str) -> Generator[subprocess.Popen[bytes]]:
         command = [sys.executable, "-m", "pi_agent", "--camera", "synthetic", "--rig", str(self.file)]
-        process = subprocess.Popen(command, stderr=subprocess.PIPE)
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, env={**os.environ, **environment})
         try:
             yield process
         finally:
@@ -150,3 +151,25 @@ def test_a_calibration_without_a_twin_is_refused_in_one_sentence(bench: Rig):
     assert done.returncode == 2
     assert done.stderr.strip() == "pi-agent: no scene from the twin: start `station twin`"
     assert not (bench.file.parent / "calibration.toml").exists()
+
+
+def test_systemd_is_told_of_life_only_by_frames(bench: Rig, tmp_path: Path):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.setblocking(False)
+        said: list[str] = []
+
+        def hears(wanted: str) -> bool:
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    said.append(systemd.recv(500).decode())
+            return any(wanted in line for line in said)
+
+        with bench.agent(NOTIFY_SOCKET=str(tmp_path / "notify"), WATCHDOG_USEC="1000000") as agent:
+            bench.wait(lambda: hears("READY=1"), agent)
+            bench.wait(lambda: hears("start `station twin`"), agent)
+            assert not hears("WATCHDOG=1")
+            with FakeTwin(bench.bus, bench.clock):
+                bench.wait(lambda: hears("WATCHDOG=1"), agent)
+            agent.send_signal(signal.SIGTERM)
+            bench.wait(lambda: hears("STOPPING=1"), agent)

@@ -9,8 +9,10 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable, Generator
+from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -224,3 +226,35 @@ def test_a_marker_that_reaches_out_of_the_picture_is_said():
         heard.wait(lambda: any(status.fault for status in heard["camera/status"]))
         heard.wait(lambda: "arker" in heard["camera/status"][-1].fault)
     assert not any(report.found for report in heard["camera/corners"])
+
+
+def test_a_twin_by_another_clock_is_named():
+    class Ahead(SystemClock):
+        def now_ns(self) -> int:
+            return super().now_ns() + 5_000_000_000
+
+    config, clock = rig(), SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock))
+    with FakeTwin(bus, Ahead()), running(config, camera, bus):
+        heard.wait(lambda: any("stamped +5.0 s" in status.fault for status in heard["camera/status"]))
+
+
+def test_a_garbage_video_is_said_and_a_good_one_in_its_place_is_played(tmp_path: Path):
+    video = tmp_path / "v.avi"
+    video.write_bytes(b"this is no video")
+    clock = SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    config = rig(driver="video_file", options={"path": "v.avi", "loop": True})
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock, folder=tmp_path))
+    with running(config, camera, bus):
+        heard.wait(lambda: any("cannot read" in status.fault for status in heard["camera/status"]))
+        writer = cv2.VideoWriter(str(tmp_path / "good.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (600, 600))
+        for image in images(10):
+            writer.write(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR))
+        writer.release()
+        (tmp_path / "good.avi").rename(video)
+        heard.wait(lambda: any(report.found for report in heard["camera/corners"]))
+        heard.wait(lambda: heard["camera/status"][-1].fault == "")
