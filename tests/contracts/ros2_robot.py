@@ -28,7 +28,7 @@ class Ros2Robot:
         self.motion: tuple[int, Any, Any] | None = None
         self.session.subscribe(
             wire.data_key(TRAJECTORY, wire.JOINT_TRAJECTORY, domain=domain),
-            lambda *sample: self.received.append(sample),
+            self.receive,
         )
         self.session.announce(
             wire.subscriber_token(
