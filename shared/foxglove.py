@@ -28,7 +28,7 @@ class Timestamp(Message):
     def from_ns(stamp_ns: int) -> Timestamp:
         """The timestamp of nanoseconds since the epoch."""
         seconds, nanos = divmod(stamp_ns, 1_000_000_000)
-        return Timestamp(seconds=seconds, nanos=nanos)
+        return Timestamp(seconds, nanos)
 
     @property
     def ns(self) -> int:

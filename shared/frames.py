@@ -51,14 +51,14 @@ def transform(
     *, parent: str, child: str, xyz_m: Iterable[float], quaternion_wxyz: Iterable[float], stamp_ns: int
 ) -> foxglove.FrameTransform:
     """The pose parent_from_child as a message; translation and rotation are always set."""
-    x, y, z = map(float, xyz_m)
-    qw, qx, qy, qz = map(float, quaternion_wxyz)
+    x, y, z = xyz_m
+    qw, qx, qy, qz = quaternion_wxyz
     return foxglove.FrameTransform(
-        timestamp=foxglove.Timestamp.from_ns(stamp_ns),
-        parent_frame_id=parent,
-        child_frame_id=child,
-        translation=foxglove.Vector3(x=x, y=y, z=z),
-        rotation=foxglove.Quaternion(x=qx, y=qy, z=qz, w=qw),
+        foxglove.Timestamp.from_ns(stamp_ns),
+        parent,
+        child,
+        foxglove.Vector3(float(x), float(y), float(z)),
+        foxglove.Quaternion(float(qx), float(qy), float(qz), float(qw)),
     )
 
 

@@ -134,8 +134,12 @@ def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tupl
     # Turning the model's corners by the yaw that fits best makes these two sums parallel to (cos yaw, sin yaw).
     cosine = sine = 0.0
     half_x, half_y = 0.5 * geometry.marker_side_m, 0.5 * geometry.marker_side_m * geometry.marker_aspect
-    for (x, y), (sign_x, sign_y) in zip(seen, ((-1, 1), (1, 1), (1, -1), (-1, -1)), strict=True):
-        cosine += sign_x * half_x * x + sign_y * half_y * y
-        sine += sign_x * half_x * y - sign_y * half_y * x
-    mean_x, mean_y = sum(x for x, _ in seen) / 4, sum(y for _, y in seen) / 4
+    mean_x = mean_y = 0.0
+    for (x, y), (model_x, model_y) in zip(
+        seen, ((-half_x, half_y), (half_x, half_y), (half_x, -half_y), (-half_x, -half_y)), strict=True
+    ):
+        cosine += model_x * x + model_y * y
+        sine += model_x * y - model_y * x
+        mean_x += 0.25 * x
+        mean_y += 0.25 * y
     return foot_x + (mean_x - foot_x) * raised, foot_y + (mean_y - foot_y) * raised, math.atan2(sine, cosine)

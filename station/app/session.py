@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 
 from shared import frames
 from shared.bus import Bus, Received
@@ -146,4 +145,6 @@ class Session:
         """Computed anew only when the calibration says something else: it is the same for a whole session."""
         if self._view is None or self._view[0] != geometry.plate_from_pixel:
             self._view = (geometry.plate_from_pixel, frames.camera_transform(geometry, stamp_ns=now_ns))
-        return replace(self._view[1], timestamp=Timestamp.from_ns(now_ns))
+        view = self._view[1]
+        stamp = Timestamp.from_ns(now_ns)
+        return FrameTransform(stamp, view.parent_frame_id, view.child_frame_id, view.translation, view.rotation)

@@ -37,6 +37,7 @@ class _Channel:
     known: bool
     agent: str
     capture_ns: Callable[[Message], int] = lambda _: 0
+    tells_offsets: bool = False
     sequence: int = 0
 
 
@@ -150,7 +151,7 @@ class Recording:
             message = received.message
         except UserError:  # recorded as it came all the same; the doctor names it
             return received.receive_ns
-        if isinstance(message, ClockOffset):
+        if channel.tells_offsets and isinstance(message, ClockOffset):
             self._offsets[message.agent] = message.offset_ns
         stamp_ns = channel.capture_ns(message)
         if stamp_ns <= 0:
@@ -166,7 +167,13 @@ class Recording:
         else:
             number = self._register(name, wire.schema_name(line.message), wire.schema(line.message))
             agent = line.sender if line.sender in ("camera", "arm") else ""
-            channel = _Channel(number, known=True, agent=agent, capture_ns=topics.capture_of(line.message))
+            channel = _Channel(
+                number,
+                known=True,
+                agent=agent,
+                capture_ns=topics.capture_of(line.message),
+                tells_offsets=line.message is ClockOffset,
+            )
         self._channels[name] = channel
         return channel
 
