@@ -14,6 +14,7 @@ from shared.errors import UserError
 from shared.geometry import plate_from_pixel
 from shared.messages import CameraGeometry
 from shared.rig import RigConfig, load_rig
+from station.arm.planning import require_session
 from station.arm.tilter import Tilter
 from station.rig.arm_settings import ArmSettings
 from station.sampling.machine import Reach, SamplingMachine
@@ -40,12 +41,12 @@ def rig_of_table(table: Table) -> RigConfig:
     return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
 
 
-def sampling_machine(rig: RigConfig, plan: Plan) -> SamplingMachine:
-    """The state machine for a rig and a plan."""
+def sampling_machine(rig: RigConfig, plan: Plan, *, tilter: Tilter | None = None) -> SamplingMachine:
+    """The state machine for a rig and a plan; `tilter` is that of an arm agent in the same process, if there is one."""
     return SamplingMachine(
         plan,
         size_px=(rig.camera.width_px, rig.camera.height_px),
-        reach=reach_of(rig),
+        reach=reach_of(rig, tilter=tilter),
         specimen=specimen(rig),
         geometry=None,
     )
@@ -92,17 +93,30 @@ def nominal_geometry(rig: RigConfig, *, stamp_ns: int = 0) -> CameraGeometry:
     )
 
 
-def reach_of(rig: RigConfig) -> Reach:
-    """How far the rig's arm can tilt at an azimuth, by its kinematics and limits."""
+def reach_of(rig: RigConfig, *, tilter: Tilter | None = None) -> Reach:
+    """How far the rig's arm can tilt at an azimuth, by its kinematics and limits.
+
+    A path is the arm's own property, so the paths that a `tilter` of the same rig has solved need no second solving.
+    """
     settings = arm_settings(rig)
-    tilter = Tilter.from_settings(settings)
+    paths = tilter or Tilter.from_settings(settings)
     ceiling = math.radians(settings.gate.max_tilt_deg)
 
     @cache
     def reach(azimuth_rad: float) -> float:
-        return min(tilter.path(azimuth_rad).reach_rad, ceiling)
+        return min(paths.path(azimuth_rad).reach_rad, ceiling)
 
     return reach
+
+
+def require_reachable(rig: RigConfig, plan: Plan) -> None:
+    """Refuses a plan with a step that the arm cannot make. A free azimuth is chosen within what it can.
+
+    Raises:
+        UserError: naming the direction, what stops the arm there, and the best alternative.
+    """
+    if plan.direction.mode == "four":
+        require_session(arm_settings(rig), angle_rad=plan.max_rad, directions=plan.direction.some)
 
 
 def twin_world(rig: RigConfig, *, seed: int, start_ns: int) -> TwinWorld:

@@ -141,7 +141,8 @@ def _alternative(pose: Pose, directions: Sequence[int], angle_rad: float) -> str
     reach = pose.reaches[best]
     name = f"direction {directions[best]}" if directions else f"azimuth {_deg(reach.azimuth_rad)}"
     if reach.angle_rad >= angle_rad - _ROUNDING_RAD:
-        return f"Tilt in {name} alone and turn the sample between runs, or {_ELSEWHERE}."
+        how = f" (plan: [direction] some = [{directions[best]}])" if directions else ""
+        return f"Tilt in {name} alone{how} and turn the sample between runs, or {_ELSEWHERE}."
     steepest = f"tilt in {name} alone, to {_deg(reach.angle_rad)} degrees, and turn the sample between runs"
     return f"No direction reaches it; {steepest}, or {_ELSEWHERE}."
 

@@ -29,7 +29,7 @@ class Direction:
 def candidates(plan: DirectionPlan) -> tuple[Direction, ...]:
     """All directions that may be chosen."""
     if plan.mode == "four":
-        return tuple(Direction(number, number * math.pi / 2) for number in range(4))
+        return tuple(Direction(number, number * math.pi / 2) for number in sorted(set(plan.some)))
     return tuple(Direction(FREE, k * 2 * math.pi / FREE_CHOICES) for k in range(FREE_CHOICES))
 
 

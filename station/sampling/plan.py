@@ -86,15 +86,20 @@ class DwellPlan:
 
 @dataclass(frozen=True, kw_only=True)
 class DirectionPlan:
-    """`[direction]`: where to tilt: the paper's `four` directions or a `free` azimuth.
+    """`[direction]`: where to tilt: the paper's `four` directions (or `some` of them) or a `free` azimuth.
 
     The weight of a direction is the block's distance to the image's border there, to the power of `distance_power`;
     directions in which it could slide less than `min_slide_px` are left out while there are others.
     """
 
     mode: Literal["four", "free"] = "four"
+    some: tuple[int, ...] = (0, 1, 2, 3)
     distance_power: float = 1.0
     min_slide_px: float = 60.0
+
+    def __post_init__(self) -> None:
+        if not self.some or not set(self.some) <= {0, 1, 2, 3}:
+            raise ValueError(f"expected some of the directions 0, 1, 2 and 3, got {list(self.some)}")
 
 
 @dataclass(frozen=True, kw_only=True)

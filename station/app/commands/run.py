@@ -49,6 +49,7 @@ def run(options: argparse.Namespace) -> int:
     plan = assembly.plan_from(options.plan, samples=options.samples, seed=options.seed)
     if options.pixels and not options.lockstep:
         raise UserError("Expected --lockstep with --pixels; a live session has the pixels of its own camera")
+    assembly.require_reachable(rig, plan)
     path = recordings.recording_path(options.out)
     for repaired in repair_folder(path.parent):
         print(f"A session before this one was cut off; what it recorded is saved as {repaired.path}")
