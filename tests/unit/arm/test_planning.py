@@ -59,7 +59,7 @@ def test_an_unreachable_step_is_named_with_the_best_alternative(narrow: TiltStag
     text = str(refused.value)
     assert "67.5 degrees in direction 3, azimuth 270.0" in text
     assert "joint_2 is at its lower limit" in text
-    assert "Tilt in direction 0 alone and turn the sample" in text
+    assert "Tilt in direction 0 alone (plan: [direction] some = [0]) and turn the sample" in text
     require_reach(pose, angle_rad=pose.worst_rad, directions=range(4))
 
 
