@@ -69,7 +69,7 @@ class Lockstep:
         self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
         self._arm = arm_agent(self.bus, settings)
         self._camera = camera(self.bus, rig) if camera else _projected(self.bus, rig, seed=int(camera_seed))
-        machine = assembly.sampling_machine(rig, plan)
+        machine = assembly.sampling_machine(rig, plan, tilter=self._arm.tilter)
         self.session = Session(
             self.bus,
             machine,

@@ -64,6 +64,11 @@ class ArmAgent:
         bus.subscribe("session/heartbeat", self._on_heartbeat)
         bus.announce("arm")
 
+    @property
+    def tilter(self) -> Tilter:
+        """The planner's memory: the arm in its place and the paths already solved."""
+        return self._tilter
+
     # --- from the bus -------------------------------------------------------------------------------------------------
 
     def _on_heartbeat(self, received: Received) -> None:
