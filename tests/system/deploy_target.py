@@ -126,7 +126,8 @@ def repack_wheels(folder: Path) -> Path:
         with zipfile.ZipFile(wheel, "w") as archive:
             for file in distribution.files or ():
                 place = Path(str(distribution.locate_file(file)))
-                if ".." not in file.parts and place.suffix != ".pyc" and place.is_file():
+                needed = not {"..", "tests", "f2py"} & set(file.parts) and place.suffix not in {".pyc", ".pyi"}
+                if needed and place.is_file():
                     archive.write(place, str(file))
         digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
         lines.append(f"{name}=={distribution.version} \\\n    --hash=sha256:{digest}\n")

@@ -31,6 +31,7 @@ class Remote:
         self._master: subprocess.Popen[bytes] | None = None
         self._root_words: list[str] = []
         self._password = b""
+        self._kept: list[str] = []
 
     def __enter__(self) -> Remote:
         """Connects; ssh asks on the terminal for what it needs.
@@ -54,7 +55,10 @@ class Remote:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closes the connection."""
+        """Closes the connection, and removes what it kept on the target."""
+        if self._kept:
+            self.run("rm", "-f", *self._kept, check=False)
+            self._kept.clear()
         if self._master is not None and self._master.poll() is None:
             self._master.terminate()
             self._master.wait()
@@ -119,14 +123,34 @@ class Remote:
         return own
 
     def ahead_s(self) -> tuple[float, float]:
-        """The target's clock less this computer's, by the quickest of five round trips, and the most it may be off."""
+        """The target's clock less this computer's, by the quickest of five round trips, and the most it may be off.
+
+        Raises:
+            UserError: if the target does not tell the time.
+        """
         best = (float("inf"), 0.0)
-        for _ in range(5):
-            sent = time.time()
-            there = float(self.run("date", "+%s.%N").strip())
-            back = time.time()
-            best = min(best, (back - sent, there - (sent + back) / 2))
+        line = self._ssh(["sh", "-c", "while read -r _; do date +%s.%N; done"])
+        with subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            for _ in range(5):
+                sent = time.time()
+                process.stdin.write(b"\n")
+                process.stdin.flush()
+                answer = process.stdout.readline().decode(errors="replace").strip()
+                back = time.time()
+                if not answer.replace(".", "", 1).isdigit():
+                    raise UserError(f"Expected the time of {self.target}, got '{answer}'")
+                best = min(best, (back - sent, float(answer) - (sent + back) / 2))
         return best[1], best[0] / 2
+
+    def keep(self, content: bytes) -> str:
+        """Puts a file onto the target for as long as the connection stands; gives its place."""
+        place = self.run(
+            "sh", "-c", "f=$(mktemp /tmp/repose-deploy.XXXXXX) && cat > $f && echo $f", given=content
+        ).strip()
+        self._kept.append(place)
+        return place
 
     def _ssh(self, words: Sequence[str]) -> list[str]:
         return ["ssh", "-T", *self._words, "--", self.target, shlex.join(words)]

@@ -55,7 +55,7 @@ class Deployment:
         Raises:
             UserError: if there is no way to act on it with the privileges needed.
         """
-        self._remote, self.wishes = remote, wishes
+        self._remote, self.wishes, self._place = remote, wishes, ""
         probe = (Path(__file__).parent / "probe.sh").read_bytes()
         self.facts = facts.parse_facts(remote.run("sh", "-s", "--", wishes.root, wishes.python, given=probe))
         self._take_privileges()
@@ -208,18 +208,13 @@ class Deployment:
         return "no supervisor: nobody starts it again after a fault or a reboot"
 
     def _tool(self, *words: str) -> dict[str, Any]:
-        """Runs the part on the target; it is sent along each time, so that it fits this end.
+        """Runs the part on the target; it is sent along, so that it fits this end.
 
         Raises:
             UserError: with its sentence.
         """
-        place = self._remote.run(
-            "sh", "-c", "f=$(mktemp /tmp/repose-deploy.XXXXXX) && cat > $f && echo $f", given=bundle.tool_archive()
-        ).strip()
-        try:
-            said = self._remote.run(self.wishes.python, place, *words, root=True, check=False)
-        finally:
-            self._remote.run("rm", "-f", place, check=False)
+        self._place = self._place or self._remote.keep(bundle.tool_archive())
+        said = self._remote.run(self.wishes.python, self._place, *words, root=True, check=False)
         lines = [line for line in said.splitlines() if line.startswith("{")]
         if not lines:
             raise UserError(

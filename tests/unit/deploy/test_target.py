@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -29,12 +30,12 @@ def test_nothing_is_installed_and_nothing_breaks(tmp_path: Path, capsys: pytest.
 
 
 def test_two_deployments_at_once_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    lock = Path("/tmp") / ("repose-deploy" + str(tmp_path.resolve()).replace("/", "-") + ".lock")
-    with lock.open("w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        said = answer(capsys, "status", "--root", str(tmp_path))
-    lock.unlink()
+    held = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(held, fcntl.LOCK_EX)
+    said = answer(capsys, "status", "--root", str(tmp_path), "--supervisor", "none")
+    os.close(held)
     assert "under way" in str(said["refused"])
+    assert "refused" not in answer(capsys, "status", "--root", str(tmp_path), "--supervisor", "none")
 
 
 def test_calibrations_survive_an_uninstallation_unless_they_are_purged(

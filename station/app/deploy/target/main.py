@@ -51,14 +51,16 @@ def _act(options: argparse.Namespace) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _alone(root: str) -> Generator[None]:
-    """Two deployments at once would mix their releases: the second is refused."""
-    name = "repose-deploy" + str(Path(root).resolve()).replace("/", "-") + ".lock"
-    with (Path("/run" if root == "/" else "/tmp") / name).open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise Refused("Another deployment to this target is under way: wait until it has ended") from error
+    """Two deployments at once would mix their releases: the second is refused. The lock is on the folder itself."""
+    Path(root).mkdir(parents=True, exist_ok=True)
+    folder = os.open(root, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield
+    except BlockingIOError as error:
+        raise Refused("Another deployment to this target is under way: wait until it has ended") from error
+    finally:
+        os.close(folder)
 
 
 if __name__ == "__main__":
