@@ -19,11 +19,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 Array = NDArray[np.float64]
 GRAVITY_M_S2 = 9.81
 _COARSE = 60
+_NEAR, _FINE = 3, 8
+"""The fine grid: this many coarse cells to either side of the best point, each divided by that."""
+
 _REFINE = 16
+_HELD_RAD = 1e-5
 _SLIDE_CHI2 = 25.0  # less than 5 sigma of displacement: nothing moved
 _FREE_KINETIC_GAIN = 12.0
 """Drop of χ² that the extra parameter must bring: about 3.5 standard deviations, as 1 run in 2000 would by chance."""
@@ -48,8 +53,12 @@ class _Integrals:
     """∫ and ∫∫ of g sin θ and g cos θ over time, on a fine grid, to be evaluated between any two times."""
 
     def __init__(self, tilt_s: Array, tilt_rad: Array) -> None:
+        self.readings_s, self.readings_rad = tilt_s, tilt_rad
         self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
-        self.theta = np.interp(self.grid, tilt_s, tilt_rad)
+        # A straight line between two readings would lie beside an accelerating tilt by half a thousandth of a degree,
+        # which is more than what the noise of a good camera does.
+        slopes = np.gradient(tilt_rad, tilt_s)
+        self.theta = np.asarray(CubicHermiteSpline(tilt_s, tilt_rad, slopes)(self.grid), dtype=np.float64)
         step = self.grid[1] - self.grid[0]
         self.drive = _twice(GRAVITY_M_S2 * np.sin(self.theta), step)
         self.drag = _twice(GRAVITY_M_S2 * np.cos(self.theta), step)
@@ -63,10 +72,37 @@ class _Integrals:
     def tilt(self, t: float) -> float:
         return float(np.interp(t, self.grid, self.theta))
 
+    def tilt_sigma_rad(self, t: float) -> float:
+        """How far the true tilt may be from the curve through its readings: from how abruptly that bends there.
+
+        A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
+        that; where the bend changes little the curve is right.
+        """
+        k = int(np.clip(np.searchsorted(self.readings_s, t), 3, max(len(self.readings_s) - 3, 3)))
+        jerks = np.diff(self.readings_rad[k - 3 : k + 3], 3)
+        return float(np.abs(jerks).max(initial=0.0)) / 4
+
 
 def _twice(values: Array, step: float) -> tuple[Array, Array]:
     once = np.concatenate([[0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))])
     return once, np.concatenate([[0.0], np.cumsum(0.5 * step * (once[1:] + once[:-1]))])
+
+
+def _golden(score: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """The least of a function with one valley between two points: where, and how much."""
+    golden = 0.5 * (5.0**0.5 - 1.0)
+    left, right = high - golden * (high - low), low + golden * (high - low)
+    at_left, at_right = score(left), score(right)
+    for _ in range(_REFINE):
+        if at_left < at_right:
+            high, right, at_right = right, left, at_left
+            left = high - golden * (high - low)
+            at_left = score(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + golden * (high - low)
+            at_right = score(right)
+    return (left, at_left) if at_left < at_right else (right, at_right)
 
 
 def estimate_onset(
@@ -93,13 +129,14 @@ def estimate_onset(
     """
     frames, path = np.asarray(path_ns, dtype=np.int64), np.asarray(path_m, dtype=np.float64)
     times = np.asarray(tilt_ns, dtype=np.int64)
+    tilt = np.asarray(tilt_rad, dtype=np.float64)
+    ahead = np.isfinite(tilt) & (np.diff(np.maximum.accumulate(times), prepend=times[:1] - 1) > 0)
+    times, tilt = times[ahead], tilt[ahead]
     if len(frames) < 8 or len(times) < 4 or not np.isfinite(path).all():
         return None
     origin = int(times[0])
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
-    integrals = _Integrals(
-        np.asarray((times - origin) * 1e-9, dtype=np.float64), np.asarray(tilt_rad, dtype=np.float64)
-    )
+    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt)
     fit = _Fit(t, path, integrals, along=along, sigma_m=max(sigma_m, 1e-7))
     t0, mu_k, chi2, plain = fit.best()
     if fit.without_slide() - chi2 < _SLIDE_CHI2:
@@ -109,7 +146,7 @@ def estimate_onset(
     return Onset(
         slip_ns=origin + round(t0 * 1e9),
         angle_rad=integrals.tilt(t0),
-        angle_sigma_rad=scatter * sigma,
+        angle_sigma_rad=float(np.hypot(scatter * sigma, integrals.tilt_sigma_rad(t0))),
         kinetic_mu=mu_k,
         residual_m=float(np.sqrt(chi2 / len(t)) * fit.sigma_m),
     )
@@ -162,19 +199,21 @@ class _Fit:
         return t0, self.along * float(np.tan(self.integrals.tilt(t0))), chi2, True
 
     def _minimum(self, score: Callable[[float], float]) -> tuple[float, float]:
-        """A grid, then golden sections around its best point: χ² has a step where t0 passes a hold."""
-        grid = np.linspace(self.t[0], self.t[-1], _COARSE)
-        best = int(np.argmin([score(float(at)) for at in grid]))
-        low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, _COARSE - 1)])
-        golden = 0.5 * (np.sqrt(5.0) - 1.0)
-        for _ in range(_REFINE):
-            left, right = high - golden * (high - low), low + golden * (high - low)
-            if score(left) < score(right):
-                high = right
-            else:
-                low = left
-        t0 = 0.5 * (low + high)
-        return t0, score(t0)
+        """A grid, a finer one around its best point, then golden sections there.
+
+        While the plate is held, χ² hardly depends on t0, so the best point may lie a whole hold away from a deep and
+        narrow valley just before or after it: both ends of the hold are tried as well.
+        """
+        coarse = np.linspace(self.t[0], self.t[-1], _COARSE)
+        near = int(np.argmin([score(float(at)) for at in coarse]))
+        first, last = max(near - _NEAR, 0), min(near + _NEAR, _COARSE - 1)
+        fine = np.linspace(coarse[first], coarse[last], (last - first) * _FINE + 1)
+        best = int(np.argmin([score(float(at)) for at in fine]))
+        tilts = np.interp(fine, self.integrals.grid, self.integrals.theta)
+        held = np.flatnonzero(np.abs(tilts - tilts[best]) < _HELD_RAD)
+        ends = {best, int(held[0]), int(held[-1])}
+        found = (_golden(score, float(fine[max(k - 1, 0)]), float(fine[min(k + 1, len(fine) - 1)])) for k in ends)
+        return min(found, key=lambda valley: valley[1])
 
     def plain_sigma_rad(self, t0: float) -> float:
         """Standard error of the onset angle of the plain model.
