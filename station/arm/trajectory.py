@@ -48,7 +48,7 @@ class JointTrajectory:
     @property
     def duration_ns(self) -> int:
         """How long the motion takes."""
-        return int(self.times_ns[-1])
+        return self._times[-1]
 
     @cached_property
     def _times(self) -> list[int]:

@@ -79,7 +79,7 @@ class ArmModel:
     home_yaw_rad: float = 0.0
     catalogue: str = ""
 
-    @property
+    @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, base first."""
         return tuple(joint.name for joint in self.joints)

@@ -127,13 +127,14 @@ class ContactEngine(Engine):
     def force_from_foam(self) -> FLOATS:
         """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
         data, total, wrench = self.data, np.zeros(3), np.empty(6)
-        for number, contact in enumerate(data.contact):
-            if self._plate_geom in contact.geom:
+        contact = data.contact
+        for number, (first, second) in enumerate(contact.geom.tolist()):
+            if self._plate_geom in (first, second):
                 continue
             mj.mj_contactForce(self.model, data, number, wrench)
             # The contact's normal points from its first geom to its second, and so does the force on the second.
-            force = contact.frame.reshape(3, 3).T @ wrench[:3]
-            total += force if self.model.geom_bodyid[contact.geom[1]] == self.block else -force
+            force = contact.frame[number].reshape(3, 3).T @ wrench[:3]
+            total += force if self.model.geom_bodyid[second] == self.block else -force
         return data.xmat[self.plate].reshape(3, 3).T @ total
 
 
