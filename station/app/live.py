@@ -10,10 +10,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from types import FrameType
 
-from shared.bus import Bus
+from shared.bus import Bus, Received
 from shared.clock import Clock
 from shared.errors import UserError
-from shared.messages import MotionReport
+from shared.messages import ArmReply, MotionReport, TiltCommand
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.clocks import ClockKeeper
@@ -98,9 +98,10 @@ class LiveSession:
             on_line=on_line,
         )
         self._clocks = ClockKeeper(bus, clock=clock, agents=("camera", "arm"))
-        self._level_run: int | None = None
-        self._motions: list[MotionReport] = []
-        bus.subscribe("arm/motion", lambda received: self._motions.append(received.message))  # pyright: ignore
+        self._settled: TiltCommand | None = None
+        self._arm_there = True
+        bus.subscribe("arm/motion", self._on_outcome)
+        bus.subscribe("arm/reply", self._on_outcome)
 
     @property
     def samples(self) -> int:
@@ -128,6 +129,21 @@ class LiveSession:
         now_ns = self._clock.now_ns()
         self._session.tick(now_ns)
         self._clocks.tick(now_ns)
+        self._watch_arm()
+
+    def _watch_arm(self) -> None:
+        there = "arm" in self._bus.alive()
+        if self._arm_there and not there:
+            self._session.arm_is_gone()
+        self._arm_there = there
+
+    def _on_outcome(self, received: Received) -> None:
+        """Notices that the last motion asked for is over, in whatever way, or will never begin."""
+        message, asked = received.message, self._session.asked
+        over = message.end_ns or message.fault if isinstance(message, MotionReport) else False
+        refused = isinstance(message, ArmReply) and not message.accepted
+        if asked is not None and (over or refused) and (message.run, message.step) == (asked.run, asked.step):  # pyright: ignore[reportAttributeAccessIssue]
+            self._settled = asked
 
     def _listen_on(self) -> None:
         """What was sent last is still on its way to the recorder."""
@@ -137,11 +153,9 @@ class LiveSession:
 
     def _await_level(self) -> None:
         """Keeps the heart beating until the plate is level again, if it had to be brought back."""
-        if not self._stop.reason:
+        asked = self._session.asked
+        if asked is None or not (self._stop.reason or self._session.fault):
             return
         end = time.monotonic() + LEVELLING_S
-        count = len(self._motions)
-        while time.monotonic() < end and self._stop.times < 2:
+        while self._settled is not asked and time.monotonic() < end and self._stop.times < 2:
             self._turn()
-            if any(motion.end_ns and not motion.fault for motion in self._motions[count:]):
-                break

@@ -24,6 +24,7 @@ from station.sampling.machine import INPUTS, SamplingMachine
 HEARTBEAT_NS = 50_000_000
 TRANSFORMS_NS = 33_333_333
 _NO_ANSWER = "the arm agent did not answer; is `station arm` running?"
+_GONE = "the arm agent has left the bus; start `station arm` again"
 
 
 class Session:
@@ -50,6 +51,8 @@ class Session:
         self.armed = True
         """Whether the heartbeat asks the arm to go on obeying; kept until the plate is level again."""
         self.fault = ""
+        self.asked: TiltCommand | None = None
+        """The last command."""
         for topic in INPUTS:
             bus.subscribe(topic, self._take)
 
@@ -97,14 +100,22 @@ class Session:
         self.finished, self.fault = True, action.fault
 
     def _command(self, command: TiltCommand) -> None:
+        self.asked = command
         self._bus.publish("arm/command", command)
 
         def on_reply(reply: Message | None) -> None:
-            known = reply if isinstance(reply, ArmReply) else ArmReply(reason=_NO_ANSWER)
-            stamped = ArmReply(known.accepted, known.reason, self._now_ns, command.run, command.step)
-            self._bus.publish("arm/reply", stamped)
+            self._answer(command, reply if isinstance(reply, ArmReply) else ArmReply(reason=_NO_ANSWER))
 
         self._bus.request("arm/command", command, on_reply, timeout_s=2.0)
+
+    def _answer(self, command: TiltCommand, reply: ArmReply) -> None:
+        stamped = ArmReply(reply.accepted, reply.reason, self._now_ns, command.run, command.step)
+        self._bus.publish("arm/reply", stamped)
+
+    def arm_is_gone(self) -> None:
+        """The arm agent has died: nobody will report the end of the motion under way, so it is answered for."""
+        if self.asked is not None:
+            self._answer(self.asked, ArmReply(reason=_GONE))
 
     def say(self, level: str, text: str) -> None:
         """One line to the log on the bus and to the terminal."""

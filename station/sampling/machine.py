@@ -27,7 +27,7 @@ from station.sampling.actions import Action
 from station.sampling.phases import Phases, Reach
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
-from station.sampling.timeouts import overdue
+from station.sampling.timeouts import not_begun, overdue
 from station.sampling.tracks import usable
 
 INPUTS = (
@@ -37,6 +37,7 @@ INPUTS = (
 """The topics that the machine listens to; nothing else may influence it."""
 
 _PAUSE_S = 1.0  # after a fault, before the next run
+_STALE_NS = 500_000_000
 
 
 class SamplingMachine:
@@ -120,7 +121,7 @@ class SamplingMachine:
             self._phases.watch(message, frame_ns)
         elif state.phase == "SETTLE" and (rest_ns is not None or state.waited(self._plan.slip.settle_s)):
             self._phases.bring_back()
-        elif state.phase == "DONE" and (rest_ns is not None or state.waited(self._plan.slip.settle_s)):
+        elif state.phase == "DONE" and (rest_ns is not None or state.waited(self._plan.slip.rest_timeout_s)):
             self._phases.conclude()
 
     def _on_reply(self, message: ArmReply) -> None:
@@ -129,7 +130,7 @@ class SamplingMachine:
 
     def _on_motion(self, message: MotionReport) -> None:
         state = self._state
-        if (message.run, message.step) != state.awaited:
+        if (message.run, message.step) != state.awaited or self._of_an_earlier_session(message):
             return
         if message.fault:
             state.abort(message.fault)
@@ -142,14 +143,26 @@ class SamplingMachine:
             state.awaited = None
             self._phases.arrived()
 
+    def _of_an_earlier_session(self, message: MotionReport) -> bool:
+        """Whether the arm agent's cache has sent a report again from before this very motion was asked for."""
+        begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
+        return begin_ns is not None and begin_ns < self._state.asked_ns - _STALE_NS
+
+    def _begin(self) -> None:
+        state, geometry, attitude = self._state, self._tracks.geometry is not None, bool(self._tracks.attitude_ns)
+        if geometry and attitude and state.found_ns:
+            self._phases.synchronise()
+        elif fault := not_begun(state, geometry=geometry, attitude=attitude):
+            state.say("error", fault)
+            state.finish(fault)
+
     def _on_tick(self, _: Heartbeat) -> None:
         state = self._state
         if state.phase == "START":
-            if self._tracks.geometry is not None and self._tracks.attitude_ns and state.found_ns:
-                self._phases.synchronise()
-            return
-        if state.phase == "ABORTED":
-            if state.since(state.phase_ns) > _PAUSE_S:
+            self._begin()
+        elif state.phase == "ABORTED":
+            # Longer after each fault in a row: who died may be started again meanwhile.
+            if state.waited(_PAUSE_S * 2.0 ** (state.faults - 1)):
                 self._phases.level()
         elif fault := overdue(state):
             state.abort(fault)

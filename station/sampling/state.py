@@ -37,6 +37,7 @@ class State:
         """A message has come: nothing is said of it yet."""
         self.actions = []
         self.now_ns = now_ns
+        self.phase_ns = self.phase_ns or now_ns
 
     # --- time --------------------------------------------------------------------------------------------------------
 
@@ -60,13 +61,14 @@ class State:
         self.phase, self.phase_ns = phase, self.now_ns
 
     def abort(self, reason: str) -> None:
-        """Gives the run up; after too many in a row, the session."""
+        """Gives the run up; after too many in a row the session, with the plate sent back to level."""
         self.event("ABORTED", reason)
         self.say("error", f"run {self.run.number} aborted: {reason}")
         self.faults += 1
         self.awaited = None
         self.enter_silently("ABORTED")
         if self.faults >= self.plan.faults:
+            self.level()
             self.finish(f"{self.faults} runs failed in a row; the last because: {reason}")
 
     def finish(self, fault: str) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from station.sampling.state import State
 
-_LOOKING = ("DWELL", "REFERENCE", "TILT")
-"""The phases that cannot go on without corners; after the slip a run ends without them."""
+_LOOKING = ("REFERENCE", "TILT")
+"""The phases that must see every frame; the dwell can wait for corners, after the slip a run ends without them."""
 
 
 def overdue(state: State) -> str:
@@ -14,7 +14,37 @@ def overdue(state: State) -> str:
     if state.awaited and state.since(state.asked_ns) > plan.timeout_s:
         return f"expected the arm to finish its motion within {plan.timeout_s:g} s, it did not"
     if state.phase in _LOOKING and state.since(state.found_ns) > plan.silence_s:
-        return f"expected corners of the marker, got none for {plan.silence_s:g} s"
+        return _blind(plan.silence_s)
+    # A camera agent that was started again needs some seconds, in which the block rests as well as it ever did.
+    if state.phase == "DWELL" and state.since(state.found_ns) > plan.timeout_s:
+        return _blind(plan.timeout_s)
+    if state.phase == "SLIP" and state.waited(plan.timeout_s):
+        return (
+            f"expected the plate's attitude after the slip, the arm agent reported none for {plan.timeout_s:g} s; "
+            "is `station arm` running?"
+        )
     if state.phase == "DWELL" and state.waited(plan.timeout_s + state.run.dwell_wanted_s):
         return "expected the block to come to rest on the level plate, it still moves"
     return ""
+
+
+def _blind(seconds: float) -> str:
+    return (
+        f"expected corners of the marker, got none for {seconds:g} s; is the mark in view, and `pi-agent run` running?"
+    )
+
+
+def not_begun(state: State, *, geometry: bool, attitude: bool) -> str:
+    """Why the session cannot begin, in one sentence; empty while it is too early to say."""
+    if not state.waited(state.plan.timeout_s):
+        return ""
+    missing = {
+        "the camera's geometry (camera/geometry)": geometry,
+        "the plate's attitude (arm/platform)": attitude,
+        "corners of the marker (camera/corners)": bool(state.found_ns),
+    }
+    names = " and ".join(name for name, there in missing.items() if not there)
+    return (
+        f"expected {names} within {state.plan.timeout_s:g} s, got none; is the mark in view, and do `pi-agent run` and "
+        "`station arm` report no fault?"
+    )

@@ -38,6 +38,11 @@ class Tracks:
         """An agent's clock was measured again."""
         self._offsets_ns[message.agent] = message.offset_ns
 
+    def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
+        """An agent's stamp by the station's clock; None while that agent's clock is not known."""
+        offset_ns = self._offsets_ns.get(agent)
+        return None if offset_ns is None else stamp_ns + offset_ns
+
     def take_attitude(self, message: PlatformState) -> None:
         """The plate's attitude, by the arm's clock."""
         q = (message.qw, message.qx, message.qy, message.qz)

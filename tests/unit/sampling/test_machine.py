@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from shared.messages import ArmReply, MarkerCorners, MotionReport
+from shared.messages import ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, TiltPlan
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
@@ -205,3 +205,68 @@ def test_the_same_seed_decides_the_same_and_another_does_not():
     assert first.commands == again.commands
     assert first.samples == again.samples or repr(first.samples) == repr(again.samples)
     assert [s.direction for s in first.samples] != [s.direction for s in other.samples]
+
+
+# --- what hangs, and what came before --------------------------------------------------------------------------------
+
+
+def test_a_session_that_cannot_begin_says_what_it_lacks():
+    rig = finished(ScriptedRig(Plan(samples=1, timeout_s=3.0), on_corners=lambda _message, _rig: None))
+    assert "expected corners of the marker (camera/corners) within 3 s, got none" in (rig.fault or "")
+    assert rig.commands == []
+
+
+def test_a_slip_whose_attitude_never_comes_is_given_up():
+    rig = ScriptedRig(Plan(samples=1, timeout_s=3.0, faults=1))
+    rig.run(60.0, until=lambda rig: rig.machine.phase == "SLIP")
+    last = rig.commands[-1]
+    rig.give(MotionReport(rig.now_ns, last.run, last.step, rig.now_ns, rig.now_ns))
+    for _ in range(100):
+        rig.now_ns += 50_000_000
+        rig.give(Heartbeat(rig.now_ns, armed=True))
+    assert "expected the plate's attitude after the slip" in (rig.fault or "")
+
+
+def test_a_session_that_fails_sends_the_plate_back_to_level():
+    def always_fail(report: MotionReport, _rig: ScriptedRig) -> MotionReport:
+        return dataclasses.replace(report, fault="it shakes") if report.step == 8 and report.end_ns else report
+
+    rig = finished(ScriptedRig(Plan(samples=1, faults=1, tilt=TiltPlan(adapt_after=0)), on_motion=always_fail))
+    assert "it shakes" in (rig.fault or "")
+    assert rig.tilt_rad > 0.1
+    assert rig.commands[-1].angle_rad == 0.0
+    rig.run(10.0, until=lambda rig: rig.command is None)
+    assert rig.tilt_rad == 0.0
+
+
+def test_after_each_fault_in_a_row_it_waits_longer():
+    rig = finished(
+        ScriptedRig(
+            Plan(samples=1, faults=4),
+            on_reply=lambda reply, _: dataclasses.replace(reply, accepted=False, reason="no"),
+        )
+    )
+    aborted = [event.stamp_ns * 1e-9 for event in rig.events if event.phase == "ABORTED"]
+    assert np.diff(aborted) == pytest.approx([1.0, 2.0, 4.0], abs=0.1)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_motion_report_of_an_earlier_session_ends_no_motion_of_this_one(known: bool):
+    def offset_first(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        if known and message.seq == 1:
+            rig.give(ClockOffset(rig.now_ns, "arm", 0))
+        return message
+
+    rig = ScriptedRig(Plan(samples=1), on_corners=offset_first)
+    rig.run(60.0, until=lambda rig: bool(rig.commands))
+    command, old_ns = rig.commands[0], rig.now_ns - 60_000_000_000
+    rig.give(MotionReport(old_ns, command.run, command.step, old_ns, old_ns + 1))
+    # Without the arm's clock its stamps say nothing, so the report must be taken for what it says.
+    assert ("STEP_END" in [event.phase for event in rig.events]) == (not known)
+
+
+def test_the_resting_place_is_read_when_the_block_rests():
+    rig = finished(ScriptedRig(Plan(samples=2), friction_rad=0.3))
+    for sample, done in zip(rig.samples, [e for e in rig.events if e.phase == "DONE"], strict=True):
+        returned = max(e.stamp_ns for e in rig.events if e.phase == "STEP_END" and e.run == sample.run)
+        assert (done.stamp_ns - returned) * 1e-9 >= 0.19
