@@ -1,0 +1,100 @@
+"""A simulated session: the same seed gives the same recording, in this process and in any other."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from shared import topics
+from shared.clock import SIMULATION_EPOCH_NS
+from station.app import assembly, recordings
+from station.app.lockstep import Lockstep
+from station.recording.reader import digest, open_recording
+from station.recording.writer import Recording
+
+SAMPLES = 2
+
+
+def simulate(path: Path, *, seed: int, samples: int = SAMPLES) -> Path:
+    """Records a session without pixels."""
+    rig = assembly.rig_from(None)
+    plan = assembly.plan_from(None, samples=samples, seed=seed)
+    origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
+    with Recording(path, provenance=origin) as recording:
+        outcome = Lockstep(rig, plan, recording=recording).run()
+    assert (outcome.samples, outcome.fault) == (samples, "")
+    return path
+
+
+def everything_in(path: Path) -> str:
+    """SHA-256 of every message with its times, the truth among them, in the order of the file."""
+    total = hashlib.sha256()
+    for item in open_recording(path).messages(truth=True):
+        total.update(f"{item.topic} {item.log_ns} {item.publish_ns} {len(item.payload)}\n".encode() + item.payload)
+    return total.hexdigest()
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return simulate(tmp_path_factory.mktemp("lockstep") / "first.mcap", seed=5)
+
+
+def test_the_same_seed_gives_the_same_bytes(session: Path, tmp_path: Path) -> None:
+    again = simulate(tmp_path / "again.mcap", seed=5)
+    assert digest(open_recording(again)) == digest(open_recording(session))
+    assert everything_in(again) == everything_in(session)
+
+
+def test_another_process_gives_the_same_bytes(session: Path, tmp_path: Path) -> None:
+    """Another process has other hashes, addresses and alignments; none of them may reach the measurements."""
+    path = tmp_path / "elsewhere.mcap"
+    program = (
+        "from pathlib import Path; from tests.unit.app.test_lockstep import simulate;"
+        f"simulate(Path({str(path)!r}), seed=5)"
+    )
+    other = {**os.environ, "PYTHONHASHSEED": "77", "PYTHONMALLOC": "malloc"}
+    subprocess.run([sys.executable, "-c", program], env=other, check=True, timeout=120)
+    assert everything_in(path) == everything_in(session)
+
+
+def test_another_seed_gives_another_session(session: Path, tmp_path: Path) -> None:
+    other = simulate(tmp_path / "other.mcap", seed=6)
+    assert digest(open_recording(other)) != digest(open_recording(session))
+    ours, theirs = (open_recording(path).samples() for path in (session, other))
+    assert [sample.onset_angle_rad for sample in ours] != [sample.onset_angle_rad for sample in theirs]
+
+
+def test_no_two_messages_share_a_time_of_receipt(session: Path) -> None:
+    stamps = [item.log_ns for item in open_recording(session).messages(truth=True)]
+    assert len(set(stamps)) == len(stamps)
+    assert stamps == sorted(stamps)
+
+
+@pytest.mark.parametrize(
+    ("topic", "rate_hz"),
+    [
+        ("camera/corners", 90.0),
+        ("camera/calibration", 1.0),
+        ("camera/geometry", 1.0),
+        ("arm/joints", 100.0),
+        ("arm/platform", 100.0),
+        ("session/heartbeat", 15.0),
+        ("tf", 29.0),
+        ("clock", 2.0),
+    ],
+)
+def test_every_topic_comes_as_often_as_promised(session: Path, topic: str, rate_hz: float) -> None:
+    reader = open_recording(session)
+    count = sum(1 for _ in reader.messages(topics=[topic]))
+    assert count / reader.duration_s > 0.98 * rate_hz
+
+
+def test_what_is_not_to_be_recorded_is_not(session: Path) -> None:
+    there = set(open_recording(session).topics)
+    assert there.isdisjoint(name for name, line in topics.TOPICS.items() if not line.recorded)
+    assert "truth/scene" in there
