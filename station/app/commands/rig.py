@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         return 130
     finally:
-        _stop([process for process in (session, view, *reversed(helpers)) if process is not None])
+        _stop([process for process in (session, view, *helpers) if process is not None])
 
 
 def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
