@@ -1,0 +1,49 @@
+"""Means over bins: along a direction (Fig. 7) and over the image (Fig. 8)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.friction.direction import Array
+
+BINS = 32
+PATCH_PX = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """Per bin (k): its middle (rad), how many values, their mean and standard deviation (NaN below 1 and 2 values)."""
+
+    middle_rad: Array
+    count: NDArray[np.int64]
+    mean: Array
+    sd: Array
+
+
+def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.pi, bins: int = BINS) -> Bins:
+    """Mean and standard deviation of the values by direction, in `bins` equal parts of [0, span)."""
+    known = np.isfinite(direction_rad) & np.isfinite(values)
+    place = np.minimum((direction_rad[known] % span_rad / span_rad * bins).astype(np.int64), bins - 1)
+    count = np.bincount(place, minlength=bins)
+    total = np.bincount(place, weights=values[known], minlength=bins)
+    mean = np.divide(total, count, out=np.full(bins, np.nan), where=count > 0)
+    squares = np.bincount(place, weights=(values[known] - mean[place]) ** 2, minlength=bins)
+    sd = np.sqrt(np.divide(squares, count - 1, out=np.full(bins, np.nan), where=count > 1))
+    return Bins(middle_rad=(np.arange(bins) + 0.5) * span_rad / bins, count=count, mean=mean, sd=sd)
+
+
+def heat_map(centre_px: Array, values: Array, *, size_px: tuple[int, int], patch_px: int = PATCH_PX) -> Array:
+    """Mean of the values in patches of the image, (rows, columns); NaN where there is none. Centres are (n, 2)."""
+    columns, rows = (math.ceil(size / patch_px) for size in size_px)
+    # The image begins half a pixel before the centre of its first one.
+    place = np.floor((centre_px + 0.5) / patch_px)
+    inside = np.isfinite(place).all(axis=1) & (place >= 0).all(axis=1) & (place < [columns, rows]).all(axis=1)
+    index = (place[inside, 1] * columns + place[inside, 0]).astype(np.int64)
+    count = np.bincount(index, minlength=rows * columns)
+    total = np.bincount(index, weights=values[inside], minlength=rows * columns)
+    mean = np.divide(total, count, out=np.full(rows * columns, np.nan), where=count > 0)
+    return mean.reshape(rows, columns)

@@ -1,0 +1,80 @@
+"""How every figure of a surface pair looks, and how it becomes a file."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from shared.errors import UserError
+from station.friction.direction import Array
+from station.friction.pairs import Pair
+from station.friction.slides import Slides
+
+KEPT = "0.25"
+FLAGGED = "#d62728"
+DIRECTION_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
+"""Of the four tilting directions; told apart by colour-blind readers, too (Okabe and Ito)."""
+DOTS_PER_INCH = 200
+_STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 9.0,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "pdf.fonttype": 42,
+    "savefig.dpi": DOTS_PER_INCH,
+}
+Draw = Callable[[Pair], Figure]
+
+
+def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
+    """Writes a figure as STEM.png and STEM.pdf; gives the PNG's bytes.
+
+    Raises:
+        UserError: if the folder cannot be written to.
+    """
+    with mpl.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
+        figure = draw(pair)
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+        try:
+            (folder / f"{stem}.png").write_bytes(picture.getvalue())
+            # Without the date, so that equal data give equal files.
+            figure.savefig(folder / f"{stem}.pdf", metadata={"CreationDate": None})
+        except OSError as error:
+            raise UserError(f"Expected to write figures to {folder}, but that failed: {error.strerror}") from error
+    return picture.getvalue()
+
+
+def degrees_beside(axes: Any) -> None:
+    """A second scale in degrees at the right of an axis in radians."""
+    beside = axes.secondary_yaxis("right", functions=(np.degrees, np.radians))
+    beside.set_ylabel("degrees")
+
+
+def image_size_px(slides: Slides) -> tuple[int, int]:
+    """Width and height of the image: the paper's 600 × 600, or more where corners were seen beyond."""
+    seen = np.concatenate([slides.pre_px.reshape(-1, 2), slides.post_px.reshape(-1, 2)])
+    seen = seen[np.isfinite(seen).all(axis=1)]
+    reach = seen.max(axis=0) if len(seen) else np.zeros(2)
+    return max(600, int(reach[0]) + 1), max(600, int(reach[1]) + 1)
+
+
+def nothing_to_draw(axes: Any, sentence: str) -> None:
+    """Says in the figure's place why it is empty."""
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, sentence, ha="center", va="center", wrap=True, transform=axes.transAxes)
+
+
+def centres_px(corners: Array) -> Array:
+    """Centres (n, 2) of marks with corners (n, 4, 2)."""
+    return corners.mean(axis=1)

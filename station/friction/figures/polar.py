@@ -1,0 +1,55 @@
+"""Fig. 9 of the paper: each sample at its sliding direction and angle of repose, a colour per tilting direction."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from station.friction.drawing import DIRECTION_COLOURS, nothing_to_draw
+from station.friction.pairs import Pair
+from station.friction.slides import Slides
+
+NUMBER = 9.0
+CAPTION = (
+    "Each dot is a sample: its distance from the centre is the angle of repose (rad), its angle the sliding direction "
+    "relative to the object, its colour the tilting direction. Left as the paper folds it, "
+    "0° along the mark's short side (compare its Fig. 9); right over the whole circle, which the mark's identity "
+    "gives, 0° along the mark's own x."
+)
+
+
+def draw(pair: Pair) -> Figure:
+    """The kept slides over the paper's half circle and over the whole one."""
+    figure = Figure(figsize=(6.8, 3.6), layout="constrained")
+    kept = pair.kept
+    figure.suptitle(pair.name)
+    known = np.isfinite(kept.paper_rad)
+    if not known.any():
+        nothing_to_draw(figure.add_subplot(), "no slide with a known direction is left")
+        return figure
+    half: Any = figure.add_subplot(1, 2, 1, projection="polar")
+    whole: Any = figure.add_subplot(1, 2, 2, projection="polar")
+    slides = kept.where(known)
+    half.set_thetalim(0, math.pi)
+    for axes, direction in ((half, slides.paper_rad), (whole, slides.object_rad)):
+        _dots(axes, slides, direction)
+    half.set_title("folded: 180°")
+    whole.set_title("by the mark's identity: 360°")
+    figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=4, markerscale=3)
+    return figure
+
+
+def _dots(axes: Any, slides: Slides, direction: Any) -> None:
+    for number, colour in enumerate(DIRECTION_COLOURS):
+        chosen = slides.sector == number
+        axes.scatter(
+            direction[chosen], slides.theta_rad[chosen], s=3, color=colour, linewidths=0, alpha=0.7,
+            rasterized=True, label=f"tilted about {number * 90}°",
+        )  # fmt: skip
+    axes.set_rlim(0, 1.05 * float(slides.theta_rad.max()))
+    axes.set_rlabel_position(22.5)
+    axes.grid(linewidth=0.4, color="0.8")
+    axes.spines["polar"].set_linewidth(0.5)
