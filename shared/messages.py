@@ -234,11 +234,15 @@ class ArmStop(Message):
     reason: str = ""
 
 
+REPLACED = "replaced by the next command"
+
+
 @dataclass(frozen=True, slots=True)
 class MotionReport(Message):
     """One commanded motion as it was executed: `begin_ns` when it began, `end_ns` zero until it has ended.
 
-    `run` and `step` are the command's; `fault` is empty or says why the motion was stopped.
+    `run` and `step` are the command's; `fault` is empty or says why the motion was stopped (`REPLACED`: by the next
+    command, which is no fault).
     """
 
     stamp_ns: int = 0

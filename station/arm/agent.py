@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.foxglove import Log, Timestamp
-from shared.messages import ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
+from shared.messages import REPLACED, ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
 from station.arm.attitude import Attitude
 from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
 from station.arm.gate import Action, SafetyGate
@@ -135,7 +135,7 @@ class ArmAgent:
         if self._pending is None:
             return
         if self._motion is not None:
-            why = self._said if self._pending.own_order else "replaced by the next command"
+            why = self._said if self._pending.own_order else REPLACED
             self._report(self._motion, end_ns=self._now_ns, fault=why)
         self._motion = replace(self._pending, began_ns=self._now_ns)
         self._pending = None

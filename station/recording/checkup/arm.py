@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shared.messages import MotionReport, PlatformState, TiltCommand
+from shared.messages import REPLACED, MotionReport, PlatformState, TiltCommand
 from station.recording.checkup.quantiles import Quantiles
 from station.recording.reader import Recorded
 
@@ -66,7 +66,8 @@ class ArmWatch:
             self._begin.add(report.begin_ns + offset_ns - sent_ns)
         if report.end_ns:
             self._unfinished.discard(key)
-        if report.fault:
+        # A return begins in the middle of the step in which the block slipped: that is no fault.
+        if report.fault and report.fault != REPLACED:
             self._faults.append(f"run {report.run}, step {report.step}: {report.fault}")
 
     def _platform(self, state: PlatformState, now_ns: int) -> None:
