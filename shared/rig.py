@@ -21,6 +21,17 @@ class BusConfig:
     twin: str = ""
     station: str = "tcp/127.0.0.1:7450"
 
+    def __post_init__(self) -> None:
+        taken: dict[str, str] = {}
+        for process in PROCESSES:
+            for endpoint in self.endpoint(process):
+                if endpoint in taken:
+                    raise ValueError(
+                        f"expected an endpoint of its own for each process, got {endpoint} for {taken[endpoint]} and "
+                        f"for {process}; give one of them another port"
+                    )
+                taken[endpoint] = process
+
     def endpoint(self, process: str) -> tuple[str, ...]:
         """Where `process` listens: one endpoint or none."""
         value = getattr(self, process, "")

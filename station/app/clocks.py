@@ -7,6 +7,7 @@ round trips, milliseconds on the others.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from shared.bus import Bus
@@ -16,6 +17,8 @@ from shared.messages import ClockOffset, ClockPing, ClockPong, Message
 PING_NS = 50_000_000
 REPORT_NS = 1_000_000_000
 WINDOW = 200
+STEP_NS = 2_000_000
+"""Clocks of different machines drift by less than this within the window; a larger step is another clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +29,7 @@ class RoundTrip:
     rtt_ns: int
 
 
-def best_of(trips: deque[RoundTrip]) -> tuple[RoundTrip, int]:
+def best_of(trips: Collection[RoundTrip]) -> tuple[RoundTrip, int]:
     """The quickest round trip, and the standard error (ns) that its length allows (uniform over ± rtt/2)."""
     best = min(trips, key=lambda trip: trip.rtt_ns)
     return best, round(best.rtt_ns / 12**0.5)
@@ -60,12 +63,23 @@ class ClockKeeper:
             back_ns = self._clock.now_ns()
             if isinstance(reply, ClockPong):
                 middle = (sent_ns + back_ns) // 2
-                self._trips[agent].append(RoundTrip(middle - reply.agent_ns, back_ns - sent_ns))
+                self._take(agent, RoundTrip(middle - reply.agent_ns, back_ns - sent_ns))
 
         # Answered on the receiving thread: waiting in the queue would count as travel.
         self._bus.request(f"{agent}/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=0.5, direct=True)
 
+    def _take(self, agent: str, trip: RoundTrip) -> None:
+        """Keeps a round trip; those before it are forgotten if that clock cannot be the one that they measured."""
+        trips = self._trips[agent]
+        if trips:
+            best, _ = best_of(tuple(trips))
+            if abs(trip.offset_ns - best.offset_ns) > (trip.rtt_ns + best.rtt_ns) // 2 + STEP_NS:
+                # An agent that was started again, or whose clock was set: old offsets would misplace its stamps.
+                self._trips[agent] = trips = deque[RoundTrip](maxlen=WINDOW)
+        trips.append(trip)
+
     def _report(self, agent: str, trips: deque[RoundTrip], now_ns: int) -> None:
-        best, sigma_ns = best_of(trips)
+        # A copy, because the answers come on another thread.
+        best, sigma_ns = best_of(tuple(trips))
         offset = ClockOffset(now_ns, agent, best.offset_ns, sigma_ns, best.rtt_ns)
         self._bus.publish("clock", offset)

@@ -24,7 +24,8 @@ class AngleRange:
         """The lowest and highest angle to try; `limit_rad` is what the arm can reach in this direction."""
         top = min(np.radians(self._plan.max_deg), limit_rad)
         onsets = self._onsets_rad[sector]
-        if not self._plan.adapt_after or len(onsets) < self._plan.adapt_after:
+        # One onset has no spread.
+        if not self._plan.adapt_after or len(onsets) < max(self._plan.adapt_after, 2):
             return 0.0, top
         mean, spread = float(np.mean(onsets)), self._plan.adapt_sd * float(np.std(onsets, ddof=1))
         return min(max(0.0, mean - spread), top), min(mean + spread, top)

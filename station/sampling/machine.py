@@ -162,7 +162,7 @@ class SamplingMachine:
             self._begin()
         elif state.phase == "ABORTED":
             # Longer after each fault in a row: who died may be started again meanwhile.
-            if state.waited(_PAUSE_S * 2.0 ** (state.faults - 1)):
+            if state.waited(_PAUSE_S * 2 ** min(state.faults - 1, 4)):
                 self._phases.level()
         elif fault := overdue(state):
             state.abort(fault)

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
 
 from shared.config import load_table, parse
+
+
+def _finite(plan: object) -> None:
+    """Refuses what is no number (TOML knows nan and inf): it would pass every comparison below."""
+    for spec in fields(plan):  # pyright: ignore[reportArgumentType]
+        value = getattr(plan, spec.name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"expected a finite number for '{spec.name}', got {value}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +31,7 @@ class ReferencePlan:
     attempts: int = 10
 
     def __post_init__(self) -> None:
+        _finite(self)
         if self.frames < 2 or self.attempts < 1 or not self.noise_limit_px > 0:
             raise ValueError("expected frames >= 2, attempts >= 1 and noise_limit_px > 0")
 
@@ -45,8 +54,11 @@ class TiltPlan:
     hold_s: float = 0.1
 
     def __post_init__(self) -> None:
+        _finite(self)
         if self.steps < 1 or not 0 < self.max_deg < 90 or min(self.rate_deg_s, self.return_rate_deg_s) <= 0:
             raise ValueError("expected steps >= 1, 0 < max_deg < 90 and positive rates")
+        if min(self.adapt_after, self.adapt_sd, self.hold_s) < 0:
+            raise ValueError("expected adapt_after, adapt_sd and hold_s of 0 or more")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +80,7 @@ class SlipPlan:
     rest_timeout_s: float = 1.0
 
     def __post_init__(self) -> None:
+        _finite(self)
         if not 1 <= self.corners <= 4 or self.base_px <= 0 or self.average_s <= 0:
             raise ValueError("expected 1 <= corners <= 4, base_px > 0 and average_s > 0")
 
@@ -80,6 +93,7 @@ class DwellPlan:
     max_s: float = 0.5
 
     def __post_init__(self) -> None:
+        _finite(self)
         if not 0 < self.min_s <= self.max_s:
             raise ValueError(f"expected 0 < min_s <= max_s, got {self.min_s} and {self.max_s}")
 
@@ -98,6 +112,9 @@ class DirectionPlan:
     min_slide_px: float = 60.0
 
     def __post_init__(self) -> None:
+        _finite(self)
+        if self.distance_power < 0:
+            raise ValueError(f"expected distance_power >= 0, got {self.distance_power:g}")
         if not self.some or not set(self.some) <= {0, 1, 2, 3}:
             raise ValueError(f"expected some of the directions 0, 1, 2 and 3, got {list(self.some)}")
 
@@ -122,8 +139,13 @@ class Plan:
     direction: DirectionPlan = field(default_factory=DirectionPlan)
 
     def __post_init__(self) -> None:
-        if self.samples < 1 or self.timeout_s <= 0:
-            raise ValueError("expected samples >= 1 and timeout_s > 0")
+        _finite(self)
+        if self.samples < 1 or self.faults < 1 or self.seed < 0:
+            raise ValueError(
+                f"expected samples >= 1, faults >= 1 and seed >= 0, got {self.samples}, {self.faults} and {self.seed}"
+            )
+        if self.timeout_s <= 0 or self.silence_s <= 0:
+            raise ValueError(f"expected timeout_s > 0 and silence_s > 0, got {self.timeout_s:g} and {self.silence_s:g}")
 
     @property
     def max_rad(self) -> float:
