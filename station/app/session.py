@@ -78,7 +78,8 @@ class Session:
                 item = self._waiting.popleft()
                 self._seen[type(item.message)] = item.message
                 self._now_ns = item.receive_ns
-                self._perform(self._machine.handle(item.message, now_ns=item.receive_ns))
+                if actions := self._machine.handle(item.message, now_ns=item.receive_ns):
+                    self._perform(actions)
         finally:
             self._busy = False
 

@@ -49,10 +49,20 @@ class Onset:
     residual_m: float
 
 
-class _Integrals:
-    """∫ and ∫∫ of g sin θ and g cos θ over time, on a fine grid, to be evaluated between any two times."""
+@dataclass(frozen=True, slots=True)
+class _Twice:
+    """A function's ∫ and ∫∫ on the grid, and its ∫∫ at the frames."""
 
-    def __init__(self, tilt_s: Array, tilt_rad: Array) -> None:
+    once: Array
+    twice: Array
+    at_frames: Array
+
+
+class _Integrals:
+    """∫ and ∫∫ of g sin θ and g cos θ over time, on a fine grid, to be evaluated from any time to each frame's."""
+
+    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array) -> None:
+        self.frames_s = frames_s
         self.readings_s, self.readings_rad = tilt_s, tilt_rad
         self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
         # A straight line between two readings would lie beside an accelerating tilt by half a thousandth of a degree,
@@ -60,17 +70,23 @@ class _Integrals:
         slopes = np.gradient(tilt_rad, tilt_s)
         self.theta = np.asarray(CubicHermiteSpline(tilt_s, tilt_rad, slopes)(self.grid), dtype=np.float64)
         step = self.grid[1] - self.grid[0]
-        self.drive = _twice(GRAVITY_M_S2 * np.sin(self.theta), step)
-        self.drag = _twice(GRAVITY_M_S2 * np.cos(self.theta), step)
+        self.drive = self._twice(GRAVITY_M_S2 * np.sin(self.theta), step)
+        self.drag = self._twice(GRAVITY_M_S2 * np.cos(self.theta), step)
 
-    def between(self, what: tuple[Array, Array], t0: float, t: Array) -> Array:
-        """∫∫ from t0 to each t; zero before t0."""
-        once, twice = what
-        start = np.interp(t0, self.grid, twice) + (t - t0) * np.interp(t0, self.grid, once)
-        return np.where(t > t0, np.interp(t, self.grid, twice) - start, 0.0)
+    def _twice(self, values: Array, step: float) -> _Twice:
+        once, twice = _integral(values, step), _integral(_integral(values, step), step)
+        return _Twice(once, twice, np.interp(self.frames_s, self.grid, twice))
 
-    def tilt(self, t: float) -> float:
-        return float(np.interp(t, self.grid, self.theta))
+    def since(self, what: _Twice, t0: ArrayLike) -> Array:
+        """∫∫ from each t0 (...) to each frame, (..., n); zero before t0."""
+        start = np.asarray(t0, dtype=np.float64)[..., None]
+        passed = self.frames_s - start
+        from_start = np.interp(start, self.grid, what.twice) + passed * np.interp(start, self.grid, what.once)
+        return np.where(passed > 0, what.at_frames - from_start, 0.0)
+
+    def tilt(self, t: ArrayLike) -> Array:
+        """θ at each t (...)."""
+        return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
     def tilt_sigma_rad(self, t: float) -> float:
         """How far the true tilt may be from the curve through its readings: from how abruptly that bends there.
@@ -83,26 +99,23 @@ class _Integrals:
         return float(np.abs(jerks).max(initial=0.0)) / 4
 
 
-def _twice(values: Array, step: float) -> tuple[Array, Array]:
-    once = np.concatenate([[0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))])
-    return once, np.concatenate([[0.0], np.cumsum(0.5 * step * (once[1:] + once[:-1]))])
+def _integral(values: Array, step: float) -> Array:
+    return np.concatenate([[0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))])
 
 
-def _golden(score: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """The least of a function with one valley between two points: where, and how much."""
+def _golden(score: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array]:
+    """The least of a function with one valley between two points: where, and how much; for several valleys, (k,)."""
     golden = 0.5 * (5.0**0.5 - 1.0)
     left, right = high - golden * (high - low), low + golden * (high - low)
     at_left, at_right = score(left), score(right)
     for _ in range(_REFINE):
-        if at_left < at_right:
-            high, right, at_right = right, left, at_left
-            left = high - golden * (high - low)
-            at_left = score(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + golden * (high - low)
-            at_right = score(right)
-    return (left, at_left) if at_left < at_right else (right, at_right)
+        down = at_left < at_right
+        low, high = np.where(down, low, left), np.where(down, right, high)
+        new = np.where(down, high - golden * (high - low), low + golden * (high - low))
+        at_new = score(new)
+        left, right = np.where(down, new, right), np.where(down, left, new)
+        at_left, at_right = np.where(down, at_new, at_right), np.where(down, at_left, at_new)
+    return np.where(at_left < at_right, left, right), np.minimum(at_left, at_right)
 
 
 def estimate_onset(
@@ -136,7 +149,7 @@ def estimate_onset(
         return None
     origin = int(times[0])
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
-    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt)
+    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt, frames_s=t)
     fit = _Fit(t, path, integrals, along=along, sigma_m=max(sigma_m, 1e-7))
     t0, mu_k, chi2, plain = fit.best()
     if fit.without_slide() - chi2 < _SLIDE_CHI2:
@@ -145,7 +158,7 @@ def estimate_onset(
     sigma = fit.plain_sigma_rad(t0) if plain else fit.free_sigma_rad(t0, mu_k)
     return Onset(
         slip_ns=origin + round(t0 * 1e9),
-        angle_rad=integrals.tilt(t0),
+        angle_rad=float(integrals.tilt(t0)),
         angle_sigma_rad=float(np.hypot(scatter * sigma, integrals.tilt_sigma_rad(t0))),
         kinetic_mu=mu_k,
         residual_m=float(np.sqrt(chi2 / len(t)) * fit.sigma_m),
@@ -153,7 +166,7 @@ def estimate_onset(
 
 
 class _Fit:
-    """χ² as a function of t0, everything else solved linearly."""
+    """χ² as a function of t0, everything else solved linearly: for many t0 (...) at once, as a fit tries hundreds."""
 
     def __init__(self, t: Array, path: Array, integrals: _Integrals, *, along: float, sigma_m: float) -> None:
         self.t, self.path, self.integrals, self.along, self.sigma_m = t, path, integrals, along, sigma_m
@@ -162,77 +175,83 @@ class _Fit:
         self.nuisance = np.column_stack([np.ones_like(t), drift - drift.mean()][: 2 if np.ptp(drift) > 1e-3 else 1])
         self.basis = np.linalg.qr(self.nuisance)[0]
 
-    def _chi2(self, residual: Array) -> float:
-        rest = residual - self.basis @ (self.basis.T @ residual)
-        return float(rest @ rest) / self.sigma_m**2
+    def _chi2(self, residual: Array) -> Array:
+        """χ² (...) of residuals (..., n), what the nuisance explains taken out."""
+        rest = residual - (residual @ self.basis) @ self.basis.T
+        return (rest * rest).sum(axis=-1) / self.sigma_m**2
 
     def without_slide(self) -> float:
-        return self._chi2(self.path)
+        return float(self._chi2(self.path))
 
-    def plain(self, t0: float) -> float:
+    def plain_mu(self, t0: ArrayLike) -> Array:
+        """The plain slider's mu_k = c tan θ(t0)."""
+        return self.along * np.tan(self.integrals.tilt(t0))
+
+    def _undriven(self, t0: ArrayLike) -> tuple[Array, Array]:
+        """The path less what gravity drives, and ∫∫ of the drag; both (..., n)."""
+        integrals = self.integrals
+        return self.path - self.along * integrals.since(integrals.drive, t0), integrals.since(integrals.drag, t0)
+
+    def plain(self, t0: ArrayLike) -> Array:
         """χ² with mu_k = c tan θ(t0)."""
-        mu = self.along * np.tan(self.integrals.tilt(t0))
-        return self._chi2(self.path - self._slide(t0, mu))
+        residual, drag = self._undriven(t0)
+        return self._chi2(residual + self.plain_mu(t0)[..., None] * drag)
 
-    def _slide(self, t0: float, mu_k: float) -> Array:
-        drive = self.integrals.between(self.integrals.drive, t0, self.t)
-        return self.along * drive - mu_k * self.integrals.between(self.integrals.drag, t0, self.t)
-
-    def free(self, t0: float) -> tuple[float, float]:
+    def free(self, t0: ArrayLike) -> tuple[Array, Array]:
         """χ² and mu_k with mu_k free, below its value for the plain slider and not negative."""
-        residual = self.path - self.along * self.integrals.between(self.integrals.drive, t0, self.t)
-        drag = -self.integrals.between(self.integrals.drag, t0, self.t)
-        drag = drag - self.basis @ (self.basis.T @ drag)
-        power = float(drag @ drag)
-        mu_k = float(drag @ residual) / power if power > 0 else 0.0
-        mu_k = min(max(mu_k, 0.0), self.along * float(np.tan(self.integrals.tilt(t0))))
-        return self._chi2(self.path - self._slide(t0, mu_k)), mu_k
+        residual, drag = self._undriven(t0)
+        seen = (drag @ self.basis) @ self.basis.T - drag
+        power = (seen * seen).sum(axis=-1)
+        mu_k = np.where(power > 0, (seen * residual).sum(axis=-1) / np.where(power > 0, power, 1.0), 0.0)
+        mu_k = np.minimum(np.maximum(mu_k, 0.0), self.plain_mu(t0))
+        return self._chi2(residual + mu_k[..., None] * drag), mu_k
 
     def best(self) -> tuple[float, float, float, bool]:
         """t0, mu_k, χ² of the model that the data support, and whether it is the plain one."""
         t0, chi2 = self._minimum(self.plain)
         free_t0, free_chi2 = self._minimum(lambda at: self.free(at)[0])
-        mu_k = self.free(free_t0)[1]
-        drops = mu_k < (1.0 - _LEAST_DROP) * self.along * float(np.tan(self.integrals.tilt(free_t0)))
+        mu_k = float(self.free(free_t0)[1])
+        drops = mu_k < (1.0 - _LEAST_DROP) * float(self.plain_mu(free_t0))
         if drops and chi2 - free_chi2 > _FREE_KINETIC_GAIN * max(1.0, free_chi2 / len(self.t)):
             return free_t0, mu_k, free_chi2, False
-        return t0, self.along * float(np.tan(self.integrals.tilt(t0))), chi2, True
+        return t0, float(self.plain_mu(t0)), chi2, True
 
-    def _minimum(self, score: Callable[[float], float]) -> tuple[float, float]:
+    def _minimum(self, score: Callable[[Array], Array]) -> tuple[float, float]:
         """A grid, a finer one around its best point, then golden sections there.
 
         While the plate is held, χ² hardly depends on t0, so the best point may lie a whole hold away from a deep and
         narrow valley just before or after it: both ends of the hold are tried as well.
         """
         coarse = np.linspace(self.t[0], self.t[-1], _COARSE)
-        near = int(np.argmin([score(float(at)) for at in coarse]))
+        near = int(np.argmin(score(coarse)))
         first, last = max(near - _NEAR, 0), min(near + _NEAR, _COARSE - 1)
         fine = np.linspace(coarse[first], coarse[last], (last - first) * _FINE + 1)
-        best = int(np.argmin([score(float(at)) for at in fine]))
+        best = int(np.argmin(score(fine)))
         tilts = np.interp(fine, self.integrals.grid, self.integrals.theta)
         held = np.flatnonzero(np.abs(tilts - tilts[best]) < _HELD_RAD)
-        ends = {best, int(held[0]), int(held[-1])}
-        found = (_golden(score, float(fine[max(k - 1, 0)]), float(fine[min(k + 1, len(fine) - 1)])) for k in ends)
-        return min(found, key=lambda valley: valley[1])
+        ends = np.array([best, held[0], held[-1]])
+        t0, chi2 = _golden(score, fine[np.maximum(ends - 1, 0)], fine[np.minimum(ends + 1, len(fine) - 1)])
+        least = int(np.argmin(chi2))
+        return float(t0[least]), float(chi2[least])
 
     def plain_sigma_rad(self, t0: float) -> float:
         """Standard error of the onset angle of the plain model.
 
         The acceleration is zero at t0, so x depends on t0 only through mu_k: dx/dθ = −c (1 + tan² θ) ∫∫ g cos θ.
         """
-        slope = self.integrals.between(self.integrals.drag, t0, self.t)
-        slope = self.along * (1.0 + np.tan(self.integrals.tilt(t0)) ** 2) * self._free_of(slope, self.basis)
+        slope = self.integrals.since(self.integrals.drag, t0)
+        slope = self.along * (1.0 + float(np.tan(self.integrals.tilt(t0))) ** 2) * self._free_of(slope, self.basis)
         return self.sigma_m / max(float(np.linalg.norm(slope)), 1e-9)
 
     def free_sigma_rad(self, t0: float, mu_k: float) -> float:
         """Standard error of the onset angle with mu_k free: that of t0, times how fast the plate tilted then."""
-        theta = self.integrals.tilt(t0)
+        theta = float(self.integrals.tilt(t0))
         jump = GRAVITY_M_S2 * (self.along * np.sin(theta) - mu_k * np.cos(theta))
-        drag = self._free_of(self.integrals.between(self.integrals.drag, t0, self.t), self.basis)
+        drag = self._free_of(self.integrals.since(self.integrals.drag, t0), self.basis)
         both = np.column_stack([self.basis, drag / max(float(np.linalg.norm(drag)), 1e-12)])
         slope = jump * self._free_of(np.maximum(self.t - t0, 0.0), both)
         sigma_t = min(self.sigma_m / max(float(np.linalg.norm(slope)), 1e-9), 1.0)
-        return 0.5 * abs(self.integrals.tilt(t0 + sigma_t) - self.integrals.tilt(t0 - sigma_t))
+        return 0.5 * abs(float(self.integrals.tilt(t0 + sigma_t) - self.integrals.tilt(t0 - sigma_t)))
 
     @staticmethod
     def _free_of(values: Array, basis: Array) -> Array:
