@@ -1,0 +1,168 @@
+"""Analyses recordings or tables of samples: filters, results by surface pair, tests of anisotropy, figures, a report.
+
+Every file may hold any surface pairs; what has the same object and plate is put together. Into the folder of --out go
+report.html (self-contained), the figures as PNG and PDF, and samples.csv and samples.parquet with every sample and the
+names of the filters that flagged it. Exit status: 0; 1 when something asked of the data cannot be concluded (a sentence
+says what and why); 2 for a mistake in what was asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from shared.errors import UserError
+from shared.messages import CameraGeometry, Sample
+from station.friction.conclusions import conclusions
+from station.friction.drawing import render
+from station.friction.figures import figure_kinds
+from station.friction.filters import CUTOUT_M, FILTERS, Opening
+from station.friction.pairs import Pair, Session, pairs_of
+from station.friction.report import Picture, html_report
+from station.friction.report_tables import ReportTable, tables
+from station.friction.results import PairResult, analyse
+from station.recording.reader import open_recording
+from station.recording.tables import read_samples, write_samples
+
+NAME = "analyze"
+HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="recordings (.mcap) or tables (.csv, .parquet)"
+    )
+    parser.add_argument("--out", type=Path, default=Path("analysis"), metavar="FOLDER", help="where the results go")
+    parser.add_argument("--calibration", type=Path, metavar="RECORDING", help="calibration of files that have none")
+    parser.add_argument("--cutout-mm", type=float, default=CUTOUT_M * 1e3, help="radius of the opening in the foam")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the permutation tests")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Analyses the files; 0 when everything could be concluded, 1 when not."""
+    if not options.cutout_mm > 0:
+        raise UserError(f"Expected a positive radius for --cutout-mm, got {options.cutout_mm:g}")
+    spare = _geometry(options.calibration) if options.calibration else None
+    if options.calibration and spare is None:
+        raise UserError(
+            f"Expected a recording with a calibration for --calibration, but {options.calibration} has none"
+        )
+    sessions = [_session(path, spare) for path in options.files]
+    if not any(session.samples for session in sessions):
+        raise UserError(f"Expected samples in {_listed(options.files)}, but there is none: no run came to its end")
+    pairs = pairs_of(sessions, opening=Opening(radius_m=options.cutout_mm * 1e-3))
+    results = analyse(pairs, rng=np.random.default_rng(options.seed))
+    findings = _present(results, sessions)
+    _write(results, options.out, sources=[session.source for session in sessions])
+    return 1 if findings else 0
+
+
+# --- reading ----------------------------------------------------------------------------------------------------------
+
+
+def _session(path: Path, spare: CameraGeometry | None) -> Session:
+    samples = read_samples(path)
+    for sample in samples:
+        _check(sample, path)
+    own = _geometry(path) if path.suffix == ".mcap" else None
+    return Session(samples, own or spare, str(path))
+
+
+def _geometry(path: Path) -> CameraGeometry | None:
+    """The first calibration of a recording; a session has one."""
+    for item in open_recording(path).messages({"camera/geometry"}):
+        if isinstance(item.message, CameraGeometry) and len(item.message.plate_from_pixel) == 9:
+            return item.message
+    return None
+
+
+def _check(sample: Sample, path: Path) -> None:
+    angle = sample.onset_angle_rad
+    if not (0 <= angle < math.pi / 2 and (angle > 0 or sample.censored)):
+        raise UserError(
+            f"{path}, run {sample.run}: expected onset_angle_rad between 0 and {math.pi / 2:.3f}, got {angle:g}; "
+            "are these degrees?"
+        )
+
+
+def _listed(paths: Sequence[Path]) -> str:
+    return ", ".join(str(path) for path in paths)
+
+
+# --- printing ---------------------------------------------------------------------------------------------------------
+
+
+def _present(results: Sequence[PairResult], sessions: Sequence[Session]) -> bool:
+    """Prints tables and conclusions; gives whether there are findings."""
+    console = Console(width=None if sys.stdout.isatty() else 150, highlight=False)
+    for session in sessions:
+        if not session.samples:
+            console.print(f"{session.source} holds no samples: no run of that session came to its end.")
+    for table in tables(results):
+        console.print(_printed(table))
+    findings = False
+    for result in results:
+        console.print(f"\n[bold]{_plain(result.pair.name)}[/]")
+        for note in conclusions(result):
+            console.print(f"{'!' if note.finding else '-'} {_plain(note.text)}")
+            findings |= note.finding
+    return findings
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", r"\[")
+
+
+def _printed(table: ReportTable) -> Table:
+    printed = Table(title=table.title, title_justify="left", caption=table.note or None, caption_justify="left")
+    for index, column in enumerate(table.columns):
+        printed.add_column(column, justify="right" if index else "left")
+    for row in table.rows:
+        printed.add_row(*(_plain(cell) for cell in row))
+    return printed
+
+
+# --- writing ----------------------------------------------------------------------------------------------------------
+
+
+def _write(results: Sequence[PairResult], folder: Path, *, sources: Sequence[str]) -> None:
+    figures = folder / "figures"
+    try:
+        figures.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"Expected to write to the folder {folder}, but that failed: {error.strerror}") from error
+    pictures = {result.pair.name: _draw(result.pair, figures) for result in results}
+    samples = [sample for result in results for sample in _flagged(result.pair)]
+    for name in ("samples.csv", "samples.parquet"):
+        write_samples(samples, folder / name)
+    page = html_report(results, sources=sources, pictures=pictures)
+    try:
+        (folder / "report.html").write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected to write {folder / 'report.html'}, but that failed: {error.strerror}") from error
+    print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}\nSamples: {folder / 'samples.csv'}, .parquet")
+
+
+def _draw(pair: Pair, folder: Path) -> list[Picture]:
+    stem = re.sub(r"\W+", "-", pair.name).strip("-")
+    return [
+        Picture(kind, render(kind.draw, pair, folder=folder, stem=f"{stem}_{kind.name}")) for kind in figure_kinds()
+    ]
+
+
+def _flagged(pair: Pair) -> list[Sample]:
+    """The samples with the filters' names; what the session itself flagged stays."""
+    return [
+        replace(sample, flags=(*(flag for flag in sample.flags if flag not in FILTERS), *pair.flags.names(row)))
+        for row, sample in enumerate(pair.samples)
+    ]

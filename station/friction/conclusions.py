@@ -1,0 +1,207 @@
+"""What can and what cannot be concluded from a pair's samples, one sentence each."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.friction.anisotropy import CONFOUNDED, LEAST_SAMPLES, AnisotropyTest, resultant
+from station.friction.pairs import UNNAMED
+from station.friction.results import PairResult
+
+LEVEL = 0.05
+_SAME_MASS = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A sentence; a `finding` says that something cannot be concluded from these data."""
+
+    text: str
+    finding: bool = False
+
+
+def conclusions(result: PairResult) -> tuple[Note, ...]:
+    """The sentences about one pair: what it comes to first, then what limits it."""
+    if not result.counts.samples:
+        return (_nothing_slid(result), *_mixed(result))
+    if not result.summary.samples:
+        return (_all_filtered(result), *_calibration(result), *_mixed(result))
+    notes = [_mean(result), _anisotropy(result)]
+    for more in (_plate(result), _few(result), _censored(result), _calibration(result), _mark(result)):
+        notes += more
+    return (*notes, *_mixed(result), *_unresolved(result))
+
+
+def _nothing_slid(result: PairResult) -> Note:
+    steepest = math.degrees(float(result.pair.slides.tilt_rad.max()))
+    return Note(
+        f"No run ended with a slide: the friction angle is above the tilts that were reached (up to {steepest:.1f}°), "
+        "and nothing more can be said.",
+        finding=True,
+    )
+
+
+def _all_filtered(result: PairResult) -> Note:
+    counts = result.counts
+    worst = max(counts.by_filter, key=lambda name: counts.by_filter[name])
+    return Note(
+        f"All {counts.samples} slides were filtered, most by the {worst} filter ({counts.by_filter[worst]}): there is "
+        "no angle of repose to report; look at Fig. 6 for what the filter saw.",
+        finding=True,
+    )
+
+
+def _mean(result: PairResult) -> Note:
+    summary = result.summary
+    if summary.samples == 1:
+        return Note(f"One slide is left, at {summary.theta_rad:.3f} rad: its scatter cannot be told.", finding=True)
+    return Note(
+        f"Angle of repose {summary.theta_rad:.4f} ± {summary.standard_error_rad:.4f} rad (mean and its standard error "
+        f"of {summary.samples} slides), scatter {summary.scatter:.1%} from run to run, µ = {summary.mu:.3f}."
+    )
+
+
+def _anisotropy(result: PairResult) -> Note:
+    test, kept = result.object_test, result.pair.kept
+    if test is not None:
+        return Note(_verdict(test, "object"))
+    known = int(np.isfinite(kept.object_rad).sum())
+    if not known:
+        return Note(
+            "The corners of the mark are missing: θ is the plate's inclination, as if every block slid straight down, "
+            "and nothing can be said about anisotropy.",
+            finding=True,
+        )
+    if known < LEAST_SAMPLES:
+        return Note(f"Anisotropy cannot be tested with {known} slides; {LEAST_SAMPLES} are needed.", finding=True)
+    return Note(
+        "The block slid along a single direction relative to itself: the angle of repose holds for that direction, and "
+        "nothing can be said about anisotropy; tilt in more directions, or turn the block.",
+        finding=True,
+    )
+
+
+def _verdict(test: AnisotropyTest, relation: str) -> str:
+    p = test.p_adjusted if not math.isnan(test.p_adjusted) else test.p_value
+    size = (
+        f"highest over lowest µ {test.ratio:.3f}, where chance alone stays below {test.ratio_by_chance:.3f} in 95 %; "
+        f"p = {p:.2g}, direction explains {test.omega2:.0%} of the scatter"
+    )
+    if p < LEVEL:
+        at = math.degrees(test.highest_rad) % 360
+        return f"Friction depends on the sliding direction against the {relation}, highest at {at:.0f}° ({size})."
+    return f"No dependence on the sliding direction against the {relation} was found ({size})."
+
+
+def _plate(result: PairResult) -> list[Note]:
+    test = result.plate_test
+    if test is None:
+        return []
+    slides = result.pair.kept
+    if resultant(slides.orientation_rad[np.isfinite(slides.orientation_rad)]) > CONFOUNDED:
+        return [
+            Note(
+                "The block hardly turned on the plate, so that a direction of the object and one of the plate cannot "
+                "be told apart; turn the block or the plate in its mount between sessions.",
+                finding=True,
+            )
+        ]
+    notes = [Note(_verdict(test, "plate"))]
+    both = result.object_test
+    if both is not None and test.p_value < LEVEL and both.p_value < LEVEL:
+        given = {"object": both.p_given_other, "plate": test.p_given_other}
+        notes.append(
+            Note(
+                "With the other's share taken out first, p = "
+                + " and ".join(f"{p:.2g} against the {name}" for name, p in given.items() if not math.isnan(p))
+                + "."
+            )
+        )
+    return notes
+
+
+def _few(result: PairResult) -> list[Note]:
+    number = result.summary.samples
+    if not 1 < number < LEAST_SAMPLES:
+        return []
+    unsure = 1 / math.sqrt(2 * (number - 1))
+    return [
+        Note(
+            f"Fewer than {LEAST_SAMPLES} slides are left ({number}): the scatter is known only to ± {unsure:.0%}, and "
+            "the filters of three standard deviations hardly find anything.",
+            finding=True,
+        )
+    ]
+
+
+def _censored(result: PairResult) -> list[Note]:
+    counts = result.counts
+    if not counts.censored:
+        return []
+    total = counts.samples + counts.censored
+    return [
+        Note(
+            f"{counts.censored} of {total} runs ended without a slide ({counts.censored / total:.1%}); they are kept "
+            "apart, and as each would have taken more than the tilt it reached, the mean above is too low."
+        )
+    ]
+
+
+def _calibration(result: PairResult) -> list[Note]:
+    if result.pair.calibrated:
+        return []
+    return [
+        Note(
+            "There is no calibration: directions hold if the camera looked straight down with its x along the plate's, "
+            "and the border filter could not be applied; --calibration RECORDING supplies one.",
+            finding=True,
+        )
+    ]
+
+
+def _mark(result: PairResult) -> list[Note]:
+    if not result.pair.slides.shape.square or not np.isfinite(result.pair.kept.object_rad).any():
+        return []
+    return [
+        Note(
+            "The mark is square and has no short side: the folded directions (Figs. 7 and 9) are against its own x, "
+            "which its identity gives."
+        )
+    ]
+
+
+def _mixed(result: PairResult) -> list[Note]:
+    pair, notes = result.pair, list[Note]()
+    if UNNAMED in (pair.object, pair.plate):
+        what = " and ".join(word for word, name in (("object", pair.object), ("plate", pair.plate)) if name == UNNAMED)
+        notes.append(
+            Note(
+                f"The samples do not name their {what}: whatever was measured is treated as one surface pair.",
+                finding=True,
+            )
+        )
+    masses = pair.slides.mass_kg[pair.slides.mass_kg > 0]
+    if len(masses) and masses.max() > masses.min() * (1 + _SAME_MASS):
+        notes.append(
+            Note(
+                f"Blocks of different masses ({masses.min() * 1e3:.3g} to {masses.max() * 1e3:.3g} g) go by one name: "
+                "mean, scatter and directions are those of the mixture; name them apart to tell them apart.",
+                finding=True,
+            )
+        )
+    return notes
+
+
+def _unresolved(result: PairResult) -> list[Note]:
+    number = int((result.pair.slides.unresolved & result.pair.flags.kept).sum())
+    if not number:
+        return []
+    return [
+        Note(
+            f"For {number} of the kept slides no onset could be fitted; they have the threshold rule's angle, which "
+            "reads late."
+        )
+    ]

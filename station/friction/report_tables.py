@@ -1,0 +1,170 @@
+"""The analysis as tables of text: Table III, the results by pair and direction, and the tests."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from station.friction.anisotropy import AnisotropyTest
+from station.friction.filters import FILTERS, FilterCounts
+from station.friction.results import PairResult, Summary
+from station.friction.robust import ALTERNATIVES
+
+
+@dataclass(frozen=True, slots=True)
+class ReportTable:
+    """A table; the first column is text, the others are numbers. `note` stands below it."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
+    """All tables, in the order in which they are read."""
+    return (
+        _filter_table(results),
+        _alternatives_table(results),
+        _pairs_table(results),
+        _directions_table(results),
+        _anisotropy_table(results),
+    )
+
+
+def _filter_table(results: Sequence[PairResult]) -> ReportTable:
+    rows = [_counts_row(result.pair.name, result.counts, _judging(result)) for result in results]
+    if len(results) > 1:
+        every = [result.counts for result in results]
+        rows.append(_counts_row("all", _sum(every), set[str]().union(*(_judging(result) for result in results))))
+    return ReportTable(
+        title="Filtered samples (the paper's Table III)",
+        columns=("pair", "slides", "unique", "%", "total", *FILTERS, "no slide"),
+        rows=tuple(rows),
+        note="Unique: slides that any filter flagged; total: flags. A dash: the filter could not judge anything.",
+    )
+
+
+def _judging(result: PairResult) -> set[str]:
+    """The filters that could judge any slide of a pair."""
+    return {name for name, judged in result.pair.flags.judged.items() if judged.any()}
+
+
+def _counts_row(name: str, counts: FilterCounts, judging: set[str]) -> tuple[str, ...]:
+    share = f"{counts.unique / counts.samples:.1%}" if counts.samples else "–"
+    by_filter = (str(number) if filter_name in judging else "–" for filter_name, number in counts.by_filter.items())
+    return (name, str(counts.samples), str(counts.unique), share, str(counts.total), *by_filter, str(counts.censored))
+
+
+def _sum(every: Sequence[FilterCounts]) -> FilterCounts:
+    return FilterCounts(
+        samples=sum(one.samples for one in every),
+        censored=sum(one.censored for one in every),
+        unique=sum(one.unique for one in every),
+        total=sum(one.total for one in every),
+        by_filter={name: sum(one.by_filter[name] for one in every) for name in FILTERS},
+    )
+
+
+def _alternatives_table(results: Sequence[PairResult]) -> ReportTable:
+    rows: list[tuple[str, ...]] = []
+    for result in results:
+        counts, paper, robust = result.robust_counts, result.pair.flags.flagged, result.pair.robust.by_filter
+        without_leaning = robust["angle_mad"] | robust["circumference_mad"] | robust["multivariate"]
+        rows.append(
+            (
+                result.pair.name,
+                *(str(counts.by_filter[name]) for name in ALTERNATIVES),
+                str(int((without_leaning & ~paper).sum())),
+                str(int((paper & ~without_leaning).sum())),
+            )
+        )
+    return ReportTable(
+        title="Robust alternatives (flagged beside the paper's filters; the results do not use them)",
+        columns=("pair", "angle MAD", "circumf. MAD", "multivariate", "leaning", "only robust", "only paper"),
+        rows=tuple(rows),
+        note="Leaning: the block touched the foam before it slid. Only robust: by the first three, not by the paper.",
+    )
+
+
+def _pairs_table(results: Sequence[PairResult]) -> ReportTable:
+    return ReportTable(
+        title="Results by surface pair (kept slides)",
+        columns=("pair", *_SUMMARY),
+        rows=tuple((result.pair.name, *_summary_row(result.summary)) for result in results),
+    )
+
+
+def _directions_table(results: Sequence[PairResult]) -> ReportTable:
+    return ReportTable(
+        title="Results by tilting direction (kept slides)",
+        columns=("pair, direction", *_SUMMARY),
+        rows=tuple(
+            (f"{result.pair.name}, {'free' if number < 0 else number}", *_summary_row(summary))
+            for result in results
+            for number, summary in result.directions.items()
+        ),
+    )
+
+
+_SUMMARY = ("n", "mean θ rad", "± se", "sd rad", "mean θ °", "sd °", "mean µ", "sd µ", "scatter")
+
+
+def _summary_row(summary: Summary) -> tuple[str, ...]:
+    values = (summary.theta_rad, summary.standard_error_rad, summary.theta_sd_rad)
+    degrees = (math.degrees(summary.theta_rad), math.degrees(summary.theta_sd_rad))
+    return (
+        str(summary.samples),
+        *(_number(value, ".4f") for value in values),
+        *(_number(value, ".2f") for value in degrees),
+        *(_number(value, ".4f") for value in (summary.mu, summary.mu_sd)),
+        _number(summary.scatter, ".1%"),
+    )
+
+
+def _anisotropy_table(results: Sequence[PairResult]) -> ReportTable:
+    rows = [
+        (f"{result.pair.name}, against {relation}", *_test_row(test))
+        for result in results
+        for relation, test in (("object", result.object_test), ("plate", result.plate_test))
+    ]
+    return ReportTable(
+        title="Anisotropy: does µ depend on the sliding direction?",
+        columns=(
+            "pair",
+            "n",
+            "p",
+            "p Holm",
+            "p F test",
+            "p given other",
+            "max/min µ",
+            "by chance",
+            "explained",
+            "at °",
+        ),
+        rows=tuple(rows),
+        note=(
+            "Harmonics 1 and 2 of ln µ, a trend over the session taken out. p: permutations; Holm: adjusted for the "
+            "number of pairs; given other: F test beside the other relation's harmonics; by chance: the 95 % quantile "
+            "of max/min µ without any anisotropy; explained: ω² of the direction; at: where friction is highest."
+        ),
+    )
+
+
+def _test_row(test: AnisotropyTest | None) -> tuple[str, ...]:
+    if test is None:
+        return ("–",) * 9
+    chances = (test.p_value, test.p_adjusted, test.p_f, test.p_given_other)
+    return (
+        str(test.samples),
+        *(_number(p, ".2g") for p in chances),
+        f"{test.ratio:.3f}",
+        f"{test.ratio_by_chance:.3f}",
+        f"{test.omega2:.1%}",
+        f"{math.degrees(test.highest_rad) % 360:.0f}",
+    )
+
+
+def _number(value: float, form: str) -> str:
+    return "–" if math.isnan(value) else format(value, form)

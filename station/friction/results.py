@@ -1,0 +1,92 @@
+"""What the samples of each surface pair come to: numbers, tests and sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.friction.anisotropy import AnisotropyTest, Relation, anisotropy_test, can_test, holm
+from station.friction.direction import Array
+from station.friction.filters import FilterCounts, count
+from station.friction.pairs import Pair
+from station.friction.slides import Slides
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Mean and standard deviation (n − 1) of theta and mu; NaN below one and two samples.
+
+    `scatter` is the standard deviation of theta over its mean, `standard_error_rad` that of the mean.
+    """
+
+    samples: int
+    theta_rad: float
+    theta_sd_rad: float
+    mu: float
+    mu_sd: float
+
+    @property
+    def scatter(self) -> float:
+        """Relative scatter, as the paper gives it."""
+        return self.theta_sd_rad / self.theta_rad
+
+    @property
+    def standard_error_rad(self) -> float:
+        """Of the mean theta."""
+        return self.theta_sd_rad / math.sqrt(self.samples) if self.samples else math.nan
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PairResult:
+    """A pair's results. `directions` are by the tilting direction (−1: free azimuth); tests are None if impossible."""
+
+    pair: Pair
+    summary: Summary
+    directions: dict[int, Summary]
+    counts: FilterCounts
+    robust_counts: FilterCounts
+    object_test: AnisotropyTest | None
+    plate_test: AnisotropyTest | None
+
+
+def summarise(slides: Slides) -> Summary:
+    """The summary of slides, which should be the kept ones."""
+    theta, theta_sd = _moments(slides.theta_rad)
+    mu, mu_sd = _moments(slides.mu)
+    return Summary(len(slides), theta, theta_sd, mu, mu_sd)
+
+
+def _moments(values: Array) -> tuple[float, float]:
+    mean = float(values.mean()) if len(values) else math.nan
+    return mean, float(values.std(ddof=1)) if len(values) > 1 else math.nan
+
+
+def analyse(pairs: Sequence[Pair], *, rng: np.random.Generator) -> tuple[PairResult, ...]:
+    """The results of all pairs, in their order; p-values against the object are adjusted for the number of pairs."""
+    results = [_result(pair, rng) for pair in pairs]
+    tested = [(index, result.object_test) for index, result in enumerate(results) if result.object_test is not None]
+    for (index, _), adjusted in zip(tested, holm([test for _, test in tested]), strict=True):
+        results[index] = replace(results[index], object_test=adjusted)
+    return tuple(results)
+
+
+def _result(pair: Pair, rng: np.random.Generator) -> PairResult:
+    kept = pair.kept
+    return PairResult(
+        pair=pair,
+        summary=summarise(kept),
+        directions={
+            int(number): summarise(kept.where(kept.direction == number)) for number in np.unique(kept.direction)
+        },
+        counts=count(pair.flags),
+        robust_counts=count(pair.robust),
+        object_test=_test(kept, "object", rng),
+        plate_test=_test(kept, "plate", rng),
+    )
+
+
+def _test(kept: Slides, relation: Relation, rng: np.random.Generator) -> AnisotropyTest | None:
+    return anisotropy_test(kept, relation, rng=rng) if can_test(kept, relation) else None
