@@ -246,9 +246,9 @@ def test_a_full_disk_stops_the_session_safely_with_the_file_closed(rig: Rig):
     disk, saved, plan = rig.folder / "disk", rig.folder / "saved.mcap", rig.folder / "plan.toml"
     disk.mkdir()
     plan.write_text(FAST.format(samples=50), encoding="utf-8")
-    # The file system is gone with its namespace: the recording is copied out of it within.
+    # 64 MB are left free on any disk. The file system is gone with its namespace: the recording is copied out within.
     script = (
-        'mount -t tmpfs -o size=16m tmpfs "$1" && "$2" -m station run --rig "$3" --plan "$4" --out "$1/full.mcap"; '
+        'mount -t tmpfs -o size=73m tmpfs "$1" && "$2" -m station run --rig "$3" --plan "$4" --out "$1/full.mcap"; '
         'status=$?; ls "$1"; cp "$1/full.mcap" "$5"; exit $status'
     )
     command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh"]
