@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ FLOATS = NDArray[np.float64]
 LEAN_RAD = 0.04
 
 
-@dataclass(frozen=True, slots=True)
-class Joints:
+class Joints(NamedTuple):
     """The arm's joints: rad, rad/s, Nm; each (n,)."""
 
     position_rad: tuple[float, ...]
@@ -23,8 +22,7 @@ class Joints:
     effort_nm: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class PlatePose:
+class PlatePose(NamedTuple):
     """world_from_plate as a rotation, row by row, and a quaternion (w, x, y, z), and the pivot in the world (m).
 
     In plain numbers, because it is read hundreds of times a second; `rotation` and `pivot` give arrays.
@@ -45,8 +43,7 @@ class PlatePose:
         return np.array(self.pivot_m)
 
 
-@dataclass(frozen=True, slots=True)
-class Pose:
+class Pose(NamedTuple):
     """plate_from_block: position in m and quaternion (w, x, y, z)."""
 
     position: tuple[float, float, float]
