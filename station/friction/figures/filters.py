@@ -19,7 +19,7 @@ CAPTION = (
     "The filters: distance, angle, circumference before against after the slide, and the slides that ran along the "
     "foam. Red: flagged. Compare the paper's Fig. 6."
 )
-_BINS = 60
+_MOST_BINS = 60
 
 
 def draw(pair: Pair) -> Figure:
@@ -50,7 +50,9 @@ def draw(pair: Pair) -> Figure:
 
 
 def _histogram(axes: Any, values: Array, judged: Bools, flagged: Bools) -> None:
-    edges = np.histogram_bin_edges(values[judged], bins=_BINS)
+    # Some samples in every bin, however few there are.
+    bins = int(np.clip(1.5 * np.sqrt(judged.sum()), 10, _MOST_BINS))
+    edges = np.histogram_bin_edges(values[judged], bins=bins)
     parts = [values[judged & ~flagged], values[judged & flagged]]
     axes.hist(parts, bins=edges, stacked=True, color=[KEPT, FLAGGED], label=["kept", "flagged"])
     axes.set_ylabel("samples")

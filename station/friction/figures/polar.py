@@ -38,15 +38,17 @@ def draw(pair: Pair) -> Figure:
         _dots(axes, slides, direction)
     half.set_title("folded: 180°")
     whole.set_title("by the mark's identity: 360°")
-    figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=4, markerscale=3)
+    figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=4, markerscale=1.5)
     return figure
 
 
 def _dots(axes: Any, slides: Slides, direction: Any) -> None:
+    # Hundreds of dots need to be small, and a few can be larger.
+    size = float(np.clip(1500 / len(slides), 3, 12))
     for number, colour in enumerate(DIRECTION_COLOURS):
         chosen = slides.sector == number
         axes.scatter(
-            direction[chosen], slides.theta_rad[chosen], s=3, color=colour, linewidths=0, alpha=0.7,
+            direction[chosen], slides.theta_rad[chosen], s=size, color=colour, linewidths=0, alpha=0.7,
             rasterized=True, label=f"tilted about {number * 90}°",
         )  # fmt: skip
     axes.set_rlim(0, 1.05 * float(slides.theta_rad.max()))

@@ -1,0 +1,111 @@
+"""What is said of samples from which little or nothing can be concluded, and of good ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from shared.messages import CameraGeometry, Sample
+from station.friction.conclusions import conclusions
+from station.friction.pairs import Session, pairs_of
+from station.friction.report_tables import tables
+from station.friction.results import analyse
+from tests.unit.friction.sessions import GEOMETRY, sample, session
+
+
+def said(samples: Sequence[Sample], geometry: CameraGeometry | None = GEOMETRY) -> tuple[str, list[str]]:
+    """All sentences about the only pair, and those that are findings."""
+    results = analyse(pairs_of([Session(samples, geometry)]), rng=np.random.default_rng(1))
+    assert len(results) == 1
+    assert [len(table.rows[0]) for table in tables(results) if table.rows] == [
+        len(table.columns) for table in tables(results) if table.rows
+    ]
+    notes = conclusions(results[0])
+    return " ".join(note.text for note in notes), [note.text for note in notes if note.finding]
+
+
+def good(count: int = 60, seed: int = 1) -> list[Sample]:
+    return session(count, rng=np.random.default_rng(seed))
+
+
+def test_good_samples_have_no_findings_and_their_numbers_are_those_of_the_samples():
+    samples = good()
+    text, findings = said(samples)
+    assert findings == []
+    angles = np.array([one.onset_angle_rad for one in samples])
+    assert f"scatter {angles.std(ddof=1) / angles.mean():.1%}" in text
+    assert f"{angles.mean():.4f} ± {angles.std(ddof=1) / math.sqrt(60):.4f} rad" in text
+    assert "No dependence on the sliding direction against the object" in text
+
+
+def test_planted_anisotropy_is_said():
+    samples = session(
+        200, rng=np.random.default_rng(1), mu=lambda phi: 0.36 * math.exp(0.15 * math.cos(2 * phi)), aspect=0.7
+    )
+    text, findings = said(samples)
+    assert findings == []
+    assert "Friction depends on the sliding direction against the object, highest at" in text
+    assert "square" not in text
+
+
+@pytest.mark.parametrize(
+    ("samples", "geometry", "expected"),
+    [
+        (good(), None, "There is no calibration"),
+        (good(12), GEOMETRY, "Fewer than 25 slides are left (12)"),
+        (good(12), GEOMETRY, "Anisotropy cannot be tested with 12 slides"),
+        ([sample()], GEOMETRY, "One slide is left"),
+        (
+            [one for one in session(160, rng=np.random.default_rng(1), turning=False) if one.direction == 2],
+            GEOMETRY,
+            "a single direction",
+        ),
+        (session(160, rng=np.random.default_rng(1), turning=False), GEOMETRY, "hardly turned"),
+        (
+            [sample(run=run, slide_m=0.001) for run in range(30)],
+            GEOMETRY,
+            "All 30 slides were filtered, most by the dist",
+        ),
+        ([replace(one, censored=True) for one in good()], GEOMETRY, "No run ended with a slide"),
+        ([Sample(run=run, onset_angle_rad=0.3 + 0.001 * run) for run in range(30)], GEOMETRY, "corners"),
+        ([replace(one, object="") for one in good()], GEOMETRY, "do not name their object"),
+        (
+            [replace(one, block_mass_kg=0.008 if one.run % 2 else 0.016) for one in good()],
+            GEOMETRY,
+            "different masses (8 to 16 g)",
+        ),
+    ],
+)
+def test_each_lack_is_one_sentence(samples: list[Sample], geometry: CameraGeometry | None, expected: str):
+    _, findings = said(samples, geometry)
+    assert sum(expected in sentence for sentence in findings) == 1
+
+
+def test_censored_runs_change_no_number_and_are_told():
+    samples = good()
+    text, _ = said(samples)
+    with_stuck, _ = said([*samples, *(replace(sample(run=99 + i, angle_rad=0.9), censored=True) for i in range(20))])
+    assert "20 of 80 runs ended without a slide (25.0%)" in with_stuck
+    assert text.split(" rad (mean")[0] == with_stuck.split(" rad (mean")[0]
+
+
+def test_onsets_of_the_threshold_rule_are_told():
+    samples = good()
+    samples[3] = replace(samples[3], flags=("onset_unresolved",))
+    assert "For 1 of the kept slides no onset could be fitted" in said(samples)[0]
+
+
+def test_objects_and_plates_are_pairs_of_their_own_however_the_files_mix_them():
+    mixed = [replace(one, object="nut" if one.run % 2 else "cube") for one in good()]
+    more = [replace(one, object="nut", plate="steel") for one in good(30, seed=2)]
+    pairs = pairs_of([Session(mixed, GEOMETRY), Session([*more, *mixed[:4]], None)])
+    assert [(pair.name, len(pair.samples)) for pair in pairs] == [
+        ("cube on wood", 32),
+        ("nut on steel", 30),
+        ("nut on wood", 32),
+    ]
+    assert [pair.calibrated for pair in pairs] == [False, False, False]
