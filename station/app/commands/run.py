@@ -121,7 +121,9 @@ def _progress(console: Console) -> Progress:
 
 
 def _close(path: Path, fault: str) -> int:
-    print_summary(path)
-    if fault:
-        print(f"The session ended early: {fault}")
+    try:
+        print_summary(path)
+    finally:  # also when what was recorded cannot be read: this is why
+        if fault:
+            print(f"The session ended early: {fault}", flush=True)
     return 1 if fault else 0
