@@ -1,11 +1,12 @@
 """Where the mark's edges are: profiles across the expected edges, a blurred step fitted to each.
 
 Along a profile the light is `dark + contrast × Φ((s − e) / σ)`: Φ is the normal distribution, s the distance outwards,
-e the edge's place, σ the blur. Linearised about e = 0 this is one matrix product for all profiles; sampling again
-about the corrected edge takes the rest of the non-linearity away.
+e the edge's place, σ the blur. Linearised about e = 0 this is one matrix product for all profiles; what the estimator
+answers to a step that lies elsewhere is known, and turned back by a table.
 
 The fit is by generalised least squares: the pixels' noise, and for a bare tape the texture of the plate beside it,
-seen through the blur. Texture disturbs the bright side only, so the dark foot of the edge counts more.
+seen through the blur. Texture disturbs the bright side only, so the dark foot of the edge counts more; how far the foot
+reaches depends on the blur, so beside texture the blur must be known, from all four edges and from earlier frames.
 """
 
 from functools import lru_cache
@@ -23,48 +24,56 @@ Matrix = NDArray[np.float32]
 
 STEPS = np.arange(-3.0, 3.01, 0.5)  # places along a fine profile, in blur deviations
 SATURATED = 252.0  # light at which a pixel says no more than "at least this"
-NOISE = 0.025  # of the pixels, in contrasts
-MEAN_NOISE = 0.012  # of an edge's mean profile
+NOISE = 0.018  # of the pixels, in contrasts
+KNOWN_BLUR = 0.02  # relative error of a blur that is taken as known
+REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the estimator's answer is known, in blur deviations
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 
 
 class StepModel(NamedTuple):
-    """Matrices for `light @ matrix`: `solve` (m, 4) dark, contrast, contrast × e, contrast × dσ; `misfit` (m, m).
+    """Matrices for `light @ matrix`: `solve` (m, 3) contrast, contrast × e, contrast × dσ; `misfit` (m, m).
 
-    `solve_mean` is `solve` for the mean profile of an edge, whose noise is small; None beside a white margin.
+    `answers`: e as the estimator gives it for a step at each place of REACH, increasing.
     """
 
     solve: Matrix
     misfit: Matrix
-    solve_mean: Matrix | None
+    answers: Floats
 
 
 class Profiles(NamedTuple):
     """What the profiles (4, n) say.
 
-    Their place on the expected edge, their light (4, n, m), the edge's offset (px), contrast, contrast × relative blur
+    Their place on the expected edge, the edge's offset (px), the light in the dark, contrast, contrast × relative blur
     error, misfit (RMS), and whether a pixel was saturated (None: none was).
     """
 
     base: NDArray[np.complex128]
-    light: Light
     offset: Floats
+    dark: Matrix
     contrast: Matrix
     blur_change: Matrix
     misfit: Matrix
     saturated: NDArray[np.bool_] | None
 
 
-@lru_cache(maxsize=2)
-def step_model(*, textured: bool) -> StepModel:
-    """The estimator for a mark beside a textured plate, or beside its own white margin."""
+@lru_cache(maxsize=4)
+def step_model(*, textured: bool, known_blur: bool = False) -> StepModel:
+    """The estimator for a mark beside a textured plate, or beside its own white margin.
+
+    `known_blur`: e is estimated with the blur as given; its error is estimated all the same, as if it were not.
+    """
     model = _derivatives(STEPS)
-    solve = _solution(model, noise=NOISE, texture=TEXTURE if textured else 0.0)
-    solve_mean = _solution(model, noise=MEAN_NOISE, texture=TEXTURE).astype(np.float32) if textured else None
+    covariance = _covariance(STEPS, noise=NOISE, texture=TEXTURE if textured else 0.0)
+    free = _solution(model, covariance, blur_error=np.inf)
+    solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
     plain = np.linalg.pinv(model).T
     misfit = (np.eye(len(STEPS)) - plain @ model.T) / np.sqrt(len(STEPS) - 4)
-    return StepModel(solve.astype(np.float32), misfit.astype(np.float32), solve_mean)
+    steps = _derivatives(np.subtract.outer(REACH, STEPS).ravel() * -1.0)[:, 1].reshape(len(REACH), -1)
+    answers = np.maximum.accumulate((steps @ solve[:, 2]) / (steps @ solve[:, 1]))
+    wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3]], axis=1)
+    return StepModel(wanted.astype(np.float32), misfit.astype(np.float32), answers)
 
 
 def _derivatives(u: Floats) -> Floats:
@@ -74,9 +83,11 @@ def _derivatives(u: Floats) -> Floats:
     return np.stack([np.ones_like(u), step, -density, -u * density], axis=1)
 
 
-def _solution(model: Floats, *, noise: float, texture: float) -> Floats:
-    weight = np.linalg.inv(_covariance(STEPS, noise=noise, texture=texture))
-    return np.asarray(np.linalg.solve(model.T @ weight @ model, model.T @ weight).T, dtype=np.float64)
+def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
+    """Generalised least squares (m, 4); the relative error of the blur is expected to be about `blur_error`."""
+    weight = np.linalg.inv(covariance)
+    information = model.T @ weight @ model + np.diag([0.0, 0.0, 0.0, blur_error**-2])
+    return np.asarray(np.linalg.solve(information, model.T @ weight).T, dtype=np.float64)
 
 
 def _covariance(u: Floats, *, noise: float, texture: float) -> Floats:
@@ -95,25 +106,13 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     points = base.astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
     light = reader.bilinear(points)
     flat = light.reshape(-1, len(STEPS))
-    answer = (flat @ model.solve).reshape(4, count, 4)
-    contrast = np.maximum(answer[:, :, 1], 0.5)
+    answer = (flat @ model.solve).reshape(4, count, 3)
+    contrast = np.maximum(answer[:, :, 0], 0.5)
     left_over = flat @ model.misfit
     misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
-    offset = (answer[:, :, 2] / contrast) * blur_px[:, None]
-    return Profiles(base, light, offset, contrast, answer[:, :, 3], misfit, _saturated(light))
-
-
-def mean_correction(found: Profiles, weight: Floats, *, blur_px: Floats, model: StepModel) -> Floats:
-    """What the mean profile of each edge adds to its offset (4,), px; `weight` (4, n) of the profiles.
-
-    A streak of the plate that runs along an edge moves all its profiles alike, and no scatter tells of it. The mean
-    profile has little noise, so there the fit may lean much further on the dark foot of the edge.
-    """
-    if model.solve_mean is None:
-        return np.zeros(4)
-    mean = np.matmul(weight[:, None, :], found.light)[:, 0, :]
-    plain, leaning = mean @ model.solve, mean @ model.solve_mean
-    return (leaning[:, 2] / leaning[:, 1] - plain[:, 2] / plain[:, 1]) * blur_px
+    offset = np.interp(answer[:, :, 1] / contrast, model.answers, REACH) * blur_px[:, None]
+    dark = light[:, :, 0] + light[:, :, 1]
+    return Profiles(base, offset, 0.5 * dark, contrast, answer[:, :, 2], misfit, _saturated(light))
 
 
 def _saturated(light: Light) -> NDArray[np.bool_] | None:

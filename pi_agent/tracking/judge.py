@@ -27,7 +27,7 @@ class Demand(NamedTuple):
 DIM_PX = 0.2  # sigma that pixel noise may add, times the contrast (of 255)
 BESIDE_MARGIN = Demand(0.7, 0.036, 0.024)  # even surfaces: anything else at the edge is a disturbance
 WITH_NOTCH = Demand(0.5, 0.036, 0.024)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.7, 0.065, 0.065)  # texture disturbs every frame
+BESIDE_PLATE = Demand(0.7, 0.042, 0.042)  # texture disturbs every frame
 SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 

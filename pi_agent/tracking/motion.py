@@ -17,13 +17,14 @@ class Motion:
         self.time_s = 0.0
         self.velocity_px_s = 0j
         self.yaw_rate_rad_s = 0.0
+        self.has_velocity = False
 
     def update(self, corners: Points, time_s: float) -> None:
         """Takes the corners seen at a time."""
         centre = complex(corners.sum()) / 4
         if self.corners is not None:
             gap = time_s - self.time_s
-            near = 0.0 < gap < LONGEST_GAP_S
+            near = self.has_velocity = 0.0 < gap < LONGEST_GAP_S
             self.velocity_px_s = (centre - self.centre) / gap if near else 0j
             turn = float(np.angle(np.vdot(self.corners - self.centre, corners - centre)))
             self.yaw_rate_rad_s = turn / gap if near else 0.0

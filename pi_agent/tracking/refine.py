@@ -11,13 +11,16 @@ from pi_agent.tracking.pixels import PixelReader
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-PROFILES = 32  # the last pass reads so many on each edge
+PROFILES = 48  # the last pass reads so many on each edge
 SEARCHED = 14  # a search reads so many
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
+GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight
+LEAST_GLOW = 2.0  # nor is this, of 255
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
-SETTLED = 0.08  # a correction below this share of the blur needs no further pass
-BLUR_SETTLED = 0.12  # nor does a blur that was right to this share
+SETTLED = 0.6, 0.05  # corrections, in shares of the blur, of place and of blur, below which a known blur needs no pass more
+FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
+BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 BLUR_RANGE_PX = (0.55, 4.0)
 SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
 COMMON_SHARE = 0.25  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
@@ -25,10 +28,22 @@ COMMON_SHARE = 0.25  # beside a textured plate: error that an edge's points have
 
 @dataclass(frozen=True)
 class Task:
-    """What stays the same from frame to frame: the estimator, and the part of each edge that is no edge (a notch)."""
+    """What stays the same from frame to frame.
+
+    The estimator for an unknown and for a known blur (the same one beside an even margin, where it does not matter), and
+    the part of each edge that is no edge (a notch).
+    """
 
     model: edges.StepModel
+    known: edges.StepModel
     left_out: Floats | None = None
+
+    @staticmethod
+    def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
+        """The task for bare tape on a textured plate, or for a mark with its own margin."""
+        model = edges.step_model(textured=textured)
+        known = edges.step_model(textured=True, known_blur=True) if textured else model
+        return Task(model, known, left_out)
 
 
 @dataclass(frozen=True)
@@ -60,8 +75,8 @@ class Fit:
     """The refined quadrilateral.
 
     Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's readable
-    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest correction
-    of the last pass in blur deviations.
+    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, and the largest corrections
+    of the last pass: of a corner in blur deviations, and of the blur in shares of it.
     """
 
     corners: Points
@@ -72,6 +87,7 @@ class Fit:
     blur_px: Floats
     saturated: float
     moved: float
+    blur_change: float
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
@@ -94,27 +110,46 @@ def refine(
     blur_px: Floats,
     task: Task,
     most_passes: int,
+    blur_known: bool = False,
     sweep: Sweep | None = None,
 ) -> Fit | None:
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges. Ends when a pass changed next to nothing.
+    `blur_px`: (4,) expected blur of the edges; `blur_known`: from earlier frames. When it is not, all edges are fitted
+    with blurs of their own first, then with the one that they share, if they do. Ends when a pass changed little.
     """
     blur = np.clip(blur_px, *BLUR_RANGE_PX)
+    known = blur_known
+    limit = SETTLED if blur_known else FOUND
     fit: Fit | None = None
     for _ in range(most_passes):
-        fit = _one_pass(reader, corners, blur, task=task, sweep=sweep)
-        if fit is None or fit.moved < SETTLED:
+        fit = _one_pass(reader, corners, blur, task=task, shared_blur=known, sweep=sweep)
+        if fit is None:
+            return None
+        blur_right = fit.blur_change < limit[1]
+        settled = blur_right and fit.moved < limit[0]
+        corners, blur = fit.corners, blur if blur_known and blur_right else fit.blur_px
+        if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
+            blur, known, settled = np.full(4, blur.mean()), True, False
+        if settled:
             return fit
-        corners, blur = fit.corners, fit.blur_px
     return fit
 
 
-def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task, sweep: Sweep | None) -> Fit | None:
+def _one_pass(
+    reader: PixelReader,
+    corners: Points,
+    blur: Floats,
+    *,
+    task: Task,
+    shared_blur: bool,
+    sweep: Sweep | None,
+) -> Fit | None:
+    model = task.known if shared_blur else task.model
     expected = lines.expected_edges(corners, clear_px=1.0 + 3.0 * float(blur.max()))
     if expected.length.min() < 8.0:
         return None
-    found = edges.measure(reader, expected, blur_px=blur, count=PROFILES, model=task.model)
+    found = edges.measure(reader, expected, blur_px=blur, count=PROFILES, model=model)
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
@@ -131,14 +166,16 @@ def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task,
     total = line.moments[:, 0]
     if total.min() < PROFILES / 6:
         return None
-    change = np.add.reduce(line.weight * found.blur_change, axis=1) / (total * typical)
-    place = line.offset + edges.mean_correction(found, line.weight, blur_px=blur, model=task.model)
-    refined = lines.intersect(expected, place, line.rise)
+    # An edge away from where it was expected is read as wider: to second order, by half the square of its distance.
+    wider = found.blur_change / typical - 0.5 * (found.offset / blur[:, None]) ** 2
+    change = np.add.reduce(line.weight * wider, axis=1) / total
+    if shared_blur:
+        change = np.full(4, change.mean())
+    refined = lines.intersect(expected, line.offset, line.rise)
     if sweep is not None:
         refined = sweep.as_seen(refined)
-    moved = max(float(np.max(np.abs(refined - corners) / blur)), SETTLED / BLUR_SETTLED * float(np.max(np.abs(change))))
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
-    common = SYSTEMATIC_PX if task.model.solve_mean is None else COMMON_SHARE * residual_px
+    common = SYSTEMATIC_PX if task.known is task.model else COMMON_SHARE * residual_px
     return Fit(
         corners=refined,
         sigma_px=float(np.hypot(lines.corner_sigma(line, expected), common)),
@@ -147,7 +184,8 @@ def _one_pass(reader: PixelReader, corners: Points, blur: Floats, *, task: Task,
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        moved=moved,
+        moved=float(np.max(np.abs(refined - corners) / blur)),
+        blur_change=float(np.max(np.abs(change))),
     )
 
 
@@ -174,9 +212,24 @@ def _believed(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
     good = (found.contrast > 0.4 * typical) & (found.contrast < 2.5 * typical)
     good &= found.misfit < LIMIT_MISFIT * typical + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
+    good &= ~_glowing(found, typical)
     if found.saturated is not None:
         good &= ~found.saturated
     return good.astype(np.float64)
+
+
+def _glowing(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
+    """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
+
+    More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes.
+    """
+    allowed = max(GLOW * typical, LEAST_GLOW)
+    ordered = np.sort(found.dark.ravel())
+    excess = found.dark - ordered[len(ordered) // 4]
+    if float(excess.max()) < allowed:
+        return np.zeros(excess.shape, dtype=np.bool_)
+    in_proportion = np.median(found.dark / found.contrast) * found.contrast
+    return (excess > allowed) & (found.dark - in_proportion > allowed)
 
 
 def _leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from pi_agent.tracking import identity, judge
 from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
-from pi_agent.tracking.edges import step_model
 from pi_agent.tracking.motion import Motion
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, Sweep, Task, refine, search_edges
+from pi_agent.tracking.resting import RestingShape
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
@@ -31,6 +31,7 @@ SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degr
 SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
+MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
 
 
@@ -41,18 +42,21 @@ class Tracker:
         self.config = config
         self._reader = PixelReader(config.tone.to_light_table())
         self._feature = identity.FeatureReader(config.mark)
-        model = step_model(textured=config.mark.margin <= 0)
-        self._task = Task(model, identity.notch_gap(config.mark))
-        self._first_task = Task(model)
+        bare = config.mark.margin <= 0
+        self._task = Task.beside(textured=bare, left_out=identity.notch_gap(config.mark))
+        self._first_task = Task.beside(textured=bare)
         self.reset()
 
     def reset(self) -> None:
         """Forgets what was seen: the next frame is a first sight."""
         self._motion = Motion()
+        self._resting = RestingShape()
         self._blur_px = self.config.blur_px
+        self._blur_known = False
         self._shape: judge.Shape | None = None
         self._identity = ""
         self._dropout = 0
+        self._departed = 0
 
     def track(self, frame: Frame, *, capture_ns: int) -> Observation:
         """The mark in a frame (height, width) uint8 captured at `capture_ns`."""
@@ -63,9 +67,23 @@ class Tracker:
             fit, verdict = self._acquire(frame, time_s, verdict)
         elif fit is not None and self._doubtful(time_s):
             fit = self._named(fit, time_s)
+        if fit is not None and not verdict.reason:
+            verdict = self._at_rest(fit, verdict)
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
+
+    def _at_rest(self, fit: Fit, verdict: judge.Verdict) -> judge.Verdict:
+        """The verdict when the outline is compared with that of the last frames."""
+        departure = self._resting.departure_px(fit.corners)
+        if departure is None or departure < self._resting.limit_px(fit.contrast):
+            self._departed = 0
+            return verdict
+        self._departed += 1
+        if self._departed > MOST_DEPARTED:
+            self._resting, self._departed = RestingShape(), 0
+            return verdict
+        return judge.Verdict(f"the outline changed by {departure:.2f} px at rest: covered, in glare, or tipping")
 
     def _follow(self, time_s: float) -> Attempt:
         """The mark near its prediction, else near its last place."""
@@ -84,9 +102,14 @@ class Tracker:
     def _refined(self, corners: Points) -> Attempt:
         if not _inside(corners, self._reader):
             return None, judge.Verdict("the mark leaves the frame")
-        blur = self._expected_blur(corners)
         fit = refine(
-            self._reader, corners, blur_px=blur, task=self._task, most_passes=MOST_PASSES, sweep=self._sweep(corners)
+            self._reader,
+            corners,
+            blur_px=self._expected_blur(corners),
+            task=self._task,
+            most_passes=MOST_PASSES,
+            blur_known=self._blur_known and self._path_px() < STILL_PX,
+            sweep=self._sweep(corners),
         )
         if fit is None:
             return None, NO_MARK
@@ -108,6 +131,10 @@ class Tracker:
         if abs(motion.yaw_rate_rad_s) * line_s * diagonal**2 / 8 < LEAST_BEND_PX:
             return None
         return Sweep(complex(corners.sum()) / 4, motion.velocity_px_s, motion.yaw_rate_rad_s, line_s)
+
+    def _path_px(self) -> float:
+        """The mark's path within the exposure."""
+        return abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9
 
     def _shear(self) -> float:
         return self._motion.velocity_px_s.real * self.config.shutter.line_s
@@ -180,7 +207,7 @@ class Tracker:
         self._dropout = 0
         if not verdict.reason:
             self._learn(fit)
-        path_px = abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9
+        path_px = self._path_px()
         corners = fit.corners.view(np.float64).reshape(4, 2)
         shutter = self.config.shutter
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
@@ -201,12 +228,15 @@ class Tracker:
         sides = judge.side_vectors(fit.corners, aspect=self.config.mark.aspect, shear=self._shear())
         seen = judge.flat_shape(sides)
         if self._shape is None:
-            self._shape, share = seen, 0.5
+            self._shape = seen
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
-            self._shape, share = (a, b, c), LEARNING
-        if abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9 < STILL_PX:
+            self._shape = (a, b, c)
+        self._resting.learn(fit.corners)
+        if self._path_px() < STILL_PX and (self._motion.has_velocity or self.config.shutter.exposure_ns == 0):
+            share = LEARNING if self._blur_known else 1.0
             self._blur_px += share * (float(fit.blur_px.sum()) / 4 - self._blur_px)
+            self._blur_known = True
 
 
 def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
