@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, cast
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from station.friction.direction import Array
 from station.friction.slides import Slides
@@ -62,7 +62,7 @@ class Harmonics:
     @property
     def p_value(self) -> float:
         """Of the F test."""
-        return float(f_distribution.sf(self.f, self.df, self.df_rest))
+        return float(fdtrc(self.df, self.df_rest, self.f))
 
     @property
     def ratio(self) -> float:

@@ -46,6 +46,8 @@ def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
         figure = draw(pair)
         picture = io.BytesIO()
         figure.savefig(picture, format="png")
+        # The layout is found; finding it again for the second file would take as long as drawing.
+        figure.set_layout_engine("none")
         try:
             (folder / f"{stem}.png").write_bytes(picture.getvalue())
             # Without the date, so that equal data give equal files.

@@ -8,16 +8,17 @@ standard deviations in probability (0.27 % of regular slides, which are taken to
 
 from __future__ import annotations
 
+import math
 from typing import cast
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtri
 
 from station.friction.direction import Array
 from station.friction.filters import DISTANCE_PX, ROUNDING, SIGMAS, Flags, Opening, touching
 from station.friction.slides import Bools, Slides
 
-TAIL = float(2 * norm.sf(SIGMAS))
+TAIL = math.erfc(SIGMAS / math.sqrt(2))
 MAD_TO_SD = 1.482602218505602
 ALTERNATIVES = ("angle_mad", "circumference_mad", "multivariate", "leaning")
 
@@ -69,7 +70,7 @@ def _outlying(slides: Slides, known: Bools) -> Bools:
     # A feature that hardly varies (every slide long, say) has no scale to be outlying on.
     varied = features[:, [_median_and_mad(column)[1] > 1e-9 for column in features.T] if len(features) else []]
     if varied.shape[1] and len(varied) > 4 * varied.shape[1]:
-        flagged[known] = robust_distance2(varied) > chi2.ppf(1 - TAIL, varied.shape[1])
+        flagged[known] = robust_distance2(varied) > _chi2_beyond(TAIL, varied.shape[1])
     return flagged
 
 
@@ -92,4 +93,9 @@ def robust_distance2(points: Array) -> Array:
     for column in rotated.T:
         middle, spread = _median_and_mad(column)
         distance2 += ((column - middle) / max(spread, 1e-12)) ** 2
-    return cast(Array, distance2 * float(chi2.ppf(0.5, size)) / float(np.median(distance2)))
+    return cast(Array, distance2 * _chi2_beyond(0.5, size) / float(np.median(distance2)))
+
+
+def _chi2_beyond(tail: float, df: int) -> float:
+    """The value that chi-squared with `df` degrees of freedom exceeds with the probability `tail`."""
+    return float(chdtri(df, tail))

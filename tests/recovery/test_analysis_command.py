@@ -14,6 +14,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
+from station.app.commands import analyze
 from station.recording.tables import read_samples, write_samples
 from station.recording.writer import Recording
 from tests.unit.friction.sessions import GEOMETRY, sample, session
@@ -79,8 +80,9 @@ def test_two_files_become_pairs_with_tables_figures_and_a_report_in_one_file(
 
 
 def test_its_own_table_gives_the_same_numbers_with_the_calibration_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
+    monkeypatch.setattr(analyze, "figure_kinds", tuple)  # figures are looked at elsewhere, and take seconds
     mcap = recorded(session(60, rng=np.random.default_rng(4)), tmp_path / "one.mcap")
     assert main(["analyze", str(mcap), "--out", str(tmp_path / "a")]) == 0
     direct = capsys.readouterr().out.split("Report:")[0]
@@ -89,7 +91,10 @@ def test_its_own_table_gives_the_same_numbers_with_the_calibration_named(
     assert capsys.readouterr().out.split("Report:")[0] == direct
 
 
-def test_what_cannot_be_concluded_is_said_and_ends_with_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_what_cannot_be_concluded_is_said_and_ends_with_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(analyze, "figure_kinds", tuple)
     path = table([replace(one, object="<b>&") for one in session(10, rng=np.random.default_rng(4))], tmp_path / "t.csv")
     assert main(["analyze", str(path), "--out", str(tmp_path / "out")]) == 1
     printed = " ".join(capsys.readouterr().out.split())
