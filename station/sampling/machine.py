@@ -49,6 +49,7 @@ class SamplingMachine:
         self._plan = plan
         self._phases = Phases(plan, size_px=size_px, reach=reach, specimen=specimen, geometry=geometry)
         self._state, self._tracks = self._phases.state, self._phases.tracks
+        self._listening = False
         self._handlers: dict[type[Message], Callable[..., None]] = {
             MarkerCorners: self._on_corners,
             PlatformState: self._on_attitude,
@@ -71,10 +72,15 @@ class SamplingMachine:
         return self._state.samples
 
     def handle(self, message: Message, *, now_ns: int) -> list[Action]:
-        """Takes one message, received at `now_ns`; gives what is to be done, in order."""
+        """Takes one message, received at `now_ns`; gives what is to be done, in order.
+
+        What comes before the first heartbeat of the session is not heard.
+        """
         state = self._state
         state.begin(now_ns)
-        if state.phase != "FINISHED":
+        # Recorder and machine cannot begin to listen at the same moment; from the first heartbeat on both do.
+        self._listening = self._listening or isinstance(message, Heartbeat)
+        if self._listening and state.phase != "FINISHED":
             handler = self._handlers.get(type(message))
             if handler is not None:
                 handler(message)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from shared.messages import ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport
+from shared.messages import ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport, PlatformState
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, TiltPlan
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
@@ -253,7 +253,7 @@ def test_after_each_fault_in_a_row_it_waits_longer():
 @pytest.mark.parametrize("known", [True, False])
 def test_a_motion_report_of_an_earlier_session_ends_no_motion_of_this_one(known: bool):
     def offset_first(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
-        if known and message.seq == 1:
+        if known and message.seq == 8:  # after the first heartbeat
             rig.give(ClockOffset(rig.now_ns, "arm", 0))
         return message
 
@@ -270,3 +270,16 @@ def test_the_resting_place_is_read_when_the_block_rests():
     for sample, done in zip(rig.samples, [e for e in rig.events if e.phase == "DONE"], strict=True):
         returned = max(e.stamp_ns for e in rig.events if e.phase == "STEP_END" and e.run == sample.run)
         assert (done.stamp_ns - returned) * 1e-9 >= 0.19
+
+
+def test_what_came_before_the_first_heartbeat_is_not_heard():
+    rig = ScriptedRig(Plan(samples=1))
+    recorded = MarkerCorners(rig.now_ns, 1, (1.0,) * 8, found=True)
+    rig.give(recorded)
+    rig.give(PlatformState(rig.now_ns))
+    rig.give(Heartbeat(rig.now_ns, armed=True))
+    assert rig.phases() == []
+    rig.give(recorded)
+    rig.give(PlatformState(rig.now_ns))
+    rig.give(Heartbeat(rig.now_ns, armed=True))
+    assert rig.phases() == ["SYNC"]
