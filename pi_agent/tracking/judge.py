@@ -20,14 +20,18 @@ class Demand(NamedTuple):
     """What is asked of a fit: agreement of every edge, and the largest sigma (px) in dim and in bright light."""
 
     agreement: float
-    sigma_px: float
+    dim_sigma_px: float
     bright_sigma_px: float
 
+    def limit_px(self, contrast: float) -> float:
+        """The largest sigma at a contrast (of 255)."""
+        return self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * min(DIM / contrast, 1.0)
 
-DIM_PX = 0.2  # sigma that pixel noise may add, times the contrast (of 255)
+
+DIM = 16.0  # contrast (of 255) below which the light is called dim
 BESIDE_MARGIN = Demand(0.7, 0.036, 0.024)  # even surfaces: anything else at the edge is a disturbance
 WITH_NOTCH = Demand(0.5, 0.036, 0.024)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.7, 0.042, 0.042)  # texture disturbs every frame
+BESIDE_PLATE = Demand(0.7, 0.036, 0.052)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
@@ -76,7 +80,7 @@ def _pixels_reason(fit: Fit, demand: Demand) -> str:
     share = fit.agreement.tolist()
     if min(share) < demand.agreement or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
-    if not fit.sigma_px < min(demand.sigma_px, demand.bright_sigma_px + DIM_PX / fit.contrast):
+    if not fit.sigma_px < demand.limit_px(fit.contrast):
         return f"edges too uncertain: sigma {fit.sigma_px:.2f} px"
     return ""
 

@@ -5,32 +5,39 @@ where it is, light and lens give every frame the same outline, and even a small 
 some pixels the lens and the plate's grain may change the outline as well: it is learned anew at the new place.
 """
 
+from math import acos
+
 import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.complex128]
 
-NEAR_PX = 3.0  # within this distance lens and grain change an outline by less than is told here
+NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
+NEAR_ON_GRAIN_PX = 0.7  # the same for the grain of a plate beside bare tape
 LEAST_SHARE = 0.1  # of the newest frame in the outline that is remembered
 SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
 DEVIATIONS = 4.0
+PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
 
 
 class RestingShape:
-    """The mark's outline while it rests, about its centre."""
+    """The mark's outline while no corner is further than `near_px` from where it was learned."""
 
-    def __init__(self) -> None:
-        self._arms: Points | None = None
-        self._place = 0j
+    def __init__(self, *, near_px: float) -> None:
+        self._near_px = near_px
+        self._place: Points | None = None
         self._frames = 0
 
-    def departure_px(self, corners: Points) -> float | None:
-        """Largest distance of a corner (4,) from the outline, moved and turned onto it; None away from its place."""
-        centre = complex(corners.sum()) / 4
-        if self._arms is None or abs(centre - self._place) > NEAR_PX:
+    def departed(self, corners: Points) -> tuple[Points, Points] | None:
+        """Arms (4,) of the outline about its centre, and of the corners turned onto it; None away from its place."""
+        place = self._place
+        if place is None or float(np.abs(corners - place).max()) > self._near_px:
             return None
-        return float(np.abs(self._turned(corners - centre) - self._arms).max())
+        arms = place - place.sum() / 4
+        seen = corners - corners.sum() / 4
+        turn = complex(np.vdot(seen, arms))
+        return arms, seen * (turn / max(abs(turn), 1e-9))
 
     def limit_px(self, contrast: float) -> float:
         """The largest departure that pixel noise and sampling explain."""
@@ -39,14 +46,29 @@ class RestingShape:
 
     def learn(self, corners: Points) -> None:
         """Takes the corners of a frame that was believed."""
-        centre = complex(corners.sum()) / 4
-        arms = corners - centre
-        if self._arms is None or abs(centre - self._place) > NEAR_PX:
-            self._arms, self._place, self._frames = arms, centre, 1
+        near = self.departed(corners)
+        if near is None or self._place is None:
+            self._place, self._frames = corners, 1
             return
         self._frames += 1
-        self._arms = self._arms + max(1.0 / self._frames, LEAST_SHARE) * (self._turned(arms) - self._arms)
+        share = max(1.0 / self._frames, LEAST_SHARE)
+        self._place = self._place + share * (near[1] - near[0])
 
-    def _turned(self, arms: Points) -> Points:
-        turn = complex(np.vdot(arms, self._arms)) if self._arms is not None else 1.0 + 0j
-        return arms * (turn / max(abs(turn), 1e-9))
+
+def lean_of(arms: Points, seen: Points, *, limit_px: float) -> float:
+    """The lean (rad) that turns the outline `arms` (4,) into `seen`; 0 when no lean does.
+
+    A leaning mark is shorter in one direction and as long as before in the other, up to the perspective of its near
+    and far edges.
+    """
+    basis = np.stack([arms, arms.conj()], axis=1)
+    # The best linear map: seen = a × arms + b × conj(arms); its stretches are |a| + |b| and |a| − |b|.
+    (a, b), *_ = np.linalg.lstsq(basis, seen, rcond=None)
+    long, short = abs(a) + abs(b), abs(a) - abs(b)
+    if not 0.0 < short < 1.0:
+        return 0.0
+    lean = acos(short)
+    radius = float(np.abs(arms).max())
+    left_over = float(np.abs(seen - basis @ np.array([a, b])).max())
+    perspective = PERSPECTIVE * lean * radius * radius
+    return lean if abs(long - 1.0) * radius < limit_px and left_over < limit_px + perspective else 0.0

@@ -5,7 +5,7 @@ band, then about the last place, then the whole frame is looked through.
 """
 
 from dataclasses import replace
-from math import hypot
+from math import degrees, hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from pi_agent.tracking.motion import Motion
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, Sweep, Task, refine, search_edges
-from pi_agent.tracking.resting import RestingShape
+from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
@@ -29,6 +29,7 @@ LEARNING = 0.05  # share of the newest frame in the blur and the shape that are 
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
 SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
 SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
+UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before it has been seen twice
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
@@ -50,13 +51,12 @@ class Tracker:
     def reset(self) -> None:
         """Forgets what was seen: the next frame is a first sight."""
         self._motion = Motion()
-        self._resting = RestingShape()
+        self._forget_outline()
         self._blur_px = self.config.blur_px
         self._blur_known = False
         self._shape: judge.Shape | None = None
         self._identity = ""
         self._dropout = 0
-        self._departed = 0
 
     def track(self, frame: Frame, *, capture_ns: int) -> Observation:
         """The mark in a frame (height, width) uint8 captured at `capture_ns`."""
@@ -75,15 +75,26 @@ class Tracker:
 
     def _at_rest(self, fit: Fit, verdict: judge.Verdict) -> judge.Verdict:
         """The verdict when the outline is compared with that of the last frames."""
-        departure = self._resting.departure_px(fit.corners)
-        if departure is None or departure < self._resting.limit_px(fit.contrast):
+        compared = self._resting.departed(fit.corners)
+        if compared is None:
+            return verdict
+        arms, seen = compared
+        departure, limit = float(np.abs(seen - arms).max()), self._resting.limit_px(fit.contrast)
+        if departure < limit:
             self._departed = 0
             return verdict
         self._departed += 1
         if self._departed > MOST_DEPARTED:
-            self._resting, self._departed = RestingShape(), 0
+            self._forget_outline()
             return verdict
-        return judge.Verdict(f"the outline changed by {departure:.2f} px at rest: covered, in glare, or tipping")
+        lean = lean_of(arms, seen, limit_px=limit)
+        if lean > 0:
+            return judge.Verdict(f"tipping: a lean of {degrees(lean):.0f} deg", lean)
+        return judge.Verdict(f"outline changed at rest, by {departure:.2f} px: covered, or in uneven light")
+
+    def _forget_outline(self) -> None:
+        self._resting = RestingShape(near_px=NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX)
+        self._departed = 0
 
     def _follow(self, time_s: float) -> Attempt:
         """The mark near its prediction, else near its last place."""
@@ -204,6 +215,7 @@ class Tracker:
 
     def _accept(self, fit: Fit, verdict: judge.Verdict, capture_ns: int) -> Observation:
         self._motion.update(fit.corners, capture_ns * 1e-9)
+        first = not self._motion.has_velocity
         self._dropout = 0
         if not verdict.reason:
             self._learn(fit)
@@ -216,12 +228,22 @@ class Tracker:
             found=True,
             reason=verdict.reason,
             corners_px=corners,
-            sigma_px=hypot(fit.sigma_px, SMEARED * path_px),
+            sigma_px=hypot(fit.sigma_px, SMEARED * path_px, self._unseen_turn_px(fit, first)),
             residual_px=fit.residual_px,
             corner_dt_ns=(a, b, c, d),
             identity=self._identity,
             tip_rad=verdict.tip_rad,
         )
+
+    def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
+        """What the bend of the edges by an unknown turn adds to sigma, when the first sight is of a smeared mark."""
+        shutter = self.config.shutter
+        if not first or shutter.line_ns == 0 or shutter.exposure_ns == 0:
+            return 0.0
+        lens = min(self._blur_px, float(fit.blur_px.min()))
+        path_px = sqrt(max(12.0 * (float(np.mean(fit.blur_px**2)) - lens**2), 0.0))
+        diagonal = abs(complex(fit.corners[2] - fit.corners[0]))
+        return UNSEEN_TURN_RAD_S * shutter.line_s * diagonal**2 / 12.0 if path_px > 3.0 * STILL_PX else 0.0
 
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
