@@ -18,6 +18,7 @@ import pytest
 from shared.bus import Received
 from shared.messages import Message, PlatformState, RunEvent, Sample
 from shared.zenoh_bus import ZenohBus
+from station.__main__ import main
 from station.app import assembly
 from station.recording.reader import RecordingReader, open_recording
 from tests.system.processes import ROOT, end, rig_file, start
@@ -125,6 +126,11 @@ def samples_of(reader: RecordingReader) -> list[Sample]:
     return list(reader.samples())
 
 
+def decided_the_same(path: Path) -> bool:
+    """The replay law holds for a session with faults as well."""
+    return main(["check", str(path)]) == 0
+
+
 @pytest.fixture
 def rig(tmp_path: Path) -> Generator[Rig]:
     file = rig_file(tmp_path)
@@ -165,6 +171,8 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
     assert killed_ns - last_ns <= 500_000_000
     assert "TILT" in {event.phase for event in events_of(first)}
     assert [sample.run for sample in samples_of(second)] == [1]
+    assert decided_the_same(path)
+    assert decided_the_same(rig.folder / "second.mcap")
 
 
 def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_go_on(rig: Rig):
@@ -179,6 +187,7 @@ def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_
     assert re.search("expected corners of the marker, got none for 1 s", aborted[0])
     assert "pi-agent" in " ".join(aborted) + printed
     assert len(samples_of(open_recording(path))) == 1
+    assert decided_the_same(path)
 
 
 def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig: Rig):
@@ -194,6 +203,7 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
     assert re.search("arm agent.*station arm", events[first].reason), events[first].reason
     assert "LEVEL" in {event.phase for event in events[first:]}
     assert len(samples_of(open_recording(path))) == 1
+    assert decided_the_same(path)
 
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
@@ -205,6 +215,7 @@ def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
     assert re.search(r"The session ended early: .*arm agent.*station arm", printed, re.DOTALL), printed
     assert "Traceback" not in printed
     assert samples_of(open_recording(path)) == []
+    assert decided_the_same(path)
 
 
 def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
@@ -216,6 +227,7 @@ def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
     assert re.search(r"The session ended early: .*(no longer reports|does not report) its joints", printed, re.DOTALL)
     assert "Traceback" not in printed
     assert "ABORTED" in {event.phase for event in events_of(open_recording(path))}
+    assert decided_the_same(path)
 
 
 def test_sigterm_to_the_station_alone_levels_and_closes_and_leaves_the_others_running(rig: Rig):
