@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from shared.foxglove import CameraCalibration
 from shared.messages import (
     ArmReply,
     CameraGeometry,
@@ -31,7 +32,7 @@ from station.sampling.timeouts import not_begun, overdue
 from station.sampling.tracks import usable
 
 INPUTS = (
-    *("camera/corners", "camera/geometry", "arm/platform", "arm/motion", "arm/reply"),
+    *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
     *("session/heartbeat", "clock", "environment"),
 )
 """The topics that the machine listens to; nothing else may influence it."""
@@ -58,6 +59,7 @@ class SamplingMachine:
             Heartbeat: self._on_tick,
             ClockOffset: self._on_offset,
             CameraGeometry: self._on_geometry,
+            CameraCalibration: self._on_lens,
             Environment: self._on_environment,
         }
 
@@ -103,6 +105,9 @@ class SamplingMachine:
 
     def _on_geometry(self, message: CameraGeometry) -> None:
         self._tracks.geometry = message
+
+    def _on_lens(self, message: CameraCalibration) -> None:
+        self._tracks.lens = message
 
     def _on_environment(self, message: Environment) -> None:
         self._phases.environment = message

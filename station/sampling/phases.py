@@ -163,7 +163,7 @@ class Phases:
             post_corners_px=self.tracks.mean_corners_px(5),
             previous=self._previous_direction,
             specimen=self._specimen,
-            geometry=self.tracks.geometry,
+            start=self.tracks.place_of(run.reference.corners_px if run.reference else ()),
             rate_rad_s=math.radians(self._plan.tilt.rate_deg_s),
             environment=self.environment,
         )

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from shared.geometry import block_pose_of
-from shared.messages import CameraGeometry, Environment, MotionReport, Sample
+from shared.messages import Environment, MotionReport, Sample
 from station.sampling.direction import Direction
 from station.sampling.reference import Reference
 
@@ -64,13 +63,13 @@ class Run:
         post_corners_px: tuple[float, ...],
         previous: int,
         specimen: Specimen,
-        geometry: CameraGeometry | None,
+        start: tuple[float, float, float],
         rate_rad_s: float,
         environment: Environment | None,
     ) -> Sample:
-        """The run as a Sample (Table II and what is needed beyond it)."""
+        """The run as a Sample: Table II and more; `start` is the block's place before it: x, y (m) and yaw (rad)."""
         reference = self.reference or Reference((), ())
-        x, y, yaw = block_pose_of(reference.corners_px, geometry) if geometry and reference.corners_px else (0.0,) * 3
+        x, y, yaw = start
         low, high = self.bracket_rad(self.slip_ns or self.detect_ns)
         return Sample(
             run=self.number,

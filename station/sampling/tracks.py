@@ -7,8 +7,10 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from shared.geometry import corners_on_plate, euler_of, tilt_of
+from shared.foxglove import CameraCalibration
+from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
 from shared.messages import CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 
@@ -26,6 +28,7 @@ class Tracks:
     """The newest state of the rig and the last six seconds of it."""
 
     geometry: CameraGeometry | None = None
+    lens: CameraCalibration | None = None
     tilt_rad: float = 0.0
     attitude_ns: int = 0
     frame_ns: int = 0
@@ -55,8 +58,22 @@ class Tracks:
         """A frame's corners, by the camera's clock; gives the time of the frame by the station's."""
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
         if usable(message):
-            self._frames.append((self.frame_ns, message.corners_px))
+            # With a rolling shutter each corner has its own time; the centre's is their mean.
+            shift_ns = sum(message.corner_dt_ns) // 4 if len(message.corner_dt_ns) == 4 else 0
+            self._frames.append((self.frame_ns + shift_ns, message.corners_px))
         return self.frame_ns
+
+    def place_of(self, corners_px: tuple[float, ...]) -> tuple[float, float, float]:
+        """The block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""
+        if self.geometry is None or not corners_px:
+            return 0.0, 0.0, 0.0
+        return block_pose_of(self._straight(corners_px).ravel().tolist(), self.geometry)
+
+    def _straight(self, corners_px: ArrayLike) -> NDArray[np.float64]:
+        """Points (n, 2) without the lens's distortion, as the plate's homography expects them."""
+        points = np.reshape(np.asarray(corners_px, dtype=np.float64), (-1, 2))
+        lens = self.lens
+        return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
 
     def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
         """Mean of the attitude readings since `from_ns`."""
@@ -82,7 +99,7 @@ class Tracks:
         if len(frames) < 2 or len(attitudes) < 2:
             return None
         stamps = [stamp for stamp, _ in frames]
-        centres = np.array([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
+        centres = self._straight([corners for _, corners in frames]).reshape(-1, 4, 2).mean(axis=1)
         path = corners_on_plate(centres, self.geometry)
         slide = path[-1] - path[0]
         length = float(np.linalg.norm(slide))

@@ -13,7 +13,8 @@ DOORS = {
     "zenoh": ("shared/zenoh_bus.py",),
     "mcap": ("station/recording/",),
     "rerun": ("station/view/",),
-    "picamera2": ("pi_agent/cameras/pi_camera.py",),
+    # A deployment tries on the Pi whether the import works there.
+    "picamera2": ("pi_agent/cameras/pi_camera.py", "station/app/deploy/target/smoke.py"),
     "mujoco": ("station/simulators/mujoco/", "station/arm/"),
     "rospy": ("station/arm/drivers/",),
     "pymavlink": ("station/angles/sources/",),
