@@ -77,7 +77,7 @@ class AnisotropyTest:
     `p_value` is the permutation's and `p_f` the F test's; `p_given_other` the F test's with the harmonics of the other
     relation (plate for object) taken out first, NaN where the two cannot be told apart. `omega2` is the share of the
     variance of ln mu that the direction explains, corrected for the number of terms; `highest_rad` is the direction of
-    the highest friction. `p_adjusted` is corrected for the number of pairs tested together (Holm).
+    the highest friction. `p_adjusted` is corrected for the number of tests made together (Holm).
     """
 
     relation: Relation

@@ -85,12 +85,11 @@ def _anisotropy(result: PairResult) -> Note:
 
 
 def _verdict(test: AnisotropyTest, relation: str) -> str:
-    p = test.p_adjusted if not math.isnan(test.p_adjusted) else test.p_value
     size = (
         f"highest over lowest µ {test.ratio:.3f}, where chance alone stays below {test.ratio_by_chance:.3f} in 95 %; "
-        f"p = {p:.2g}, direction explains {test.omega2:.0%} of the scatter"
+        f"p = {test.p_adjusted:.2g}, direction explains {test.omega2:.0%} of the scatter"
     )
-    if p < LEVEL:
+    if test.p_adjusted < LEVEL:
         at = math.degrees(test.highest_rad) % 360
         return f"Friction depends on the sliding direction against the {relation}, highest at {at:.0f}° ({size})."
     return f"No dependence on the sliding direction against the {relation} was found ({size})."
@@ -111,12 +110,12 @@ def _plate(result: PairResult) -> list[Note]:
         ]
     notes = [Note(_verdict(test, "plate"))]
     both = result.object_test
-    if both is not None and test.p_value < LEVEL and both.p_value < LEVEL:
+    if both is not None and test.p_adjusted < LEVEL and both.p_adjusted < LEVEL:
         given = {"object": both.p_given_other, "plate": test.p_given_other}
         notes.append(
             Note(
                 "With the other's share taken out first, p = "
-                + " and ".join(f"{p:.2g} against the {name}" for name, p in given.items() if not math.isnan(p))
+                + " and ".join(f"{p:.1g} against the {name}" for name, p in given.items() if not math.isnan(p))
                 + "."
             )
         )

@@ -146,7 +146,7 @@ def _anisotropy_table(results: Sequence[PairResult]) -> ReportTable:
         rows=tuple(rows),
         note=(
             "Harmonics 1 and 2 of ln µ, a trend over the session taken out. p: permutations; Holm: adjusted for the "
-            "number of pairs; given other: F test beside the other relation's harmonics; by chance: the 95 % quantile "
+            "number of tests; given other: F test beside the other relation's harmonics; by chance: the 95 % quantile "
             "of max/min µ without any anisotropy; explained: ω² of the direction; at: where friction is highest."
         ),
     )
@@ -158,7 +158,7 @@ def _test_row(test: AnisotropyTest | None) -> tuple[str, ...]:
     chances = (test.p_value, test.p_adjusted, test.p_f, test.p_given_other)
     return (
         str(test.samples),
-        *(_number(p, ".2g") for p in chances),
+        *(_chance(p) for p in chances),
         f"{test.ratio:.3f}",
         f"{test.ratio_by_chance:.3f}",
         f"{test.omega2:.1%}",
@@ -168,3 +168,7 @@ def _test_row(test: AnisotropyTest | None) -> tuple[str, ...]:
 
 def _number(value: float, form: str) -> str:
     return "–" if math.isnan(value) else format(value, form)
+
+
+def _chance(p: float) -> str:
+    return "< 1e-99" if p < 1e-99 else _number(p, ".2g")

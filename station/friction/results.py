@@ -65,12 +65,22 @@ def _moments(values: Array) -> tuple[float, float]:
 
 
 def analyse(pairs: Sequence[Pair], *, rng: np.random.Generator) -> tuple[PairResult, ...]:
-    """The results of all pairs, in their order; p-values against the object are adjusted for the number of pairs."""
+    """The results of all pairs, in their order; p-values are adjusted for all the tests that were made."""
     results = [_result(pair, rng) for pair in pairs]
-    tested = [(index, result.object_test) for index, result in enumerate(results) if result.object_test is not None]
-    for (index, _), adjusted in zip(tested, holm([test for _, test in tested]), strict=True):
-        results[index] = replace(results[index], object_test=adjusted)
-    return tuple(results)
+    adjusted = iter(holm([test for result in results for test in _tests(result) if test is not None]))
+    # In the order in which they were collected: each pair's two tests, those that were possible.
+    return tuple(
+        replace(
+            result,
+            object_test=next(adjusted) if result.object_test is not None else None,
+            plate_test=next(adjusted) if result.plate_test is not None else None,
+        )
+        for result in results
+    )
+
+
+def _tests(result: PairResult) -> tuple[AnisotropyTest | None, AnisotropyTest | None]:
+    return result.object_test, result.plate_test
 
 
 def _result(pair: Pair, rng: np.random.Generator) -> PairResult:
