@@ -30,16 +30,19 @@ REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the estimator'
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 
+LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
+
 
 class StepModel(NamedTuple):
     """Matrices for `light @ matrix`: `solve` (m, 3) contrast, contrast × e, contrast × dσ; `misfit` (m, m).
 
-    `answers`: e as the estimator gives it for a step at each place of REACH, increasing.
+    `answers`: e as the estimator gives it for a step at each of `reach`, in blur deviations, both increasing.
     """
 
     solve: Matrix
     misfit: Matrix
     answers: Floats
+    reach: Floats
 
 
 class Profiles(NamedTuple):
@@ -70,10 +73,20 @@ def step_model(*, textured: bool, known_blur: bool = False) -> StepModel:
     solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
     plain = np.linalg.pinv(model).T
     misfit = (np.eye(len(STEPS)) - plain @ model.T) / np.sqrt(len(STEPS) - 4)
-    steps = _derivatives(np.subtract.outer(REACH, STEPS).ravel() * -1.0)[:, 1].reshape(len(REACH), -1)
-    answers = np.maximum.accumulate((steps @ solve[:, 2]) / (steps @ solve[:, 1]))
+    answers, reach = _invertible(solve)
     wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3]], axis=1)
-    return StepModel(wanted.astype(np.float32), misfit.astype(np.float32), answers)
+    return StepModel(wanted.astype(np.float32), misfit.astype(np.float32), answers, reach)
+
+
+def _invertible(solve: Floats) -> tuple[Floats, Floats]:
+    """What the estimator answers to steps away from where it expects them, as far as that tells them apart."""
+    steps = np.stack([_derivatives(STEPS - place)[:, 1] for place in REACH])
+    answers = (steps @ solve[:, 2]) / (steps @ solve[:, 1])
+    flat = np.gradient(answers, REACH) < LEAST_GAIN
+    left = REACH[flat & (REACH < 0)].max(initial=REACH[0])
+    right = REACH[flat & (REACH > 0)].min(initial=REACH[-1])
+    told = (left <= REACH) & (right >= REACH)
+    return answers[told], REACH[told]
 
 
 def _derivatives(u: Floats) -> Floats:
@@ -110,7 +123,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     contrast = np.maximum(answer[:, :, 0], 0.5)
     left_over = flat @ model.misfit
     misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
-    offset = np.interp(answer[:, :, 1] / contrast, model.answers, REACH) * blur_px[:, None]
+    offset = np.interp(answer[:, :, 1] / contrast, model.answers, model.reach) * blur_px[:, None]
     dark = light[:, :, 0] + light[:, :, 1]
     return Profiles(base, offset, 0.5 * dark, contrast, answer[:, :, 2], misfit, _saturated(light))
 

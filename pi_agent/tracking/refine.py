@@ -14,11 +14,16 @@ Points = NDArray[np.complex128]
 PROFILES = 48  # the last pass reads so many on each edge
 SEARCHED = 14  # a search reads so many
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
+SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight
 LEAST_GLOW = 2.0  # nor is this, of 255
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
-SETTLED = 0.6, 0.05  # corrections, in shares of the blur, of place and of blur, below which a known blur needs no pass more
+SETTLED = (
+    0.6,
+    0.05,
+)  # corrections of place and of blur, in shares of the blur, that need no further pass once it is known
+FAR = 0.6  # in blur deviations
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 BLUR_RANGE_PX = (0.55, 4.0)
@@ -30,7 +35,7 @@ COMMON_SHARE = 0.25  # beside a textured plate: error that an edge's points have
 class Task:
     """What stays the same from frame to frame.
 
-    The estimator for an unknown and for a known blur (the same one beside an even margin, where it does not matter), and
+    The estimators for an unknown and for a known blur (one beside an even margin, where it does not matter), and
     the part of each edge that is no edge (a notch).
     """
 
@@ -153,7 +158,7 @@ def _one_pass(
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = _believed(found, typical, blur)
+    weight = _believed(found, typical, blur, even=task.known is task.model)
     if task.left_out is not None:
         _leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
@@ -167,8 +172,10 @@ def _one_pass(
     if total.min() < PROFILES / 6:
         return None
     # An edge away from where it was expected is read as wider: to second order, by half the square of its distance.
-    wider = found.blur_change / typical - 0.5 * (found.offset / blur[:, None]) ** 2
-    change = np.add.reduce(line.weight * wider, axis=1) / total
+    far = found.offset / blur[:, None]
+    wider = np.add.reduce(line.weight * (found.blur_change / typical - 0.5 * far * far), axis=1) / total
+    # Further away the blur cannot be told, and there will be another pass.
+    change = np.where(np.add.reduce(line.weight * np.abs(far), axis=1) < FAR * total, wider, 0.0)
     if shared_blur:
         change = np.full(4, change.mean())
     refined = lines.intersect(expected, line.offset, line.rise)
@@ -207,12 +214,14 @@ def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lin
     return lines.fit_lines(offset, weight, start=start, floor_px=FLOOR_PX, rounds=3)
 
 
-def _believed(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
+def _believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool) -> Floats:
     """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
     good = (found.contrast > 0.4 * typical) & (found.contrast < 2.5 * typical)
     good &= found.misfit < LIMIT_MISFIT * typical + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
     good &= ~_glowing(found, typical)
+    if even:
+        good &= ~_shaded(found, typical)
     if found.saturated is not None:
         good &= ~found.saturated
     return good.astype(np.float64)
@@ -230,6 +239,13 @@ def _glowing(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
         return np.zeros(excess.shape, dtype=np.bool_)
     in_proportion = np.median(found.dark / found.contrast) * found.contrast
     return (excess > allowed) & (found.dark - in_proportion > allowed)
+
+
+def _shaded(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
+    """Profiles (4, n) beside an even margin at which the light changes along the edge: a shadow's edge crosses them."""
+    change = np.zeros(found.contrast.shape)
+    change[:, 1:-1] = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2])
+    return change > SHADED * typical + 1.0
 
 
 def _leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:
