@@ -155,7 +155,8 @@ def _calibration(result: PairResult) -> list[Note]:
     return [
         Note(
             "There is no calibration: directions hold if the camera looked straight down with its x along the plate's, "
-            "and the border filter could not be applied; --calibration RECORDING supplies one.",
+            "and the border filter could not be applied (flags that it gave earlier stay); --calibration "
+            "RECORDING supplies one.",
             finding=True,
         )
     ]

@@ -90,7 +90,8 @@ def filter_slides(slides: Slides, *, opening: Opening | None = None) -> Flags:
             "distance": short,
             "angle": _far(slides.theta_rad, slid),
             "circumference": np.logical_or.reduce(_far(around, known[:, None] & np.isfinite(around)), axis=1),
-            "border": placed & grazes(slides, opening=opening or Opening()),
+            # Where places are unknown, an earlier analysis that knew them is believed.
+            "border": (placed & grazes(slides, opening=opening or Opening())) | (slid & ~placed & slides.at_border),
         },
         judged={"distance": known, "angle": slid, "circumference": known, "border": placed},
         slid=slid,

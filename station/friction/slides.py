@@ -37,13 +37,15 @@ class Slides:
     block (360°), `plate_rad` against the plate as it was turned in its mount (360°), `paper_rad` as the paper has it
     (180°); `orientation_rad` is the block's own against the plate's. Corners are (n, 4, 2), before and after the slide;
     `pre_m` and `post_m` are those of the block's outline on the plate, which need a calibration. `censored` runs ended
-    without a slide: their angles say only that it takes more.
+    without a slide: their angles say only that it takes more. `unresolved` onsets could not be fitted. `at_border`
+    slides came with the border filter's flag, from an analysis that had a calibration.
     """
 
     run: NDArray[np.int64]
     direction: NDArray[np.int64]
     censored: Bools
     unresolved: Bools
+    at_border: Bools
     tilt_rad: Array
     azimuth_rad: Array
     theta_rad: Array
@@ -110,6 +112,7 @@ def slides_of(samples: Sequence[Sample], geometry: CameraGeometry | None = None)
         direction=np.array([s.direction for s in samples], dtype=np.int64),
         censored=np.array([s.censored for s in samples], dtype=bool),
         unresolved=np.array(["onset_unresolved" in s.flags for s in samples], dtype=bool),
+        at_border=np.array(["border" in s.flags for s in samples], dtype=bool),
         tilt_rad=tilt,
         azimuth_rad=azimuth,
         theta_rad=theta,

@@ -95,6 +95,12 @@ def test_without_a_calibration_the_border_is_not_judged():
     assert flags.judged["distance"].all()
 
 
+def test_an_earlier_flag_of_the_border_counts_only_where_there_is_no_calibration():
+    flagged = replace(sample(start_m=(0.0, 0.0)), flags=("border",))
+    assert filter_slides(slides_of([flagged])).by_filter["border"].all()
+    assert not filter_slides(slides_of([flagged], GEOMETRY)).by_filter["border"].any()
+
+
 def test_gross_errors_hide_each_other_from_the_paper_but_not_from_the_median():
     rng = np.random.default_rng(5)
     good = [sample(run=run, angle_rad=0.35 + 0.01 * float(rng.standard_normal())) for run in range(1, 61)]
