@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -40,7 +41,9 @@ class Shot:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `pi-agent track`."""
-    parser.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="pictures (each for itself) or videos")
+    parser.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="pictures (each for itself), folders of them, or videos"
+    )
     parser.add_argument(
         "--json", action="store_true", help="one JSON line a frame: path and the fields of MarkerCorners"
     )
@@ -62,15 +65,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Tracks every frame of every path; 0 when the mark was found in all, 1 when not. Raises UserError."""
+    """Tracks every frame of every path; 0 when the mark was found in all, 1 when not.
+
+    A path that cannot be read is named on stderr and the others are still tracked; then the result is 2. A single such
+    path, or settings that make no sense, raise UserError.
+    """
     config = tracker_config(args)
+    _quieten_decoders()
+    paths = [path for given in args.paths for path in _pictures_in(given)]
+    lost, unread = 0, 0
+    for path in paths:
+        try:
+            lost += _track_and_print(path, config, args)
+        except UserError as error:
+            if len(paths) == 1:
+                raise
+            unread += 1
+            print(f"pi-agent: {error}", file=sys.stderr)
+    return 2 if unread else int(lost > 0)
+
+
+def _track_and_print(path: Path, config: TrackerConfig, args: argparse.Namespace) -> int:
+    """Prints a line a frame; returns how many frames were without the mark."""
     lost = 0
-    for path in args.paths:
-        for shot, seen in track_file(path, config=config, rate_hz=args.rate):
-            lost += not seen.found
-            print(json_line(shot, seen) if args.json else text_line(shot, seen))
-            sys.stdout.flush()
-    return 1 if lost else 0
+    for shot, seen in track_file(path, config=config, rate_hz=args.rate):
+        lost += not seen.found
+        print(json_line(shot, seen) if args.json else text_line(shot, seen), flush=True)
+    return lost
+
+
+def _quieten_decoders() -> None:
+    """One sentence of ours says what is wrong with a file; OpenCV's and ffmpeg's own lines say it in their terms."""
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
+
+
+def _pictures_in(path: Path) -> list[Path]:
+    """The path itself, or the pictures in a folder by name; raises UserError when it holds none."""
+    if not path.is_dir():
+        return [path]
+    pictures = sorted(entry for entry in path.iterdir() if entry.suffix.lower() in PICTURES)
+    if not pictures:
+        raise UserError(
+            f"{path} is a folder without pictures ({', '.join(sorted(PICTURES))}); name a picture or a video"
+        )
+    return pictures
 
 
 def tracker_config(args: argparse.Namespace) -> TrackerConfig:
@@ -103,8 +142,6 @@ def track_file(
 def _shots(path: Path, rate_hz: float | None) -> Iterator[Shot]:
     if not path.exists():
         raise UserError(f"{path}: no such file; give pictures or videos")
-    if path.is_dir():
-        raise UserError(f"{path} is a folder; give the pictures or videos in it, for instance {path}/*.png")
     if path.suffix.lower() in PICTURES:
         yield Shot(path, 0, 0, _picture(path))
         return

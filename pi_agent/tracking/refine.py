@@ -15,7 +15,8 @@ PROFILES = 48  # the last pass reads so many on each edge
 SEARCHED = 14  # a search reads so many
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
 SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
-GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight
+GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
+GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
 LEAST_GLOW = 2.0  # nor is this, of 255
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
@@ -219,7 +220,7 @@ def _believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool
     good = (found.contrast > 0.4 * typical) & (found.contrast < 2.5 * typical)
     good &= found.misfit < LIMIT_MISFIT * typical + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
-    good &= ~_glowing(found, typical)
+    good &= ~_glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if even:
         good &= ~_shaded(found, typical)
     if found.saturated is not None:
@@ -227,12 +228,11 @@ def _believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool
     return good.astype(np.float64)
 
 
-def _glowing(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
+def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:
     """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
 
     More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes.
     """
-    allowed = max(GLOW * typical, LEAST_GLOW)
     ordered = np.sort(found.dark.ravel())
     excess = found.dark - ordered[len(ordered) // 4]
     if float(excess.max()) < allowed:

@@ -77,10 +77,26 @@ def test_garbage_is_one_clear_sentence(tmp_path: Path, name: str) -> None:
         _run(str(path))
 
 
+def test_a_folder_gives_its_pictures_and_an_unreadable_one_does_not_hide_the_others(
+    frames: list[tuple[NDArray[np.uint8], NDArray[np.float64]]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number, (frame, _) in enumerate(frames[:3]):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), frame)
+    (tmp_path / "notes.txt").write_text("not a picture")
+    assert _run(str(tmp_path), *OPTIONS) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 3
+    (tmp_path / "1.png").write_bytes(b"")
+    assert _run(str(tmp_path), *OPTIONS) == 2
+    said = capsys.readouterr()
+    assert [Path(json.loads(line)["path"]).name for line in said.out.splitlines()] == ["0.png", "2.png"]
+    assert said.err.count("\n") == 1
+    assert "1.png: expected a picture" in said.err
+
+
 def test_missing_files_folders_and_odd_options_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no such file"):
         _run(str(tmp_path / "nothing.png"))
-    with pytest.raises(UserError, match="is a folder"):
+    with pytest.raises(UserError, match="folder without pictures"):
         _run(str(tmp_path))
     with pytest.raises(UserError, match="--tag"):
         _run("x.png", "--tag", "NONSENSE")
