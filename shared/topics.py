@@ -94,8 +94,8 @@ _TOPICS = (
     Topic("tf", foxglove.FrameTransforms, STATUS, "station", 30, "world > platform > camera, block"),
     Topic("log", foxglove.Log, EVENT, "any", 0, "one line an event, warnings and errors"),
     Topic("twin/target", m.JointTarget, STATE, "arm", 100, "joint set-points for the twin", recorded=False),
-    Topic("twin/joints", m.JointState, STATE, "twin", 200, "the twin's joints", recorded=False),
-    Topic("truth/scene", m.TwinScene, STATE, "twin", 200, "what the synthetic camera may see"),
+    Topic("twin/joints", m.JointState, STATE, "twin", 180, "the twin's joints", recorded=False),
+    Topic("truth/scene", m.TwinScene, STATE, "twin", 180, "what the synthetic camera may see"),
 )
 _SERVICES = (
     Service("arm/command", m.TiltCommand, m.ArmReply, COMMAND, "arm", "tilt the plate"),

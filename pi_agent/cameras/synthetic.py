@@ -1,7 +1,8 @@
 """The synthetic camera: what the camera would see of the twin, drawn at the camera's rate in real time.
 
-Each frame is due at its own moment, as a sensor's is, and lies between two scenes of the twin; a process that is too
-late skips frames and counts them.
+Frames are due at the camera's rate, as a sensor's are, and are taken at the moments of the twin's scenes, of which two
+come to a frame: so a picture is of the true moment, and nobody waits for the scene after it. A process that is too late
+skips frames and counts them.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ LATE_FRAMES = 3
 later gets the newest. A scheduler's hiccup of 30 ms then costs no frame, and nothing piles up."""
 STALE_NS = 500_000_000
 SILENCE_S = 1.0
+EARLY = 0.25
+"""A scene that is this share of a period before a frame's moment is that frame's."""
 APART_S = 2.0
 """A busy machine makes a twin late by less than this."""
 KEPT_SCENES = 64
@@ -66,6 +69,8 @@ class SyntheticCamera:
         while self._clock.now_ns() < deadline_ns:
             capture_ns = self._next_tick()
             pair = self._scenes_about(capture_ns)
+            if pair is not None:
+                capture_ns = self._moment_of(pair[0], capture_ns)
             self._waiting = pair is None
             if pair is not None:
                 image = self._view.frame(pair[0], capture_ns, before=pair[1])
@@ -97,8 +102,18 @@ class SyntheticCamera:
         time.sleep(max(capture_ns - self._clock.now_ns(), 0) * 1e-9)
         return capture_ns
 
-    def _scenes_about(self, capture_ns: int) -> tuple[TwinScene, TwinScene | None] | None:
-        """The scene after the moment and the one before it; the last two when none came after it in time."""
+    def _moment_of(self, scene: TwinScene, due_ns: int) -> int:
+        """The frame's moment: its scene's, if that came in time. The first frames set the phase by their scenes."""
+        period_ns = 1e9 / self._rig.camera.rate_hz
+        if abs(scene.stamp_ns - due_ns) > 0.75 * period_ns:
+            return due_ns
+        if self._waiting:
+            self._start_ns += scene.stamp_ns - due_ns
+        return scene.stamp_ns
+
+    def _scenes_about(self, due_ns: int) -> tuple[TwinScene, TwinScene | None] | None:
+        """The scene of a moment and the one before it; the last two when it did not come in time."""
+        capture_ns = due_ns - round(EARLY * 1e9 / self._rig.camera.rate_hz)
         give_up = time.monotonic() + PATIENCE_S
         while True:
             self._came.clear()

@@ -13,7 +13,8 @@ from station.simulators.mujoco.twin import Twin
 
 NAME = "twin"
 HELP = "simulate arm, plate and block (MuJoCo) on the bus"
-RATE_HZ = 200.0
+SCENES_A_FRAME = 2
+"""The synthetic camera takes its frames at the moments of scenes, so their rate is a multiple of the camera's."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +34,6 @@ def run(options: argparse.Namespace) -> int:
         twin = Twin(bus, world)
         print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
         with until_stopped() as stopped:
-            for now_ns in paced(clock, bus, rate_hz=RATE_HZ, stopped=stopped):
+            for now_ns in paced(clock, bus, rate_hz=SCENES_A_FRAME * rig.camera.rate_hz, stopped=stopped):
                 twin.tick(now_ns)
     return 0
