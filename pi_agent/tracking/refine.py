@@ -20,10 +20,8 @@ GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a
 LEAST_GLOW = 2.0  # nor is this, of 255
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
-SETTLED = (
-    0.6,
-    0.05,
-)  # corrections of place and of blur, in shares of the blur, that need no further pass once it is known
+SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
+SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
 FAR = 0.6  # in blur deviations
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
@@ -126,7 +124,8 @@ def refine(
     """
     blur = np.clip(blur_px, *BLUR_RANGE_PX)
     known = blur_known
-    limit = SETTLED if blur_known else FOUND
+    still = SETTLED_BESIDE_MARGIN if task.known is task.model else SETTLED
+    limit = still if blur_known else FOUND
     fit: Fit | None = None
     for _ in range(most_passes):
         fit = _one_pass(reader, corners, blur, task=task, shared_blur=known, sweep=sweep)

@@ -38,6 +38,7 @@ SLIDING_PX = 0.050
 WRONG_SHARE = 0.001
 MISSED_SHARE = 0.001
 VARIANCE = (0.6, 1.5)
+ENOUGH = 30  # answers from which a variance is told
 
 Measured = tuple[Scores, Scores]
 
@@ -86,8 +87,10 @@ def _gates(name: str, measured: Measured) -> list[Gate]:
     if name in NORMAL and "sliding" not in name:
         spread = max(float(np.std(s.outwards)) / np.sqrt(s.frames) for s in both)
         gates.append(Gate(name, "radial", max(abs(s.radial_px) for s in both), 0, 0.002 + 3.5 * spread))
-    variance = max((s.normalised_variance for s in both), key=lambda v: abs(np.log(v)))
-    return [*gates, Gate(name, "variance", variance, *VARIANCE)]
+    if min(len(s.errors) for s in both) >= ENOUGH:
+        variance = max((s.normalised_variance for s in both), key=lambda v: abs(np.log(v)))
+        gates.append(Gate(name, "variance", variance, *VARIANCE))
+    return gates
 
 
 def _chosen() -> dict[str, Maker]:
