@@ -39,6 +39,9 @@ NOISE_PX = 1024
 FIDUCIALS = Quality(fine=2, instants=1)
 STILL_PX = 0.002
 """A smaller movement of the picture is not drawn: nobody could measure it."""
+JUMP_PX = 0.1
+"""While the picture creeps, one fiducial a frame is painted anew, the one farthest behind, so that a moving picture
+costs little more than a resting one; one that is this far behind does not wait for its turn."""
 FIDUCIAL_RIM_PX, BLOCK_RIM_PX = 5, 3
 
 
@@ -60,14 +63,12 @@ class LiveRenderer:
             for spot in scene.fiducials
         ]
         self._outlines = [self._outline(place) for place in range(len(self._coats))]
-        self._painted_for: Shift = (np.inf, np.inf)
-        self._painted: list[tuple[Patch, Light]] = []
+        self._painted = [self._painted_fiducial(place, (0.0, 0.0)) for place in range(len(self._coats))]
+        self._painted_for: list[Shift] = [(0.0, 0.0)] * len(self._coats)
 
     def render(self, pose: Pose | None, *, sag_px: Shift = (0.0, 0.0)) -> tuple[Image, Floats]:
         """A new frame, its picture moved by (x, y), and the mark's true corners (4, 2; none without a pose)."""
-        if max(abs(sag_px[0] - self._painted_for[0]), abs(sag_px[1] - self._painted_for[1])) >= STILL_PX:
-            self._paint_fiducials(sag_px)
-        sag_px = self._painted_for
+        self._paint_fiducials(sag_px)
         left, top = self._rim - round(sag_px[0]), self._rim - round(sag_px[1])
         wide = self._bank[int(self._rng.integers(BANK))]
         frame = wide[top : top + FRAME_PX, left : left + FRAME_PX].copy()
@@ -95,17 +96,24 @@ class LiveRenderer:
         return project(spot.mark.outline_mm(), where, optics=self.scene.optics, height_mm=0.0)[0]
 
     def _paint_fiducials(self, sag_px: Shift) -> None:
+        """Keeps the fiducials up with the picture's movement."""
+        behind = [max(abs(sag_px[0] - x), abs(sag_px[1] - y)) for x, y in self._painted_for]
+        farthest = max(behind, default=0.0)
+        for place, distance in enumerate(behind):
+            if distance >= JUMP_PX or distance == farthest >= STILL_PX:
+                self._painted[place] = self._painted_fiducial(place, sag_px)
+                self._painted_for[place] = sag_px
+                if farthest < JUMP_PX:
+                    return
+
+    def _painted_fiducial(self, place: int, sag_px: Shift) -> tuple[Patch, Light]:
         whole = (float(round(sag_px[0])), float(round(sag_px[1])))
-        self._painted = []
-        for coat, outline in zip(self._coats, self._outlines, strict=True):
-            patch = patch_around(outline + np.asarray(sag_px), margin=FIDUCIAL_RIM_PX)
-            ground = plate_patch(self.scene.plate, patch, sag_px=whole)
-            still = np.zeros(1)
-            light = paint(
-                ground, (coat,), scene=self.scene, patch=patch, instants=still, quality=FIDUCIALS, sag_px=sag_px
-            )
-            self._painted.append((patch, light))
-        self._painted_for = sag_px
+        patch = patch_around(self._outlines[place] + np.asarray(sag_px), margin=FIDUCIAL_RIM_PX)
+        ground = plate_patch(self.scene.plate, patch, sag_px=whole)
+        coats, still = (self._coats[place],), np.zeros(1)
+        return patch, paint(
+            ground, coats, scene=self.scene, patch=patch, instants=still, quality=FIDUCIALS, sag_px=sag_px
+        )
 
     def _paint_block(self, frame: Image, pose: Pose, sag_px: Shift) -> None:
         scene = self.scene

@@ -9,6 +9,7 @@ from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.arm import loop
 from station.arm.agent import arm_agent
+from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 
 NAME = "arm"
 HELP = "run the arm agent: driver and safety gate on the bus"
@@ -26,6 +27,8 @@ def run(options: argparse.Namespace) -> int:
     clock, requests = SystemClock(), loop.Requests()
     with ZenohBus(rig.id, listen=rig.bus.endpoint("arm"), connect=rig.bus.peers("arm"), clock=clock) as bus:
         agent = arm_agent(bus, settings)
+        for direction in range(DIRECTIONS):  # solved now, not in the middle of the first tick that needs it
+            agent.tilter.path(azimuth_of_direction(direction))
         print(f"The arm agent of rig '{rig.id}' ({settings.driver}) is on the bus at {rig.bus.arm}.", flush=True)
         with loop.signals(requests):
             loop.run(agent, bus=bus, clock=clock, requests=requests)
