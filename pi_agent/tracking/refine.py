@@ -182,12 +182,13 @@ def _one_pass(
     if sweep is not None:
         refined = sweep.as_seen(refined)
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
+    agreement = np.add.reduce(line.weight > 0.3, axis=1) / _readable(found)
     common = SYSTEMATIC_PX if task.known is task.model else COMMON_SHARE * residual_px
     return Fit(
         corners=refined,
         sigma_px=float(np.hypot(lines.corner_sigma(line, expected), common)),
         residual_px=residual_px,
-        agreement=np.add.reduce(line.weight > 0.3, axis=1) / _readable(found),
+        agreement=agreement,
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),

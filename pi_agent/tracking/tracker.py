@@ -29,6 +29,7 @@ LEARNING = 0.05  # share of the newest frame in the blur and the shape that are 
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
 SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
 SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
+SMEARED_ON_GRAIN = 0.015  # the same beside a textured plate, where a smeared edge is no Gaussian one
 UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before it has been seen twice
 STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
@@ -220,6 +221,7 @@ class Tracker:
         if not verdict.reason:
             self._learn(fit)
         path_px = self._path_px()
+        smeared = SMEARED_ON_GRAIN if self.config.mark.margin <= 0 else SMEARED
         corners = fit.corners.view(np.float64).reshape(4, 2)
         shutter = self.config.shutter
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
@@ -228,7 +230,7 @@ class Tracker:
             found=True,
             reason=verdict.reason,
             corners_px=corners,
-            sigma_px=hypot(fit.sigma_px, SMEARED * path_px, self._unseen_turn_px(fit, first)),
+            sigma_px=hypot(fit.sigma_px, smeared * path_px, self._unseen_turn_px(fit, first)),
             residual_px=fit.residual_px,
             corner_dt_ns=(a, b, c, d),
             identity=self._identity,

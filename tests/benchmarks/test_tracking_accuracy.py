@@ -43,7 +43,8 @@ ENOUGH = 30  # answers from which a variance is told
 Measured = tuple[Scores, Scores]
 
 MISSED = {
-    # The plate's grain beside bare tape moves an edge by more than 0.15 px in 2 to 10 of 1000 frames.
+    # The plate's grain beside bare tape moves a corner by more than 0.15 px in 0 to 10 of 1000 frames (2 ms of a fast
+    # slide: in more than 100).
     *((name, "wrong") for name in (*ADVERSE_TAPE, "nominal tape", "tape, linear", "rectangle tape", "sliding tape")),
     ("sliding tape", "missed"),
     ("sliding tape", "variance"),
