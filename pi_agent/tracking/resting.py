@@ -15,6 +15,7 @@ Points = NDArray[np.complex128]
 NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
 NEAR_ON_GRAIN_PX = 0.7  # the same for the grain of a plate beside bare tape
 LEAST_SHARE = 0.1  # of the newest frame in the outline that is remembered
+STILL_PX = 0.4  # a mark whose middle has moved further since the last frame does not rest
 SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
 DEVIATIONS = 4.0
@@ -27,12 +28,18 @@ class RestingShape:
     def __init__(self, *, near_px: float) -> None:
         self._near_px = near_px
         self._place: Points | None = None
+        self._middle = 0j
         self._frames = 0
 
     def departed(self, corners: Points) -> tuple[Points, Points] | None:
-        """Arms (4,) of the outline about its centre, and of the corners turned onto it; None away from its place."""
+        """Arms (4,) of the outline about its centre, and of the corners turned onto it.
+
+        None away from its place, or while the mark moves.
+        """
         place = self._place
         if place is None or float(np.abs(corners - place).max()) > self._near_px:
+            return None
+        if abs(complex(corners.mean()) - self._middle) > STILL_PX:
             return None
         arms = place - place.sum() / 4
         seen = corners - corners.sum() / 4
@@ -47,6 +54,7 @@ class RestingShape:
     def learn(self, corners: Points) -> None:
         """Takes the corners of a frame that was believed."""
         near = self.departed(corners)
+        self._middle = complex(corners.mean())
         if near is None or self._place is None:
             self._place, self._frames = corners, 1
             return

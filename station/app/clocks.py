@@ -17,6 +17,8 @@ from shared.messages import ClockOffset, ClockPing, ClockPong, Message
 PING_NS = 50_000_000
 REPORT_NS = 1_000_000_000
 WINDOW = 200
+LEAST_TRIPS = 6
+"""So many round trips come before the first report: a single one may be milliseconds off."""
 STEP_NS = 2_000_000
 """Clocks of different machines drift by less than this within the window; a larger step is another clock."""
 
@@ -51,8 +53,7 @@ class ClockKeeper:
             for agent in self._trips:
                 self._ping(agent)
         for agent, trips in self._trips.items():
-            # The first as soon as there is one: stamps of that agent cannot be placed before it.
-            if trips and now_ns >= self._report_ns.get(agent, 0):
+            if len(trips) >= LEAST_TRIPS and now_ns >= self._report_ns.get(agent, 0):
                 self._report_ns[agent] = now_ns + REPORT_NS
                 self._report(agent, trips, now_ns)
 

@@ -108,7 +108,13 @@ def ros2(stage: TiltStage) -> Generator[End]:
         driver.tick(clock.now_ns())
 
     try:
-        yield End(driver=driver, link=link, now_ns=clock.now_ns, advance=advance, arm_rad=lambda: arm.position[:6])
+        yield End(
+            driver=driver,
+            link=link,
+            now_ns=clock.now_ns,
+            advance=advance,
+            arm_rad=lambda: np.asarray(arm.position[:6], dtype=np.float64),
+        )
     finally:
         driver.close()
         arm.close()
