@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import rerun as rr
 
 from shared.foxglove import LEVELS, Log
-from shared.messages import ArmReply, Heartbeat, MotionReport, RunEvent, Sample
+from shared.messages import REPLACED, ArmReply, Heartbeat, MotionReport, RunEvent, Sample
 from station.view import colours, entities
 from station.view.canvas import Canvas
 from station.view.part import Handler, Rates
@@ -51,7 +51,7 @@ class StatePart:
             self._canvas.log(entities.MOTION, rr.StateChange(state=state))
 
     def _on_motion(self, report: MotionReport) -> None:
-        state = "fault" if report.fault else "holding" if report.end_ns else "moving"
+        state = "fault" if _failed(report) else "holding" if report.end_ns else "moving"
         self._canvas.log(entities.MOTION, rr.StateChange(state=state))
 
     def _on_heartbeat(self, heartbeat: Heartbeat) -> None:
@@ -92,7 +92,7 @@ class LogPart:
             self._canvas.log(entities.EVENTS, rr.TextLog(f"the arm refused: {reply.reason}", level="WARN"))
 
     def _on_motion(self, report: MotionReport) -> None:
-        if report.fault:
+        if _failed(report):
             self._canvas.log(entities.EVENTS, rr.TextLog(f"run {report.run}, arm: {report.fault}", level="ERROR"))
 
 
@@ -166,3 +166,8 @@ def _row(sample: Sample) -> str:
 
 def _direction(number: int) -> str:
     return "free" if number < 0 else str(number)
+
+
+def _failed(report: MotionReport) -> bool:
+    """A motion that a return took over did not fail."""
+    return bool(report.fault) and report.fault != REPLACED
