@@ -35,7 +35,8 @@ def pair(request: pytest.FixtureRequest) -> Generator[Pair]:
         yield one, other
 
 
-def wait(happened: Callable[[], bool], *buses: Bus, within_s: float = 10.0) -> None:
+def wait(happened: Callable[[], bool], *buses: Bus, within_s: float = 30.0) -> None:
+    """Patience: Zenoh's recovery may hold newer messages back for ten seconds before it hands all of them over."""
     end = time.monotonic() + within_s
     while not happened():
         assert time.monotonic() < end, "it did not come to pass"
