@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -15,6 +17,12 @@ def print_summary(path: Path) -> None:
     """The table of samples, where the recording lies, and the commands that look at it."""
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
     samples.show(read_samples(path), console, source=path)
+    command = _command()
     print(f"Recording: {path}")
-    print(f"Replay it:  station replay {path}    (plain `rerun {path}` works, too)")
-    print(f"Check it:   station doctor {path}", flush=True)
+    print(f"Replay it:  {command} replay {path}    (plain `rerun {path}` works, too)")
+    print(f"Check it:   {command} doctor {path}", flush=True)
+
+
+def _command() -> str:
+    """How to call `station` from here: by name if it is on the path, else where this environment has it."""
+    return "station" if shutil.which("station") else os.path.relpath(Path(sys.executable).parent / "station")
