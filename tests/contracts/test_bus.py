@@ -15,6 +15,9 @@ from shared.messages import ArmReply, ClockPing, ClockPong, MarkerCorners, Messa
 from shared.zenoh_bus import ZenohBus
 
 Pair = tuple[Bus, Bus]
+_SETTLED_S = 0.5
+"""A subscription takes a moment to reach the other side. What a publisher that is itself new publishes within those
+milliseconds may be missed: a limit of the library (6 of 24 trials without this pause), not a promise of ours."""
 
 
 def endpoint() -> str:
@@ -60,6 +63,7 @@ def test_messages_arrive_once_and_in_order_with_rising_receive_times(pair: Pair)
     one, other = connected(pair)
     got: list[Received] = []
     other.subscribe("camera/corners", got.append)
+    time.sleep(_SETTLED_S)
     for seq in range(200):
         one.publish("camera/corners", corners(seq))
     wait(lambda: len(got) >= 200, one, other)
@@ -71,7 +75,7 @@ def test_everything_is_one_subscription_too(pair: Pair):
     one, other = connected(pair)
     got: list[str] = []
     other.subscribe("**", lambda received: got.append(received.topic))
-    time.sleep(0.2)
+    time.sleep(_SETTLED_S)
     one.publish("session/event", RunEvent(phase="TILT"))
     one.publish("camera/corners", corners(1))
     wait(lambda: {"session/event", "camera/corners"} <= set(got), one, other)
@@ -83,6 +87,7 @@ def test_two_handlers_of_one_topic_both_hear(pair: Pair):
     second: list[Received] = []
     other.subscribe("session/event", first.append)
     other.subscribe("session/event", second.append, direct=True)
+    time.sleep(_SETTLED_S)
     one.publish("session/event", RunEvent(run=4, phase="TILT"))
     wait(lambda: bool(first) and bool(second), one, other)
     assert first[0].message == second[0].message == RunEvent(run=4, phase="TILT")
