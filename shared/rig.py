@@ -141,7 +141,11 @@ def load_rig(path: Path) -> RigConfig:
     Raises:
         UserError: naming file, line and key of what is wrong.
     """
-    table = load_table(path)
+    return rig_of_table(load_table(path))
+
+
+def rig_of_table(table: Table) -> RigConfig:
+    """The rig of a table that was read already, such as the one inside a recording; raises as `load_rig` does."""
     return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
 
 

@@ -36,11 +36,6 @@ def rig_from(path: str | None) -> RigConfig:
     return load_rig(Path(path) if path else simulated_rig_path())
 
 
-def rig_of_table(table: Table) -> RigConfig:
-    """The rig of a table that was read elsewhere, such as the one inside a recording."""
-    return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
-
-
 def sampling_machine(rig: RigConfig, plan: Plan, *, tilter: Tilter | None = None) -> SamplingMachine:
     """The state machine for a rig and a plan; `tilter` is that of an arm agent in the same process, if there is one."""
     return SamplingMachine(

@@ -7,16 +7,13 @@ import shutil
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from station.app.commands import samples
 from station.recording.tables import read_samples
 
 
 def print_summary(path: Path) -> None:
     """The table of samples, where the recording lies, and the commands that look at it."""
-    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-    samples.show(read_samples(path), console, source=path)
+    samples.show(read_samples(path), samples.console(), source=path)
     command = _command()
     print(f"Recording: {path}")
     print(f"Replay it:  {command} replay {path}    (plain `rerun {path}` works, too)")

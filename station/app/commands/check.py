@@ -13,6 +13,7 @@ from pathlib import Path
 
 from shared.config import Table, parse
 from shared.errors import UserError
+from shared.rig import rig_of_table
 from station.app import assembly
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
@@ -46,7 +47,7 @@ def machine_of(reader: RecordingReader, *, seed: int | None = None) -> SamplingM
     Raises:
         UserError: if the recording is not of a session.
     """
-    plan, rig = parse(Plan, _table(reader, "plan.toml")), assembly.rig_of_table(_table(reader, "rig.toml"))
+    plan, rig = parse(Plan, _table(reader, "plan.toml")), rig_of_table(_table(reader, "rig.toml"))
     return assembly.sampling_machine(rig, plan if seed is None else replace(plan, seed=seed))
 
 

@@ -14,7 +14,7 @@ from shared.clock import SystemClock
 from shared.config import Table, parse
 from shared.errors import UserError
 from shared.messages import BlockPose, TiltCommand
-from shared.rig import RigConfig, load_rig
+from shared.rig import RigConfig, load_rig, rig_of_table
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.processes import paced, until_stopped
@@ -100,9 +100,7 @@ def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:
 
 def _own_rig(reader: RecordingReader) -> RigConfig | None:
     table = _attached(reader, "rig.toml")
-    if table is None:
-        return None
-    return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
+    return None if table is None else rig_of_table(table)
 
 
 def _threshold(reader: RecordingReader) -> Threshold:

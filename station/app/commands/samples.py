@@ -33,16 +33,17 @@ def run(args: argparse.Namespace) -> int:
     if args.digest:
         print(digest(open_recording(args.file)))
         return 0
-    console, samples = _console(), read_samples(args.file)
-    show(samples, console, source=args.file)
+    terminal, samples = console(), read_samples(args.file)
+    show(samples, terminal, source=args.file)
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path)
-            console.print(f"{len(samples)} samples written to {path}")
+            terminal.print(f"{len(samples)} samples written to {path}")
     return 0
 
 
-def _console() -> Console:
+def console() -> Console:
+    """The terminal that tables are printed to."""
     # A pipe has no width: the table keeps its own.
     return Console(width=None if sys.stdout.isatty() else 140, highlight=False)
 
