@@ -1,0 +1,71 @@
+"""The effects that there are: every file of the folder `effects`, and of the folders that a rig file names."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+import pkgutil
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+
+from shared.errors import UserError
+from station.physics import effects
+from station.physics.effect import Effect
+
+Catalogue = Mapping[str, Effect]
+
+
+def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
+    """All effects by id: ours, then those of each folder in its order; an effect is one file with one subclass.
+
+    Raises:
+        UserError: if a folder is missing, a file cannot be imported or holds no effect, or an id comes twice.
+    """
+    found: dict[str, Effect] = {}
+    for module in [*_own_modules(), *(module for folder in folders for module in _modules_of(folder))]:
+        effect = _effect_of(module)
+        if effect.id in found:
+            raise UserError(
+                f"Expected every effect once, but {effect.id} comes again from {module.__file__}; rename one of them"
+            )
+        found[effect.id] = effect
+    return MappingProxyType(found)
+
+
+def _own_modules() -> list[ModuleType]:
+    names = sorted(info.name for info in pkgutil.iter_modules(effects.__path__))
+    return [importlib.import_module(f"{effects.__name__}.{name}") for name in names]
+
+
+def _modules_of(folder: Path) -> list[ModuleType]:
+    if not folder.is_dir():
+        raise UserError(f"Expected a folder with effects at {folder} (physics.effects in the rig file), found none")
+    return [_imported(path) for path in sorted(folder.glob("*.py")) if path.stem != "__init__"]
+
+
+def _imported(path: Path) -> ModuleType:
+    name = f"repose_user_effects.{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise UserError(f"Expected a Python file with an effect at {path}, but it cannot be loaded")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise UserError(f"Expected {path} to define an effect, but importing it failed: {error}") from error
+    return module
+
+
+def _effect_of(module: ModuleType) -> Effect:
+    classes = [
+        value
+        for value in vars(module).values()
+        if inspect.isclass(value) and issubclass(value, Effect) and value.__module__ == module.__name__
+    ]
+    if len(classes) != 1:
+        raise UserError(f"Expected one subclass of Effect in {module.__file__}, found {len(classes)}")
+    return classes[0]()

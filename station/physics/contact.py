@@ -1,0 +1,110 @@
+"""The state of a block on the plate, and of what the camera sees of it, for many moments at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Contact:
+    """The block on the plate at n moments; arrays of shape (n,) unless said otherwise. P is the plate frame.
+
+    Attributes:
+        run: number of the run, counted from 0 at the session's first run (float).
+        moving: False at rest and at the onset, True while sliding.
+        way_rad: direction in P of the sliding, or of the sliding that would begin.
+        speed_m_s: of the sliding; 0 at rest.
+        x_m, y_m: place of the mark's centre in P.
+        yaw_rad: of the block in P.
+        rest_s: how long it has lain under load up to now; while sliding, how long it had lain when the slide began.
+        slid_s: time since the slide began; 0 at rest.
+        tilt_rad: angle between the plate's normal and up.
+        down_rad: direction in P of the steepest descent.
+        rate_rad_s, acceleration_rad_s2: (n, 3) angular velocity and acceleration of the plate, in P.
+        rising: +1 while the tilt grows (or grew last), −1 while it falls.
+        step_s: time since the present or last tilt step began.
+        mount_rad: how the plate is turned in its mount: the angle from P, which the camera and the arm share, to the
+            plate's own grain.
+        mass_kg, area_m2: of the block and of its contact.
+        border_m: distance from the block's edge to the foam, negative inside it; inf where there is none.
+        temperature_c, relative_humidity: of the air; nan where unknown.
+    """
+
+    run: Array
+    moving: Bools
+    way_rad: Array
+    speed_m_s: Array
+    x_m: Array
+    y_m: Array
+    yaw_rad: Array
+    rest_s: Array
+    slid_s: Array
+    tilt_rad: Array
+    down_rad: Array
+    rate_rad_s: Array
+    acceleration_rad_s2: Array
+    rising: Array
+    step_s: Array
+    mount_rad: Array
+    mass_kg: Array
+    area_m2: Array
+    border_m: Array
+    temperature_c: Array
+    relative_humidity: Array
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+    @property
+    def pressing_m_s2(self) -> Array:
+        """Gravity's normal component, g cos θ (n,): the normal force of a plain block per mass."""
+        return GRAVITY_M_S2 * np.cos(self.tilt_rad)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class View:
+    """A mark that the camera sees at n moments: its corners' true places, and what may displace their images.
+
+    Attributes:
+        point_m: (n, 4, 2) the mark's corners in P where they truly are.
+        on_block: False for a fiducial that is fixed to the plate.
+        velocity_m_s: (n, 2) of the mark's centre in P; 0 for a fiducial.
+        yaw_rate_rad_s: (n,) of the mark.
+        tilt_rad, down_rad: (n,) as in `Contact`.
+        rest_s: (n,) since the tilt of this run began: how long the block has been held on a slope.
+        side_m: of the block's mark.
+        camera_height_m: from the lens to the plate.
+        image_centre_m: (2,) the place in P that the optical axis meets.
+        row_m: (2,) unit vector in P along which the image's rows are exposed one after another (image down).
+        image_size_m: height of the field of view on the plate.
+    """
+
+    point_m: Array
+    on_block: bool
+    velocity_m_s: Array
+    yaw_rate_rad_s: Array
+    tilt_rad: Array
+    down_rad: Array
+    rest_s: Array
+    side_m: float
+    camera_height_m: float
+    image_centre_m: Array
+    row_m: Array
+    image_size_m: float
+
+    @property
+    def centre_m(self) -> Array:
+        """The mark's centre (n, 2)."""
+        return self.point_m.mean(axis=1)
+
+    @property
+    def down(self) -> Array:
+        """Unit vector of the steepest descent in P (n, 2)."""
+        return np.column_stack([np.cos(self.down_rad), np.sin(self.down_rad)])

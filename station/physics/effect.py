@@ -1,0 +1,127 @@
+"""The interface of an effect: what it may change, all of it nothing unless a subclass says otherwise.
+
+The block on a plate with attitude R (world_from_plate) slides in the direction φ (`way_rad`) against
+
+    F / N = ∇h,   h(φ) = mu_s · Π m_k(φ, state),    N/m = g cos θ + Σ pushes,
+
+h being the support function of the limit curve and m_k each effect's `friction`: the principle of maximum dissipation
+then gives onset, first direction and sideways force of any convex curve (Goyal, Ruina, Papadopoulos 1991). The onset is
+where max over φ of (T·e(φ) − h(φ) N) passes zero, T being the tangential load.
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from station.physics.contact import Array, Contact, View
+from station.physics.parameter import Parameter
+
+Values = Mapping[str, float]
+"""The values of an effect's parameters by name, in the parameters' units."""
+
+Layer = Literal["contact", "rig", "camera", "numerics"]
+Family = Literal["speed law", "direction law", "timing", "level", "place", "load", "history", "image", "numerics"]
+
+
+class Effect(ABC):
+    """One mechanism. A subclass overrides the methods through which it acts, and no others.
+
+    Attributes:
+        id: the fixed identifier.
+        title: a few words for reports.
+        law: the equation in one line, with its null value.
+        source: where the law is from.
+        layer: contact, rig, camera or numerics.
+        family: what it looks like in the data: effects of one family are the first to be confounded.
+        parameters: its numbers; at least one has a null value.
+        confounded_with: ids of the effects that the standard protocol cannot tell from it.
+        separated_by: the experiment that does, in one sentence.
+        needs: what a recording must have varied or measured, in words: the first columns of the plan and of refusals.
+    """
+
+    id: ClassVar[str]
+    title: ClassVar[str]
+    law: ClassVar[str]
+    source: ClassVar[str]
+    layer: ClassVar[Layer]
+    family: ClassVar[Family]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    confounded_with: ClassVar[tuple[str, ...]] = ()
+    separated_by: ClassVar[str]
+    absorbed_by_mu: ClassVar[bool] = False
+    """Whether, with everything that it depends on held constant, no data can tell it from another mu."""
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """Factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""
+        del contact, values
+        return 1.0
+
+    def push(self, contact: Contact, values: Values) -> Array | None:
+        """Force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""
+        del contact, values
+        return None
+
+    def spin(self, contact: Contact, values: Values) -> Array | float:
+        """Angular acceleration of the sliding block about the plate's normal (n,), rad/s²."""
+        del contact, values
+        return 0.0
+
+    def attitude(self, contact: Contact, values: Values) -> Array | None:
+        """Rotation vector (n, 3), rad, in P, that turns the plate from where the arm reports it to where it is."""
+        del contact, values
+        return None
+
+    def delay_s(self, values: Values) -> float:
+        """How much later than the truth the camera's stamps read, seconds."""
+        del values
+        return 0.0
+
+    def creep(self, contact: Contact, values: Values) -> Array | None:
+        """Velocity (n, 2), m/s, in P, with which a block below its onset moves for good."""
+        del contact, values
+        return None
+
+    def seen(self, view: View, values: Values) -> Array | None:
+        """How far (n, 4, 2), m, the corners' images stand from the truth, as places in P."""
+        del view, values
+        return None
+
+    def shaking(self, contact: Contact, values: Values) -> Array | float:
+        """Standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run."""
+        del contact, values
+        return 0.0
+
+    # --- about the effect -----------------------------------------------------------------------------------------
+
+    def neutral(self) -> dict[str, float]:
+        """The values at which the effect vanishes."""
+        return {parameter.name: parameter.neutral for parameter in self.parameters}
+
+    def is_null(self, values: Values) -> bool:
+        """Whether it vanishes exactly at these values."""
+        return all(values[parameter.name] == parameter.null for parameter in self.parameters if not parameter.is_shape)
+
+    def acts_through(self) -> frozenset[str]:
+        """The names of the methods that it overrides."""
+        return frozenset(name for name in HOOKS if getattr(type(self), name) is not getattr(Effect, name))
+
+    def why_untestable(self, contact: Contact) -> str | None:
+        """Why the runs with these onsets cannot show it, in one sentence; None when they can, as far as is known here.
+
+        For what every analysis must know beforehand (no second mass, no other angle sensor). What the design's
+        numbers say is found by the diagnosis itself.
+        """
+        del contact
+        return None
+
+
+HOOKS = ("friction", "push", "spin", "attitude", "delay_s", "creep", "seen", "shaking")
+
+
+def unit(angle_rad: Array) -> Array:
+    """Unit vectors (n, 2) of angles (n,)."""
+    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])

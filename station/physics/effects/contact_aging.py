@@ -1,0 +1,39 @@
+"""Contact ageing: real contact area grows with the logarithm of the time under load, and static friction with it.
+
+mu_s(t) = mu_s (1 + b log10((t + t0) / (t0 + T))), t the time at rest, T = 10 s. The cut-off t0 = 0.1 s keeps fresh
+contacts finite. Only the static coefficient ages: sliding renews the contact.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+CUT_OFF_S = 0.1
+REFERENCE_S = 10.0
+
+
+class ContactAging(Effect):
+    """Static friction grows with the time at rest."""
+
+    id: ClassVar[str] = "contact_aging"
+    title: ClassVar[str] = "contact ageing"
+    law: ClassVar[str] = "mu_s grows by b per decade of time at rest (b = 0)"
+    source: ClassVar[str] = "Dillavou & Rubinstein 2018, PRL 120, 224101; Frye & Marone 2002, JGR 107"
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "history"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="per_decade", unit="1", low=0.0, high=0.3, typical=0.03),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("wear", "kinetic_drop", "clock_offset")
+    separated_by: ClassVar[str] = "dwell drawn at random from 1 to 100 s at a fixed tilt rate"
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the module."""
+        decades = np.log10((contact.rest_s + CUT_OFF_S) / (REFERENCE_S + CUT_OFF_S))
+        return np.where(contact.moving, 1.0, np.maximum(1.0 + values["per_decade"] * decades, 0.0))

@@ -1,0 +1,156 @@
+"""A model: one friction coefficient with its scatter, and any number of effects with their values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from shared.errors import UserError
+from station.physics.catalogue import Catalogue
+from station.physics.contact import Array, Contact, View
+from station.physics.effect import Effect, Values
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """An effect with values for its parameters."""
+
+    effect: Effect
+    values: Values
+
+    def with_values(self, **values: float) -> Term:
+        """The same effect with some values changed."""
+        return Term(self.effect, {**self.values, **values})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """Friction `mu_s` (kinetic and static alike) with a relative run-to-run `scatter`, changed by `terms`."""
+
+    mu_s: float
+    scatter: float = 0.0
+    terms: tuple[Term, ...] = field(default=())
+
+    def acting(self, hook: str) -> tuple[Term, ...]:
+        """The terms that act through a method of `Effect` and are not at their null."""
+        return tuple(
+            term for term in self.terms if hook in term.effect.acts_through() and not term.effect.is_null(term.values)
+        )
+
+    def friction(self, contact: Contact) -> Array:
+        """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
+        total = np.full(len(contact), self.mu_s)
+        for term in self.acting("friction"):
+            total = total * term.effect.friction(contact, term.values)
+        return total
+
+    def push(self, contact: Contact) -> Array:
+        """Sum of the pushes (n, 3), m/s²."""
+        return _sum((term.effect.push(contact, term.values) for term in self.acting("push")), (len(contact), 3))
+
+    def spin(self, contact: Contact) -> Array:
+        """Sum of the angular accelerations (n,), rad/s²."""
+        return _sum((term.effect.spin(contact, term.values) for term in self.acting("spin")), (len(contact),))
+
+    def attitude(self, contact: Contact) -> Array:
+        """Sum of the rotation vectors (n, 3), rad."""
+        turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))
+        return _sum(turns, (len(contact), 3))
+
+    def creep(self, contact: Contact) -> Array:
+        """Sum of the velocities below the onset (n, 2), m/s."""
+        return _sum((term.effect.creep(contact, term.values) for term in self.acting("creep")), (len(contact), 2))
+
+    def seen(self, view: View) -> Array:
+        """Sum of the apparent displacements (n, 4, 2), m."""
+        return _sum((term.effect.seen(view, term.values) for term in self.acting("seen")), view.point_m.shape)
+
+    def shaking(self, contact: Contact) -> Array:
+        """Standard deviation (n,), m/s², of the random pushes together."""
+        each = (np.square(term.effect.shaking(contact, term.values)) for term in self.acting("shaking"))
+        return np.sqrt(_sum(each, (len(contact),)))
+
+    def delay_s(self) -> float:
+        """How late the camera's stamps read."""
+        return sum(term.effect.delay_s(term.values) for term in self.acting("delay_s"))
+
+    def with_term(self, term: Term) -> Model:
+        """The model with one more effect, or with an effect's values replaced."""
+        others = tuple(known for known in self.terms if known.effect.id != term.effect.id)
+        return replace(self, terms=(*others, term))
+
+
+def _sum(parts: Iterable[Array | float | None], shape: tuple[int, ...]) -> Array:
+    total = np.zeros(shape)
+    for part in parts:
+        if part is not None:
+            total = total + part
+    return total
+
+
+# --- as a table of model.toml ---------------------------------------------------------------------------------------
+
+
+def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
+    """The model that a parsed model.toml describes.
+
+        [friction]
+        mu_s = 0.36
+        scatter = 0.12
+        [effects.contact_aging]
+        per_decade = 0.031
+
+    Raises:
+        UserError: for an unknown key, effect or parameter, a missing value, or one outside its bounds.
+    """
+    _only(table, {"friction", "effects", "about"}, "a model")
+    friction = table.get("friction", {})
+    _only(friction, {"mu_s", "scatter"}, "[friction]")
+    if "mu_s" not in friction:
+        raise UserError("Expected mu_s in the table [friction] of the model, found none")
+    mu_s = _number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
+    scatter = _number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 … 1")
+    terms = tuple(_term(name, values, known) for name, values in table.get("effects", {}).items())
+    return Model(mu_s=mu_s, scatter=scatter, terms=terms)
+
+
+def table_of_model(model: Model) -> dict[str, Any]:
+    """The tables of model.toml."""
+    return {
+        "friction": {"mu_s": model.mu_s, "scatter": model.scatter},
+        "effects": {term.effect.id: dict(term.values) for term in model.terms},
+    }
+
+
+def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
+    if name not in known:
+        raise UserError(f"Expected one of the effects {', '.join(sorted(known))}, got {name}")
+    effect = known[name]
+    _only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
+    chosen = effect.neutral()
+    for parameter in effect.parameters:
+        if parameter.name in values:
+            chosen[parameter.name] = _number(
+                values[parameter.name],
+                f"effects.{name}.{parameter.name}",
+                lambda value, of=parameter: of.low <= value <= of.high,
+                f"{parameter.low:g} … {parameter.high:g} {parameter.unit}",
+            )
+        elif not parameter.is_shape:
+            raise UserError(f"Expected {parameter.name} ({parameter.unit}) in [effects.{name}], found none")
+    return Term(effect, chosen)
+
+
+def _only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
+    unknown = sorted(set(table) - allowed)
+    if unknown:
+        raise UserError(f"Expected only {', '.join(sorted(allowed))} in {where}, got {', '.join(unknown)}")
+
+
+def _number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not valid(float(value)):
+        raise UserError(f"Expected {expected} for {name}, got {value!r}")
+    return float(value)

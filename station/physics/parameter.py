@@ -1,0 +1,49 @@
+"""One bounded number of an effect."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A number that an effect depends on.
+
+    `null` is the value at which the effect vanishes; None marks a shape (a speed scale, a place), which is without
+    meaning while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound it: a sign
+    that physics forbids is outside the bounds. `typical` is the size at which the effect is plain to see: it scales
+    steps and starts.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    typical: float
+    null: float | None = 0.0
+    starts: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuses what cannot be fitted."""
+        if not self.low < self.high:
+            raise ValueError(f"parameter {self.name}: expected low < high, got {self.low} and {self.high}")
+        if self.null is not None and not self.low <= self.null <= self.high:
+            raise ValueError(f"parameter {self.name}: its null value {self.null} is outside {self.low} … {self.high}")
+        if self.null is None and not self.starts:
+            raise ValueError(f"parameter {self.name}: a shape needs values to start from")
+        if not self.typical > 0:
+            raise ValueError(f"parameter {self.name}: expected a positive typical size, got {self.typical}")
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it only shapes an effect whose size is another parameter."""
+        return self.null is None
+
+    @property
+    def neutral(self) -> float:
+        """The null value; for a shape its first start."""
+        return self.starts[0] if self.null is None else self.null
+
+    def clipped(self, value: float) -> float:
+        """The nearest value within the bounds."""
+        return min(max(value, self.low), self.high)
