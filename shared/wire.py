@@ -6,51 +6,21 @@ in the class, unless its metadata says otherwise (`shared.foxglove`).
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable
-from dataclasses import Field, dataclass, fields
 from functools import cache
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
 
 from shared.errors import UserError
+from shared.fields import Slot, slots
 from shared.foxglove import ENUMS, Timestamp
 from shared.messages import Message
+from shared.packing import packer
 
 M = TypeVar("M", bound=Message)
 _Proto = descriptor_pb2.FieldDescriptorProto
-_SCALARS = {int: "int64", float: "double", bool: "bool", str: "string", bytes: "bytes"}
 _POOL = descriptor_pool.DescriptorPool()
 _POOL.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)  # pyright: ignore[reportArgumentType]  # bytes it is
-
-
-@dataclass(frozen=True, slots=True)
-class _Slot:
-    """One field of a message class, read once."""
-
-    name: str
-    number: int
-    repeated: bool
-    kind: type[Any]
-    wire_kind: str
-
-    @property
-    def nested(self) -> bool:
-        return issubclass(self.kind, Message)
-
-
-@cache
-def _slots(cls: type[Message]) -> tuple[_Slot, ...]:
-    hints = get_type_hints(cls)
-    return tuple(_slot(spec, position, hints[spec.name]) for position, spec in enumerate(fields(cls), start=1))
-
-
-def _slot(spec: Field[Any], position: int, hint: Any) -> _Slot:
-    repeated = get_origin(hint) is tuple
-    kind: type[Any] = get_args(hint)[0] if repeated else hint
-    number = spec.metadata.get("number", position)
-    return _Slot(spec.name, number, repeated, kind, spec.metadata.get("kind") or _SCALARS.get(kind, "message"))
 
 
 def schema_name(cls: type[Message]) -> str:
@@ -65,19 +35,19 @@ def _file_name(cls: type[Message]) -> str:
 
 
 def _nested(cls: type[Message]) -> list[type[Message]]:
-    return list(dict.fromkeys(slot.kind for slot in _slots(cls) if slot.nested))
+    return list(dict.fromkeys(slot.kind for slot in slots(cls) if slot.nested))
 
 
 def _file_descriptor(cls: type[Message]) -> descriptor_pb2.FileDescriptorProto:
     file = descriptor_pb2.FileDescriptorProto(name=_file_name(cls), package=cls.PACKAGE, syntax="proto3")
     file.dependency.extend(_file_name(kind) for kind in _nested(cls))
     message = file.message_type.add(name=cls.__name__)
-    for slot in _slots(cls):
+    for slot in slots(cls):
         _describe(slot, message, schema_name(cls))
     return file
 
 
-def _describe(slot: _Slot, message: descriptor_pb2.DescriptorProto, owner: str) -> None:
+def _describe(slot: Slot, message: descriptor_pb2.DescriptorProto, owner: str) -> None:
     label = _Proto.LABEL_REPEATED if slot.repeated else _Proto.LABEL_OPTIONAL
     spec = message.field.add(name=slot.name, number=slot.number, label=label)
     if slot.nested:
@@ -119,46 +89,9 @@ def _collect_files(cls: type[Message], files: dict[str, descriptor_pb2.FileDescr
         files.setdefault(_file_name(cls), _file_descriptor(cls))
 
 
-def _values_of(names: tuple[str, ...]) -> Callable[[Message], tuple[Any, ...]]:
-    if len(names) == 1:
-        first = operator.attrgetter(names[0])
-        return lambda message: (first(message),)
-    return operator.attrgetter(*names)
-
-
-@cache
-def _reader(cls: type[Message]) -> Callable[[Message], dict[str, Any]]:
-    """A function that gives a message's fields by name, nested ones as dictionaries again, as protobuf takes them.
-
-    A dictionary costs a quarter of a nested protobuf object. What can be looked up is looked up once, here.
-    """
-    slots = _slots(cls)
-    names = tuple(slot.name for slot in slots)
-    values = _values_of(names)
-    nested = [(slot.name, slot.repeated, _reader(slot.kind)) for slot in slots if slot.nested]
-    if not nested:
-        return lambda message: dict(zip(names, values(message), strict=True))
-
-    def read(message: Message) -> dict[str, Any]:
-        parts = dict(zip(names, values(message), strict=True))
-        for name, repeated, read_part in nested:
-            value = parts[name]
-            parts[name] = [read_part(item) for item in value] if repeated else read_part(value)
-        return parts
-
-    return read
-
-
-@cache
-def _encoder(cls: type[Message]) -> tuple[Any, Callable[[Message], dict[str, Any]]]:
-    return _proto_class(cls), _reader(cls)
-
-
 def encode(message: Message) -> bytes:
     """The protobuf payload of a message; the same message gives the same bytes."""
-    proto, read = _encoder(type(message))
-    # Only maps have no order of their own on the wire, and there are none.
-    return proto(**read(message)).SerializeToString()
+    return packer(type(message))(message)
 
 
 def decode(cls: type[M], payload: bytes) -> M:
@@ -179,7 +112,7 @@ def decode(cls: type[M], payload: bytes) -> M:
 
 def _from_proto(cls: type[M], proto: Any) -> M:
     values: dict[str, Any] = {}
-    for slot in _slots(cls):
+    for slot in slots(cls):
         value = getattr(proto, slot.name)
         if slot.nested:
             value = (

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from shared import foxglove, topics, wire
+from shared import messages as m
 from shared.errors import UserError
 from shared.messages import Message
 
@@ -69,14 +70,42 @@ def test_what_is_sent_arrives(cls: type[Message], data: st.DataObject):
     assert payload == wire.encode(message)
 
 
-@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
-def test_a_stranger_can_read_it_with_the_schema_alone(cls: type[Message]):
+def strangers(cls: type[Message]) -> Any:
+    """The class that protobuf itself makes of the schema."""
     files = descriptor_pb2.FileDescriptorSet.FromString(wire.schema(cls))
     pool = descriptor_pool.DescriptorPool()
     for file in files.file:
         pool.Add(file)
-    stranger = message_factory.GetMessageClass(pool.FindMessageTypeByName(wire.schema_name(cls)))
-    assert stranger.FromString(wire.encode(cls())) is not None
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(wire.schema_name(cls)))
+
+
+@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
+def test_a_stranger_can_read_it_with_the_schema_alone(cls: type[Message]):
+    assert strangers(cls).FromString(wire.encode(cls())) is not None
+
+
+@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
+@given(data=st.data())
+def test_the_bytes_are_those_that_protobuf_writes(cls: type[Message], data: st.DataObject):
+    payload = wire.encode(data.draw(messages(cls)))
+    assert strangers(cls).FromString(payload).SerializeToString() == payload
+
+
+def test_zeros_and_the_largest_numbers_are_written_as_protobuf_does():
+    for number in (0, 1, 127, 128, 2**56 - 1, 2**56, 1_600_000_000_123_456_789, 2**63 - 1, -1, -(2**63)):
+        for message in (
+            m.PlatformState(number, 0.0, -0.0, 1.0, math.nan, 5e-324, px=-0.0),
+            m.MarkerCorners(number, -number % 2**63, (0.0, -0.0), corner_dt_ns=(number, 0), found=number == 1),
+        ):
+            payload = wire.encode(message)
+            read = strangers(type(message)).FromString(payload)
+            assert read.SerializeToString() == payload
+            assert (read.capture_ns if isinstance(message, m.MarkerCorners) else read.stamp_ns) == number
+
+
+def test_a_number_that_does_not_fit_is_refused():
+    with pytest.raises(ValueError, match="64 bits"):
+        wire.encode(m.PlatformState(stamp_ns=2**63))
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
