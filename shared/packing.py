@@ -21,6 +21,7 @@ Packer = Callable[[Any], bytes]
 _VARINT, _FIXED64, _LENGTH, _FIXED32 = 0, 1, 2, 5
 _WIRE_TYPES = {"double": _FIXED64, "fixed32": _FIXED32, "string": _LENGTH, "bytes": _LENGTH, "message": _LENGTH}
 _ZERO = bytes(8)
+_MOST_GROUPS = 10
 _DOUBLE = struct.Struct("<d").pack
 _UINT32 = struct.Struct("<I").pack
 
@@ -121,21 +122,23 @@ def varint(number: int) -> bytes:
     Raises:
         ValueError: if it does not fit into 64 bits.
     """
+    if 0 <= number < 0x80:
+        return bytes((number,))
+    if 0 <= number < 0x4000:
+        return bytes((number & 0x7F | 0x80, number >> 7))
     if not -(1 << 63) <= number < 1 << 63:
         raise ValueError(f"expected a number of 64 bits, got {number}")
-    if number >= 1 << 56:
-        # A stamp: seven bits in every byte, by moving halves, quarters and eighths of the lower 56 bits apart.
-        low = number & 0xFFFFFFF | (number & 0xFFFFFFF0000000) << 4
-        low = low & 0x00003FFF00003FFF | (low & 0x0FFFC0000FFFC000) << 2
-        low = low & 0x007F007F007F007F | (low & 0x3F803F803F803F80) << 1
-        return (low | 0x8080808080808080 | number >> 56 << 64).to_bytes(9, "little")
     number &= (1 << 64) - 1
-    groups = bytearray()
-    while number > 0x7F:
-        groups.append(number & 0x7F | 0x80)
-        number >>= 7
-    groups.append(number)
-    return bytes(groups)
+    # Seven bits into every byte, by moving halves, quarters and eighths of the lower 56 bits apart.
+    low = number & 0xFFFFFFF | (number & 0xFFFFFFF0000000) << 4
+    low = low & 0x00003FFF00003FFF | (low & 0x0FFFC0000FFFC000) << 2
+    low = low & 0x007F007F007F007F | (low & 0x3F803F803F803F80) << 1
+    groups = (number.bit_length() + 6) // 7
+    high = number >> 56
+    if groups == _MOST_GROUPS:  # negative: the 64th bit stands by itself
+        high = high & 0x7F | 0x180
+    continued = 0x8080808080808080 & (1 << 8 * groups - 8) - 1
+    return (low | continued | high << 64).to_bytes(groups, "little")
 
 
 @lru_cache(maxsize=1024)
@@ -157,8 +160,8 @@ def _sparse(tags: list[bytes]) -> Callable[..., bytes]:
     """Packs fractions of which some are zero; minus zero is not."""
 
     def pack(*values: float) -> bytes:
-        packed = ((tag, _DOUBLE(value)) for tag, value in zip(tags, values, strict=True))
-        return b"".join([tag + value for tag, value in packed if value != _ZERO])
+        pairs = zip(tags, values, strict=True)
+        return b"".join([tag + _DOUBLE(value) for tag, value in pairs if value or _DOUBLE(value) != _ZERO])
 
     return pack
 
