@@ -9,8 +9,10 @@ Every field has a default, because protobuf gives one to whatever a sender left 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
+
+from shared.frozen import quicken
 
 Floats = tuple[float, ...]
 Ints = tuple[int, ...]
@@ -22,6 +24,11 @@ class Message:
     """Base of all messages; `PACKAGE` is the protobuf package that the class belongs to."""
 
     PACKAGE: ClassVar[str] = "repose"
+
+    def __init_subclass__(cls) -> None:
+        """Every class passes here twice: as it is written, and again when `dataclass` has given it slots."""
+        if "__slots__" in cls.__dict__ and fields(cls):
+            quicken(cls)
 
 
 @dataclass(frozen=True, slots=True)
