@@ -1,0 +1,96 @@
+"""The interface of a channel: rows of one kind of evidence, which a model predicts up to noise."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from station.gap.evidence.plate import Times
+from station.physics.contact import Array, Bools
+from station.physics.model import Model
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rows:
+    """What every channel has, (n,) each.
+
+    Attributes:
+        run: index of the run in the evidence.
+        from_ns, to_ns: the stretch of the recording that the row stands for.
+        sigma: standard deviation of the measurement, in the residual's unit.
+        limit: True where the residual is only a lower limit (a run that ended without a slide).
+        covariates: what could explain a residual, by name; an angle's name ends in `_rad`.
+    """
+
+    run: Times
+    from_ns: Times
+    to_ns: Times
+    sigma: Array
+    limit: Bools
+    covariates: Mapping[str, Array]
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+
+class Channel(ABC):
+    """One kind of evidence.
+
+    Attributes:
+        name: a word for tables.
+        phase: when in a run it is seen: camera at rest, pre-slip, onset, slide or stop.
+        unit: of the residual.
+        shares_friction: whether the run's own draw of friction shifts its rows (by 1 per unit of ln mu).
+    """
+
+    name: ClassVar[str]
+    phase: ClassVar[str]
+    unit: ClassVar[str]
+    shares_friction: ClassVar[bool] = False
+
+    def __init__(self, rows: Rows) -> None:
+        self.rows = rows
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @abstractmethod
+    def residual(self, model: Model) -> Array:
+        """Recorded less predicted (n,), in `unit`."""
+
+    @property
+    def hooks(self) -> frozenset[str]:
+        """The methods of `Effect` that can change it."""
+        return ACTING[self.name]
+
+
+CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
+ACTING = {
+    "onset": CONTACT_HOOKS | {"shaking"},
+    "along": CONTACT_HOOKS,
+    "across": CONTACT_HOOKS,
+    "turn": frozenset({"spin"}),
+    "rest": frozenset({"seen", "creep"}),
+    "plate": frozenset({"seen"}),
+    "shape": frozenset({"seen"}),
+    "sensor": frozenset({"attitude"}),
+}
+"""Which methods of an effect change which channel; saves the evaluations that would change nothing."""
+
+
+def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[str, Array]) -> Rows:
+    """Rows from columns that are named as their fields."""
+    count = len(columns["run"])
+    limit = columns.get("limit", np.zeros(count, dtype=np.bool_))
+    return Rows(
+        run=np.asarray(columns["run"], dtype=np.int64),
+        from_ns=np.asarray(columns["from_ns"], dtype=np.int64),
+        to_ns=np.asarray(columns["to_ns"], dtype=np.int64),
+        sigma=np.asarray(columns["sigma"], dtype=np.float64),
+        limit=np.asarray(limit, dtype=np.bool_),
+        covariates=covariates,
+    )

@@ -1,0 +1,52 @@
+"""All the evidence of a recording: its channels, its runs, and what could not be read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from station.gap.evidence.channel import Channel
+from station.gap.evidence.moments import RunFacts
+from station.physics.contact import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Setting:
+    """What the evidence needs of the rig: sizes in metres; `opening_radius_m` inf where there is no foam."""
+
+    opening_radius_m: float = np.inf
+    block_side_m: float = 0.01
+    block_mass_kg: float = 0.008
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it."""
+
+    channels: tuple[Channel, ...]
+    run_number: Array
+    facts: RunFacts
+    total_runs: int
+    notes: tuple[str, ...] = field(default=())
+
+    def channel(self, name: str) -> Channel | None:
+        """The channel of that name, if the recording has it."""
+        return next((channel for channel in self.channels if channel.name == name), None)
+
+    @property
+    def runs(self) -> int:
+        """How many runs have evidence."""
+        return len(self.run_number)
+
+    def used(self) -> int:
+        """How many runs have at least one row of friction."""
+        rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
+        return len(np.unique(np.concatenate(rows))) if rows else 0
+
+
+def stacked(channels: Sequence[Channel], values: Sequence[Array]) -> Array:
+    """Values of each channel one below the other."""
+    del channels
+    return np.concatenate(values) if values else np.zeros(0)

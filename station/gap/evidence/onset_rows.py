@@ -1,0 +1,97 @@
+"""Builds the onset channel from a session's samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shared.messages import Sample
+from station.gap.evidence.channel import Channel, rows_of
+from station.gap.evidence.covariates import covariates_of
+from station.gap.evidence.moments import Moments
+from station.gap.evidence.onsets import Onsets
+from station.gap.evidence.plate import PlateMotion
+from station.gap.evidence.tracks import RunTrack
+from station.physics.contact import Array
+
+if TYPE_CHECKING:
+    from station.gap.evidence.build import Recorded
+
+UNRESOLVED = "onset_unresolved"
+LEAST_SIGMA_RAD = 2e-4
+"""What an attitude is trusted to, whatever a fit's standard error says."""
+
+LEAST_TILT_RAD = 0.02
+
+
+def onset_channel(recorded: Recorded) -> Sequence[Channel]:
+    """The onsets of all runs that slid, and the limits of those that did not."""
+    chosen = [(place, track) for place, track in enumerate(recorded.tracks) if _usable(track, recorded.plate)]
+    if not chosen:
+        return []
+    tracks = [track for _, track in chosen]
+    time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
+    place_m, yaw = _starts(tracks)
+    reach = recorded.setting.opening_radius_m - recorded.setting.block_side_m / math.sqrt(2)
+    moments = Moments(
+        time_ns=time_ns,
+        run=np.array([place for place, _ in chosen], dtype=np.int64),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        place_m=place_m,
+        yaw_rad=yaw,
+        velocity_m_s=np.zeros((len(tracks), 2)),
+        moving=np.zeros(len(tracks), dtype=np.bool_),
+        slip_ns=time_ns,
+        border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
+    )
+    tilt = moments.reported.tilt_rad
+    sigma = np.array([_sigma_rad(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
+    rows = rows_of(
+        {
+            "run": moments.run,
+            "from_ns": np.array([track.tilt_ns for track in tracks]),
+            "to_ns": np.array([max(track.sample.detect_ns, track.slip_ns, track.tilt_ns) for track in tracks]),
+            "sigma": sigma,
+            "limit": np.array([track.sample.censored for track in tracks]),
+        },
+        covariates_of(moments.reported),
+    )
+    return [Onsets(rows, moments)]
+
+
+def _usable(track: RunTrack, plate: PlateMotion) -> bool:
+    time_ns = _moment_ns(track, plate)
+    return bool(plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+
+
+def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
+    """The onset; of a run without a slide, when the plate was steepest."""
+    if not track.sample.censored:
+        return track.slip_ns
+    times = np.linspace(track.tilt_ns, track.end_ns, 200).astype(np.int64)
+    return int(times[int(np.argmax(plate.at(times).tilt_rad))])
+
+
+def _sigma_rad(sample: Sample) -> float:
+    """Of the onset's angle. An onset that could not be fitted is somewhere within its step."""
+    width = abs(sample.step_to_rad - sample.step_from_rad)
+    if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:
+        return max(width / math.sqrt(12), LEAST_SIGMA_RAD)
+    return max(sample.onset_sigma_rad, LEAST_SIGMA_RAD)
+
+
+def _starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
+    """Where each block lay before its run, by its sample, or by its track where the sample says nothing."""
+    places, yaws = list[tuple[float, float]](), list[float]()
+    for track in tracks:
+        sample = track.sample
+        seen = track.pose[track.frames(track.level_ns, track.slip_ns or track.end_ns)]
+        noted = (sample.start_x_m, sample.start_y_m, sample.start_yaw_rad)
+        x, y, yaw = np.median(seen, axis=0) if noted == (0.0, 0.0, 0.0) and len(seen) else noted
+        places.append((float(x), float(y)))
+        yaws.append(float(yaw))
+    return np.array(places), np.array(yaws)

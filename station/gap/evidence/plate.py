@@ -1,0 +1,90 @@
+"""The plate's motion at any time: gravity, rates and accelerations in the plate frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.physics.contact import Array
+from station.signals.tracks import AttitudeTrack, MotionTrack
+
+Times = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Attitude:
+    """The plate at n moments: `gravity` a unit vector in P, `rate_rad_s` and `acceleration_rad_s2`; each (n, 3)."""
+
+    gravity: Array
+    rate_rad_s: Array
+    acceleration_rad_s2: Array
+    rising: Array
+    step_s: Array
+
+    @property
+    def tilt_rad(self) -> Array:
+        """Angle between the plate's normal and up (n,)."""
+        return np.arctan2(np.hypot(self.gravity[:, 0], self.gravity[:, 1]), -self.gravity[:, 2])
+
+    @property
+    def down_rad(self) -> Array:
+        """Direction of the steepest descent in P (n,)."""
+        return np.arctan2(self.gravity[:, 1], self.gravity[:, 0])
+
+
+class PlateMotion:
+    """Interpolates the recorded attitude. Linear: at 100 Hz and 10 °/s that is exact to a millidegree."""
+
+    def __init__(self, attitude: AttitudeTrack, motions: MotionTrack) -> None:
+        rises = np.diff(attitude.time_ns, prepend=attitude.time_ns[:1] - 1) > 0
+        known = attitude.select(rises & np.isfinite(attitude.quaternion).all(axis=1))
+        self._origin = int(known.time_ns[0]) if len(known) else 0
+        self._time_s = (known.time_ns - self._origin) * 1e-9
+        rate = _rate(known, self._time_s)
+        acceleration = np.gradient(rate, self._time_s, axis=0) if len(known) > 2 else np.zeros_like(rate)
+        self._table = np.column_stack([known.gravity, rate, acceleration])
+        tilt = np.arccos(np.clip(-self._table[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
+        self._rising = _held_sign(np.gradient(tilt, self._time_s)) if len(known) > 2 else np.ones(len(known))
+        self._steps_ns = np.sort(motions.time_ns)
+
+    def __len__(self) -> int:
+        return len(self._time_s)
+
+    def covers(self, time_ns: int) -> bool:
+        """Whether an attitude was recorded within 0.2 s of a moment."""
+        if not len(self):
+            return False
+        place = (time_ns - self._origin) * 1e-9
+        return bool(np.min(np.abs(self._time_s - place)) < 0.2)
+
+    def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
+        """The plate at `time_ns` − `delay_s`."""
+        seconds = (np.asarray(time_ns) - self._origin) * 1e-9 - delay_s
+        parts = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._table.T])
+        gravity = parts[:, :3] / np.linalg.norm(parts[:, :3], axis=1, keepdims=True)
+        last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
+        return Attitude(gravity, parts[:, 3:6], parts[:, 6:9], self._rising[last], self._since_step(time_ns, delay_s))
+
+    def _since_step(self, time_ns: Times, delay_s: float) -> Array:
+        if not len(self._steps_ns):
+            return np.full(len(time_ns), 1e3)
+        now = np.asarray(time_ns) - round(delay_s * 1e9)
+        place = np.searchsorted(self._steps_ns, now, side="right") - 1
+        return np.where(place >= 0, (now - self._steps_ns[np.maximum(place, 0)]) * 1e-9, 1e3)
+
+
+def _rate(known: AttitudeTrack, time_s: Array) -> Array:
+    """The recorded rates; where an arm reports none, those of the gravity vector (its turn about gravity is unseen)."""
+    if len(known) < 3 or np.any(known.rate_rad_s != 0):
+        return np.nan_to_num(known.rate_rad_s)
+    gravity = known.gravity
+    return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+
+
+def _held_sign(rate: Array) -> Array:
+    """+1 where a value grows, −1 where it falls, and while it rests what it did last."""
+    sign = np.where(np.abs(rate) > 1e-3, np.sign(rate), 0.0)
+    moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
+    return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)

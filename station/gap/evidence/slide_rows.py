@@ -1,0 +1,94 @@
+"""Builds the sliding channels: every slide of a session, cut into windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.gap.evidence.channel import Channel, Rows, rows_of
+from station.gap.evidence.covariates import covariates_of
+from station.gap.evidence.moments import Moments
+from station.gap.evidence.slides import Across, Along, Motion, Turn
+from station.gap.evidence.windows import WEIGHTS, Window, windows_of
+from station.physics.contact import Array
+
+if TYPE_CHECKING:
+    from station.gap.evidence.build import Recorded
+
+LEAST_MU = 0.05
+"""Guards the relative residuals; measured friction is several times more."""
+
+FREE_M = 1e-3
+"""Windows nearer to the foam than this are left out: they show the foam."""
+
+
+def slide_channels(recorded: Recorded) -> Sequence[Channel]:
+    """Along, across and turn, of all windows in which the block is free of the foam."""
+    found = [
+        (place, window)
+        for place, track in enumerate(recorded.tracks)
+        for window in windows_of(track)
+        if _border(window, recorded).min() > FREE_M
+    ]
+    if not found:
+        return []
+    places, windows = [place for place, _ in found], [window for _, window in found]
+    runs = np.array(places, dtype=np.int64)
+    tracks = [recorded.tracks[place] for place in places]
+    nodes = len(WEIGHTS)
+    node_ns = np.concatenate([window.node_ns for window in windows])
+    pose = np.concatenate([window.node_pose for window in windows])
+    moments = Moments(
+        time_ns=node_ns,
+        run=np.repeat(runs, nodes),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s),
+        place_m=pose[:, :2],
+        yaw_rad=pose[:, 2],
+        velocity_m_s=np.concatenate([window.node_velocity[:, :2] for window in windows]),
+        moving=np.ones(len(node_ns), dtype=np.bool_),
+        slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
+        border_m=np.concatenate([_border(window, recorded) for window in windows]),
+    )
+    motion = Motion(
+        moments,
+        np.array([window.acceleration_m_s2 for window in windows]),
+        np.array([window.yaw_acceleration_rad_s2 for window in windows]),
+    )
+    contact = moments.reported
+    middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
+    pressing = contact.pressing_m_s2[1::nodes]
+    mu = max(float(np.median(np.tan(contact.tilt_rad))), LEAST_MU)
+    noise = np.array(
+        [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
+    )
+    # A direction that is off by its own noise puts that share of the friction across.
+    aside = np.array([window.velocity_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)])
+    aside = aside / np.maximum(contact.speed_m_s[1::nodes], 1e-4)
+    turning = np.array(
+        [window.acceleration_factor * track.sigma_rad for window, track in zip(windows, tracks, strict=True)]
+    )
+
+    def rows(sigma: Array) -> Rows:
+        stretch = {
+            "from_ns": np.array([window.from_ns for window in windows]),
+            "to_ns": np.array([window.to_ns for window in windows]),
+        }
+        return rows_of({"run": runs, "sigma": sigma, **stretch}, middle)
+
+    relative = noise / (pressing * mu)
+    return [
+        Along(rows(relative), motion),
+        Across(rows(np.hypot(relative, aside)), motion),
+        Turn(rows(turning), motion),
+    ]
+
+
+def _border(window: Window, recorded: Recorded) -> Array:
+    """From the block's farthest corner to the round opening's edge at the nodes (3,)."""
+    setting = recorded.setting
+    reach = setting.opening_radius_m - setting.block_side_m / math.sqrt(2)
+    return reach - np.hypot(window.node_pose[:, 0], window.node_pose[:, 1])

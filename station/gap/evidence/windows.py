@@ -1,0 +1,89 @@
+"""Short windows of a slide: acceleration in its weak form, and the state at a few points to compare it with.
+
+The second Legendre polynomial's projection of a path over a window is the mean of its acceleration with the weight
+(1 − s²)², s from −1 to 1: no derivative of a noisy path is taken. The prediction is averaged with the same weight, by
+Gauss's rule at three points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import roots_jacobi
+
+from station.gap.evidence.plate import Times
+from station.gap.evidence.tracks import RunTrack
+from station.physics.contact import Array
+
+FRAMES = 9
+LEAST_FRAMES = 7
+SLOWEST_SIGMAS = 6.0
+SLOWEST_M_S = 2e-3
+_roots, _weights = roots_jacobi(3, 2.0, 2.0)
+NODES: Array = np.asarray(_roots, dtype=np.float64)
+WEIGHTS: Array = np.asarray(_weights / np.sum(_weights), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Window:
+    """One window: its time, the acceleration (2,) and angular acceleration, and the state at the nodes (3, …)."""
+
+    from_ns: int
+    to_ns: int
+    node_ns: Times
+    acceleration_m_s2: Array
+    yaw_acceleration_rad_s2: float
+    node_pose: Array
+    node_velocity: Array
+    acceleration_factor: float
+    """Standard deviation of the acceleration per standard deviation of a place, 1/s²."""
+    velocity_factor: float
+    """The same for the velocity at the window's middle, 1/s."""
+    frames: slice
+
+
+def windows_of(track: RunTrack, *, margin_ns: int = 0) -> Iterator[Window]:
+    """The windows of a slide, side by side from the onset to the stop; those in which the block hardly moves are not.
+
+    `margin_ns` is left out at the stop.
+    """
+    if not track.slid:
+        return
+    part = track.frames(track.slip_ns, track.stop_ns - margin_ns)
+    for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
+        window = _window(track, slice(first, first + FRAMES))
+        if window is not None:
+            yield window
+
+
+def _window(track: RunTrack, frames: slice) -> Window | None:
+    times, pose = track.time_ns[frames], track.pose[frames]
+    middle = (int(times[0]) + int(times[-1])) // 2
+    half_s = 0.5e-9 * float(times[-1] - times[0])
+    s = (times - middle) * 1e-9 / half_s
+    gap = float(np.max(np.diff(s)))
+    if gap > 2.0 * (FRAMES - LEAST_FRAMES + 1) / (FRAMES - 1) * 1.2:
+        return None
+    basis = np.column_stack([np.ones_like(s), s, s * s])
+    inverse = np.linalg.pinv(basis)
+    fit = inverse @ pose
+    node = np.column_stack([np.ones_like(NODES), NODES, NODES**2]) @ fit
+    velocity = np.column_stack([np.zeros_like(NODES), np.ones_like(NODES), 2 * NODES]) @ fit / half_s
+    velocity_factor = float(np.linalg.norm(inverse[1])) / half_s
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    if float(speed.min()) < max(SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m):
+        return None
+    return Window(
+        from_ns=int(times[0]),
+        to_ns=int(times[-1]),
+        node_ns=(middle + np.round(NODES * half_s * 1e9)).astype(np.int64),
+        acceleration_m_s2=2 * fit[2, :2] / half_s**2,
+        yaw_acceleration_rad_s2=float(2 * fit[2, 2] / half_s**2),
+        node_pose=node,
+        node_velocity=velocity,
+        acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,
+        velocity_factor=velocity_factor,
+        frames=frames,
+    )
