@@ -18,7 +18,9 @@ from shared.messages import ClockOffset, TwinScene
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.session import Session
+from station.app.twin_wire import DirectWire
 from station.arm.agent import arm_agent
+from station.arm.drivers.simulated import SimulatedArm
 from station.recording.recorder import record_within
 from station.recording.writer import Recording
 from station.sampling.plan import Plan
@@ -67,7 +69,7 @@ class Lockstep:
         settings = assembly.arm_settings(rig)
         world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns())
         self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
-        self._arm = arm_agent(self.bus, settings)
+        self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(world)))
         self._camera = camera(self.bus, rig) if camera else _projected(self.bus, rig, seed=int(camera_seed))
         machine = assembly.sampling_machine(rig, plan, tilter=self._arm.tilter)
         self.session = Session(
@@ -109,7 +111,8 @@ class Lockstep:
         return samples
 
     def _tick_arm(self, now_ns: int) -> None:
-        self.twin.tick(now_ns)
+        self.twin.world.advance(now_ns)
+        self.twin.show(now_ns)
         self._arm.tick(now_ns)
 
     def _tick_camera(self, now_ns: int) -> None:

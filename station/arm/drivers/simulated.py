@@ -1,10 +1,12 @@
 """The twin as an arm: set-points go out on `twin/target`, joint states come back on `twin/joints`.
 
 It has no clock and no thread: `tick(now_ns)` samples the trajectory at that very moment. So it behaves the same over
-Zenoh in real time and over the memory bus in simulated time.
+the bus in real time and, where the twin lives in the same process, by a wire of its own in simulated time.
 """
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,46 +18,40 @@ from station.arm.drivers import DriverLink, JointReading, match_joints
 from station.arm.trajectory import JointTrajectory
 
 Array = NDArray[np.float64]
+Numbers = tuple[float, ...]
 
 
-class SimulatedArm:
-    """A `Driver` that plays trajectories to the twin."""
+class TwinWire(Protocol):
+    """How set-points get to the twin and its readings come back."""
+
+    def send(self, now_ns: int, position_rad: Numbers, velocity_rad_s: Numbers) -> None:
+        """Wants the joints there at `now_ns`, moving on at that velocity; both (n,)."""
+        ...
+
+    def read(self) -> JointReading | None:
+        """See `Driver.read`."""
+        ...
+
+    def fault(self) -> str:
+        """See `Driver.fault`."""
+        ...
+
+
+class BusWire:
+    """The wire of a twin that is a process of its own."""
 
     def __init__(self, link: DriverLink) -> None:
         self._bus = link.bus
         self._model = link.model
         self._order: NDArray[np.intp] | None = None
         self._names: tuple[str, ...] = ()
-        self._motion: JointTrajectory | None = None
-        self._began_ns = 0
-        self._held: Array | None = None
         self._reading: JointReading | None = None
         self._fault = ""
         self._bus.subscribe("twin/joints", self._receive)
 
-    def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """See `Driver.start`."""
-        self._motion, self._began_ns = trajectory, now_ns
-
-    def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: the set-point stays where it is."""
-        if self._motion is not None:
-            self._held = self._motion.at(now_ns - self._began_ns)[0]
-            self._motion = None
-            self._send(now_ns, self._held, np.zeros_like(self._held))
-
-    def tick(self, now_ns: int) -> None:
-        """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
-        if self._motion is not None:
-            position, velocity = self._motion.at(now_ns - self._began_ns)
-            self._send(now_ns, position, velocity)
-            if now_ns - self._began_ns > self._motion.duration_ns:
-                self._held, self._motion = position, None
-        elif self._held is not None:
-            self._send(now_ns, self._held, np.zeros_like(self._held))
-
-    def _send(self, now_ns: int, position: Array, velocity: Array) -> None:
-        self._bus.publish("twin/target", JointTarget(now_ns, tuple(position.tolist()), tuple(velocity.tolist())))
+    def send(self, now_ns: int, position_rad: Numbers, velocity_rad_s: Numbers) -> None:
+        """See `TwinWire.send`."""
+        self._bus.publish("twin/target", JointTarget(now_ns, position_rad, velocity_rad_s))
 
     def _receive(self, received: Received) -> None:
         state = received.message
@@ -75,18 +71,67 @@ class SimulatedArm:
         return self._order
 
     def read(self) -> JointReading | None:
-        """See `Driver.read`."""
+        """See `TwinWire.read`."""
         return self._reading
 
     def fault(self) -> str:
-        """See `Driver.fault`."""
+        """See `TwinWire.fault`."""
         return self._fault
+
+
+class SimulatedArm:
+    """A `Driver` that plays trajectories to the twin."""
+
+    def __init__(self, wire: TwinWire) -> None:
+        self._wire = wire
+        self._motion: JointTrajectory | None = None
+        self._began_ns = 0
+        self._held: Numbers = ()
+
+    def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
+        """See `Driver.start`."""
+        self._motion, self._began_ns = trajectory, now_ns
+
+    def halt(self, *, now_ns: int) -> None:
+        """See `Driver.halt`: the set-point stays where it is."""
+        if self._motion is not None:
+            self._held = _numbers(self._motion.at(now_ns - self._began_ns)[0])
+            self._motion = None
+            self._hold(now_ns)
+
+    def tick(self, now_ns: int) -> None:
+        """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
+        motion = self._motion
+        if motion is None:
+            if self._held:
+                self._hold(now_ns)
+            return
+        position, velocity = motion.at(now_ns - self._began_ns)
+        places = _numbers(position)
+        self._wire.send(now_ns, places, _numbers(velocity))
+        if now_ns - self._began_ns > motion.duration_ns:
+            self._held, self._motion = places, None
+
+    def _hold(self, now_ns: int) -> None:
+        self._wire.send(now_ns, self._held, (0.0,) * len(self._held))
+
+    def read(self) -> JointReading | None:
+        """See `Driver.read`."""
+        return self._wire.read()
+
+    def fault(self) -> str:
+        """See `Driver.fault`."""
+        return self._wire.fault()
 
     def close(self) -> None:
         """See `Driver.close`."""
         self._motion = None
 
 
+def _numbers(values: Array) -> Numbers:
+    return tuple(values.tolist())
+
+
 def connect(link: DriverLink) -> SimulatedArm:
     """Connect to the twin over the bus."""
-    return SimulatedArm(link)
+    return SimulatedArm(BusWire(link))

@@ -19,6 +19,7 @@ class Servo:
     """The wanted motion of the joints, continued between set-points, so that their stairs do not shake the block."""
 
     def __init__(self, joint_start_rad: FLOATS, *, now_ns: int) -> None:
+        self._target: tuple[float, ...] = tuple(joint_start_rad.tolist())
         self._position = joint_start_rad.copy()
         self._velocity = np.zeros_like(joint_start_rad)
         self._moving = False
@@ -32,12 +33,13 @@ class Servo:
 
     def set_target(self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int) -> None:
         """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,)."""
+        moved, self._moving = self._moving, any(velocity_rad_s)
         self._stamp_ns = stamp_ns
-        stood, self._moving = not self._moving, any(velocity_rad_s)
-        position = np.array(position_rad, dtype=np.float64)
-        if stood and not self._moving and np.array_equal(position, self._position):
+        target = tuple(position_rad)
+        if target == self._target and not (moved or self._moving):
             return
-        self._position, self._velocity = position, np.array(velocity_rad_s, dtype=np.float64)
+        self._target, self._position = target, np.array(target)
+        self._velocity = np.array(velocity_rad_s, dtype=np.float64)
         self.settled, self.fresh = False, True
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:

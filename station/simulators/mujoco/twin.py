@@ -28,6 +28,10 @@ class Twin:
         """Lets the world catch up with `now_ns` and says what has come of it."""
         self.world.advance(now_ns)
         self._bus.publish("twin/joints", self.joint_state(now_ns))
+        self.show(now_ns)
+
+    def show(self, now_ns: int) -> None:
+        """Publishes the scene if it is due."""
         if now_ns >= self._next_scene_ns:
             self._next_scene_ns = now_ns + self._scene_period_ns
             self._bus.publish("truth/scene", self.scene(now_ns))

@@ -167,13 +167,18 @@ class TwinWorld:
         """Whether the block lies still on the plate."""
         return self._engine is self._welded or self._quiet_s >= REST_S
 
-    def joints(self) -> Joints:
-        """The arm's joints now."""
+    def joint_arrays(self) -> tuple[FLOATS, FLOATS, FLOATS]:
+        """Position (rad), velocity (rad/s) and effort (Nm) of the arm's joints now, each (n,) and the caller's own."""
         engine, ahead_s = self._engine, self._ahead_s()
-        position, velocity = engine.joint_position.tolist(), engine.joint_velocity.tolist()
+        position, velocity = engine.joint_position.copy(), engine.joint_velocity.copy()
         if ahead_s:
-            position = [place + speed * ahead_s for place, speed in zip(position, velocity, strict=True)]
-        return Joints(tuple(position), tuple(velocity), tuple(engine.joint_effort.tolist()))
+            position += velocity * ahead_s
+        return position, velocity, engine.joint_effort.copy()
+
+    def joints(self) -> Joints:
+        """The arm's joints now, as plain numbers."""
+        position, velocity, effort = self.joint_arrays()
+        return Joints(tuple(position.tolist()), tuple(velocity.tolist()), tuple(effort.tolist()))
 
     def plate_pose(self) -> PlatePose:
         """Where the plate is now."""

@@ -1,0 +1,26 @@
+"""The arm's wire to a twin in the same process: what else goes over the bus as messages that nobody records."""
+
+from __future__ import annotations
+
+from station.arm.drivers import JointReading
+from station.simulators.mujoco.world import TwinWorld
+
+
+class DirectWire:
+    """A `TwinWire` that hands set-points to a world and reads its joints, with the values that the bus would carry."""
+
+    def __init__(self, world: TwinWorld) -> None:
+        self._world = world
+        self._names = world.arm.joint_names
+
+    def send(self, now_ns: int, position_rad: tuple[float, ...], velocity_rad_s: tuple[float, ...]) -> None:
+        """See `TwinWire.send`."""
+        self._world.set_target(position_rad, velocity_rad_s, stamp_ns=now_ns)
+
+    def read(self) -> JointReading:
+        """What the joints' sensors read at the world's time."""
+        return JointReading(self._world.time_ns, self._names, *self._world.joint_arrays())
+
+    def fault(self) -> str:
+        """Nothing can come between."""
+        return ""
