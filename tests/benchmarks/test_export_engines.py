@@ -1,0 +1,53 @@
+"""How far the engines are from what was measured; run with `pytest -m benchmark -s` and this file.
+
+For each engine that is installed: the exported file, a tilt test at 2°/s, the angle by direction. `creep` is how far
+the object has moved half a degree before it should.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.recovery.engines import engines
+from tests.recovery.engines.tilt import onset
+from tests.unit.export.pairs import PAIRS, exported
+
+DIRECTIONS = 24
+
+
+@pytest.mark.benchmark
+@pytest.mark.parametrize("name", sorted(engines()))
+def test_deviation_by_direction(name: str, tmp_path: Path) -> None:
+    engine = engines()[name]
+    if importlib.util.find_spec(engine.MODULE) is None:
+        pytest.skip(f"{name} is not installed ({engine.MODULE})")
+    folder = exported(tmp_path, engine.FORMAT)
+    for stem, pair in PAIRS.items():
+        wanted = np.degrees(pair.angle_rad(np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)))
+        if not pair.isotropic and not engine.ANISOTROPIC:
+            print(
+                f"\n{name}, {pair.name}: no friction by direction. Measured {wanted.min():.2f} to {wanted.max():.2f} deg"
+            )
+            continue
+        print(f"\n{name}, {pair.name} (axes {pair.mu_1:g} and {pair.mu_2:g}, fixed in the {pair.fixed_in})")
+        print(f"{'direction':>10} {'measured':>9} {'engine':>9} {'off':>7} {'creep mm':>9}")
+        off: list[float] = []
+        for index in range(DIRECTIONS):
+            direction = index * 2 * math.pi / DIRECTIONS
+            bench = engine.load(folder, stem)
+            seen = onset(bench, direction, expected_rad=math.radians(wanted[index]))
+            bench.close()
+            angle = math.degrees(seen.angle_rad)
+            off.append(angle - float(wanted[index]))
+            print(
+                f"{math.degrees(direction):>10.0f} {wanted[index]:>9.3f} {angle:>9.3f} {off[-1]:>+7.3f} "
+                f"{seen.crept_m * 1e3:>9.3f}"
+            )
+        rms = math.sqrt(float(np.mean(np.square(off))))
+        print(f"{'all':>10} worst {max(off, key=abs):+.3f} deg, root mean square {rms:.3f} deg")
+        assert np.isfinite(off).all()
