@@ -5,8 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
-
 import numpy as np
 
 from station.gap.evidence.plate import Times
@@ -47,10 +45,10 @@ class Channel(ABC):
         shares_friction: whether the run's own draw of friction shifts its rows (by 1 per unit of ln mu).
     """
 
-    name: ClassVar[str]
-    phase: ClassVar[str]
-    unit: ClassVar[str]
-    shares_friction: ClassVar[bool] = False
+    name: str
+    phase: str
+    unit: str
+    shares_friction: bool = False
 
     def __init__(self, rows: Rows) -> None:
         self.rows = rows
@@ -65,7 +63,7 @@ class Channel(ABC):
     @property
     def hooks(self) -> frozenset[str]:
         """The methods of `Effect` that can change it."""
-        return ACTING[self.name]
+        return ACTING[self.name.partition(":")[0]]
 
 
 CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
@@ -94,3 +92,27 @@ def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[st
         limit=np.asarray(limit, dtype=np.bool_),
         covariates=covariates,
     )
+
+
+class Part(Channel):
+    """Some rows of a channel: what the noise of some runs is estimated from."""
+
+    def __init__(self, whole: Channel, chosen: Bools) -> None:
+        rows = whole.rows
+        super().__init__(
+            Rows(
+                run=rows.run[chosen],
+                from_ns=rows.from_ns[chosen],
+                to_ns=rows.to_ns[chosen],
+                sigma=rows.sigma[chosen],
+                limit=rows.limit[chosen],
+                covariates={name: values[chosen] for name, values in rows.covariates.items()},
+            )
+        )
+        self.name, self.phase, self.unit = whole.name, whole.phase, whole.unit
+        self.shares_friction = whole.shares_friction
+        self._whole, self._chosen = whole, chosen
+
+    def residual(self, model: Model) -> Array:
+        """Of the chosen rows."""
+        return self._whole.residual(model)[self._chosen]

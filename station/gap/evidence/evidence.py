@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from station.gap.evidence.channel import Channel
+from station.gap.evidence.channel import Channel, Part
 from station.gap.evidence.moments import RunFacts
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,8 +44,7 @@ class Evidence:
         rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
         return len(np.unique(np.concatenate(rows))) if rows else 0
 
-
-def stacked(channels: Sequence[Channel], values: Sequence[Array]) -> Array:
-    """Values of each channel one below the other."""
-    del channels
-    return np.concatenate(values) if values else np.zeros(0)
+    def only(self, runs: Bools) -> Evidence:
+        """The rows of some runs (r,), for estimates of noise; runs keep their places. It cannot be evaluated anew."""
+        parts = (Part(channel, runs[channel.rows.run]) for channel in self.channels)
+        return replace(self, channels=tuple(parts))

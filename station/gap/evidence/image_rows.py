@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -54,7 +55,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
         if start is None or until <= track.tilt_ns or track.sample.censored:
             continue
         edges = np.linspace(track.tilt_ns, until, STRETCHES + 1).astype(np.int64).tolist()
-        stretches = (_stretch(place, track, *pair) for pair in zip(edges[:-1], edges[1:], strict=True))
+        stretches = (_stretch(place, track, *pair) for pair in itertools.pairwise(edges))
         pairs += [(start, stretch) for stretch in stretches if stretch is not None]
     if not pairs:
         return []
@@ -69,7 +70,9 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
         | {"tilt": view.tilt_rad},
     )
     creep_s = np.array([1e-9 * (0.5 * (s.from_ns + s.to_ns) - s.track.tilt_ns) for s in stretches])
-    return [Rest(rows, (moved * view.down).sum(axis=1), view, start_view, creeping, creep_s)]
+    return [
+        Rest(rows, (moved * view.down).sum(axis=1), view=view, start=start_view, creeping=creeping, creep_s=creep_s)
+    ]
 
 
 def plate_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -96,7 +99,7 @@ def _fiducial(
         level = _mean_corners(time_ns, corner_m, track.level_ns, track.tilt_ns)
         until = track.slip_ns or track.end_ns
         edges = np.linspace(track.tilt_ns, until, STRETCHES + 1).astype(np.int64).tolist()
-        for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        for begin, end in itertools.pairwise(edges):
             now = _mean_corners(time_ns, corner_m, begin, end)
             if level is not None and now is not None:
                 rows.append((place, begin, end, level[0], now[0], np.sqrt(1 / level[1] + 1 / now[1])))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows
@@ -21,12 +19,12 @@ class Rest(Channel):
     moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to the stretch.
     """
 
-    name: ClassVar[str] = "rest"
-    phase: ClassVar[str] = "pre-slip"
-    unit: ClassVar[str] = "m"
+    name: str = "rest"
+    phase: str = "pre-slip"
+    unit: str = "m"
 
     def __init__(
-        self, rows: Rows, moved_m: Array, view: View, start: View, creeping: Moments | None, creep_s: Array
+        self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
     ) -> None:
         super().__init__(rows)
         self._moved, self._view, self._start = moved_m, view, start
@@ -35,7 +33,7 @@ class Rest(Channel):
     def residual(self, model: Model) -> Array:
         """See the class."""
         moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
-        if self._creeping is not None and model.acting("creep"):
+        if model.acting("creep"):
             velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
             moved = moved + velocity.mean(axis=1) * self._creep_s[:, None]
         return self._moved - (moved * self._view.down).sum(axis=1)
@@ -44,9 +42,9 @@ class Rest(Channel):
 class PlateMarks(Channel):
     """How far down the slope the plate's own fiducials seem to have moved, m."""
 
-    name: ClassVar[str] = "plate"
-    phase: ClassVar[str] = "pre-slip"
-    unit: ClassVar[str] = "m"
+    name: str = "plate"
+    phase: str = "pre-slip"
+    unit: str = "m"
 
     def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
         super().__init__(rows)
@@ -64,9 +62,9 @@ class Shape(Channel):
     A mark is never printed exactly; what is the same in all views is the mark's.
     """
 
-    name: ClassVar[str] = "shape"
-    phase: ClassVar[str] = "camera at rest"
-    unit: ClassVar[str] = "1"
+    name: str = "shape"
+    phase: str = "camera at rest"
+    unit: str = "1"
 
     def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array) -> None:
         super().__init__(rows)
@@ -97,12 +95,13 @@ def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
 class Sensor(Channel):
     """Another angle sensor less the arm's own attitude, rad, less the session's mean (how the sensor is mounted)."""
 
-    name: ClassVar[str] = "sensor"
-    phase: ClassVar[str] = "pre-slip"
-    unit: ClassVar[str] = "rad"
+    name: str = "sensor"
+    phase: str = "pre-slip"
+    unit: str = "rad"
 
-    def __init__(self, rows: Rows, difference_rad: Array, moments: Moments) -> None:
+    def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
         super().__init__(rows)
+        self.name = f"sensor:{source}"
         self._difference, self._moments = difference_rad - difference_rad.mean(), moments
 
     def residual(self, model: Model) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
 
 import numpy as np
 
@@ -16,10 +15,10 @@ from station.physics.model import Model
 class Onsets(Channel):
     """ln(T/N) at the onset less ln of the model's threshold: relative friction; a limit for runs without a slide."""
 
-    name: ClassVar[str] = "onset"
-    phase: ClassVar[str] = "onset"
-    unit: ClassVar[str] = "relative friction"
-    shares_friction: ClassVar[bool] = True
+    name: str = "onset"
+    phase: str = "onset"
+    unit: str = "relative friction"
+    shares_friction: bool = True
 
     def __init__(self, rows: Rows, moments: Moments) -> None:
         super().__init__(rows)

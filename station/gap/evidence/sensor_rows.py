@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -33,7 +34,7 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
     reported = recorded.plate.at(track.time_ns)
     for place, run in enumerate(recorded.tracks):
         edges = np.linspace(run.tilt_ns, run.end_ns, STRETCHES + 1).astype(np.int64)
-        for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        for begin, end in itertools.pairwise(edges.tolist()):
             first, last = np.searchsorted(track.time_ns, (begin, end))
             if last - first < LEAST_READINGS:
                 continue
@@ -63,4 +64,4 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
         "run": recorded.facts.number[run],
     }
     columns = {"run": run, "from_ns": from_ns, "to_ns": to_ns, "sigma": sigma}
-    return Sensor(rows_of(columns, covariates), difference, moments)
+    return Sensor(rows_of(columns, covariates), source, difference, moments)

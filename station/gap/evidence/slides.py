@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows
-from station.gap.evidence.moments import Moments
+from station.gap.evidence.moments import Load, Moments
 from station.gap.evidence.windows import WEIGHTS
 from station.physics.contact import Array
 from station.physics.dissipation import support
 from station.physics.model import Model
+
+PLAIN = Model(mu_s=1.0)
+"""Changes neither attitude nor clock and pushes nothing."""
+
+LEAST_MU = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +29,7 @@ class Motion:
 
 
 class _Slides(Channel):
-    phase: ClassVar[str] = "slide"
+    phase: str = "slide"
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows)
@@ -35,50 +39,78 @@ class _Slides(Channel):
         """Over the nodes of each window, with the weak form's weights: (3 n, …) to (n, …)."""
         return np.tensordot(values.reshape(len(self), len(WEIGHTS), *values.shape[1:]), WEIGHTS, axes=([1], [0]))
 
+    def _force(self, load: Load, toward: Array) -> Array:
+        """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
+        gained = (self.motion.acceleration_m_s2 * _unit(self._mean(toward))).sum(axis=1)
+        return self._mean((load.tangential * toward).sum(axis=1)) - gained
+
 
 class Along(_Slides):
-    """Friction along the motion, relative: (pull − acceleration − N h) / (N mu)."""
+    """Friction along the motion: ln of the recorded coefficient less ln of the predicted one.
 
-    name: ClassVar[str] = "along"
-    unit: ClassVar[str] = "relative friction"
-    shares_friction: ClassVar[bool] = True
+    The recorded one is taken with the attitude as reported. What a model changes of that stands on its own side, lest
+    a fit make the noise small by making the friction large.
+    """
+
+    name: str = "along"
+    unit: str = "relative friction"
+    shares_friction: bool = True
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        self._plain = motion.moments.loads(PLAIN)
+        self._way = _direction(self._plain.contact.way_rad)
+        self._normal = self._mean(self._plain.normal)
+        force = self._force(self._plain, self._way) / self._normal
+        self._typical = max(float(np.median(force)), LEAST_MU)
+        self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
 
     def residual(self, model: Model) -> Array:
         """See the class."""
         load = self.motion.moments.loads(model)
-        way = np.column_stack([np.cos(load.contact.way_rad), np.sin(load.contact.way_rad)])
-        pull = self._mean((load.tangential * way).sum(axis=1) - load.normal * model.friction(load.contact))
-        gained = (self.motion.acceleration_m_s2 * _unit(self._mean(way))).sum(axis=1)
-        return (pull - gained) / (self._mean(load.normal) * model.mu_s)
+        changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
+        predicted = self._mean(load.normal * model.friction(load.contact) - changed) / self._normal
+        return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical))
 
 
 class Across(_Slides):
-    """Sideways force, relative: (pull − acceleration − N h′) / (N mu), to the left of the motion."""
+    """Sideways force over normal force, to the left of the motion: recorded less predicted, over the typical friction."""
 
-    name: ClassVar[str] = "across"
-    unit: ClassVar[str] = "relative friction"
+    name: str = "across"
+    unit: str = "relative friction"
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        self._plain = motion.moments.loads(PLAIN)
+        self._left = _direction(self._plain.contact.way_rad + np.pi / 2)
+        along = self._force(self._plain, _direction(self._plain.contact.way_rad))
+        self._unit_force = np.maximum(
+            self._mean(self._plain.normal) * float(np.median(along / self._mean(self._plain.normal))), 1e-3
+        )
+        self._recorded = self._force(self._plain, self._left) / self._unit_force
 
     def residual(self, model: Model) -> Array:
         """See the class."""
         load = self.motion.moments.loads(model)
-        angle = load.contact.way_rad
-        left = np.column_stack([-np.sin(angle), np.cos(angle)])
-        _, slope, _ = support(model, load.contact, angle)
-        pull = self._mean((load.tangential * left).sum(axis=1) - load.normal * slope)
-        gained = (self.motion.acceleration_m_s2 * _unit(self._mean(left))).sum(axis=1)
-        return (pull - gained) / (self._mean(load.normal) * model.mu_s)
+        changed = ((load.tangential - self._plain.tangential) * self._left).sum(axis=1)
+        _, slope, _ = support(model, load.contact, load.contact.way_rad)
+        return self._recorded - self._mean(load.normal * slope - changed) / self._unit_force
 
 
 class Turn(_Slides):
     """Angular acceleration of the sliding block, rad/s²."""
 
-    name: ClassVar[str] = "turn"
-    unit: ClassVar[str] = "rad/s²"
+    name: str = "turn"
+    unit: str = "rad/s²"
 
     def residual(self, model: Model) -> Array:
         """See the class."""
         predicted = model.spin(self.motion.moments.reported)
         return self.motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(self.motion.moments)))
+
+
+def _direction(angle_rad: Array) -> Array:
+    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
 
 
 def _unit(vectors: Array) -> Array:

@@ -1,0 +1,234 @@
+"""Maximum likelihood for one model: Newton steps within bounds, the noise estimated anew as the residuals shrink."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.gap.evidence.evidence import Evidence
+from station.gap.statistics.noise import Noise, estimate_noise
+from station.gap.statistics.parameters import Free, free_numbers, model_of, vector_of
+from station.gap.statistics.slopes import residuals, slopes
+from station.gap.statistics.student import fitted_tail, log_density, pulls
+from station.gap.statistics.whitening import Whitening, stack
+from station.physics.contact import Array, Bools
+from station.physics.effect import Effect
+from station.physics.model import Model
+
+MOST_STEPS = 25
+CONVERGED = 1e-3
+"""A step whose predicted gain in log likelihood is below this ends the search."""
+
+NOISE_ROUNDS = 3
+WORTH_RENEWING = 0.5
+
+_RIDGE = 1e-9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """A fitted model.
+
+    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers, from the
+    curvature; `converged` False where the search ended elsewhere than at a maximum.
+    """
+
+    model: Model
+    free: tuple[Free, ...]
+    vector: Array
+    covariance: Array
+    noise: Noise
+    log_run: Array
+    white: Array
+    converged: bool
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of all runs."""
+        return float(self.log_run.sum())
+
+    def sd(self, effect_id: str, parameter: str) -> float:
+        """Standard error of a parameter in its unit; nan if it is not free."""
+        for place, number in enumerate(self.free):
+            if (
+                number.effect
+                and number.parameter
+                and (number.effect.id, number.parameter.name) == (effect_id, parameter)
+            ):
+                return float(np.sqrt(max(self.covariance[place, place], 0.0))) * number.scale
+        return float("nan")
+
+
+def fit(
+    evidence: Evidence,
+    start: Model,
+    effects: Sequence[Effect],
+    *,
+    noise: Noise | None = None,
+    refine: bool = True,
+    runs: Bools | None = None,
+    steps: int = MOST_STEPS,
+) -> Fit:
+    """Fits mu_s and the effects' parameters from `start`.
+
+    Args:
+        evidence: what to fit to.
+        start: where to begin; effects that it has and that are not in `effects` stay as they are.
+        effects: whose parameters are free.
+        noise: to begin with; None: estimated from the residuals at the start.
+        refine: whether the noise is estimated anew where that makes the recording more likely.
+        runs: (runs,) those that count; all by default. The log densities are of all runs.
+        steps: how many Newton steps at most.
+    """
+    free = free_numbers(effects)
+    search = _Search(evidence, start, free, noise=noise, runs=runs)
+    converged = search.climb(steps)
+    for _ in range(NOISE_ROUNDS if refine else 0):
+        if not search.renew_noise():
+            break
+        converged = search.climb(steps)
+    return search.result(converged)
+
+
+class _Search:
+    def __init__(
+        self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None, runs: Bools | None
+    ) -> None:
+        self.evidence, self.free = evidence, free
+        self.counts = np.ones(evidence.runs, dtype=np.bool_) if runs is None else runs
+        self.vector = vector_of(start, free)
+        self.low = np.array([number.low for number in free])
+        self.high = np.array([number.high for number in free])
+        self.model = model_of(self.vector, free, base=start)
+        self.at = residuals(evidence, self.model)
+        self.noise = noise or self._noise()
+        self._whiten()
+
+    def _noise(self) -> Noise:
+        """Of the runs that count."""
+        known = restricted(self.evidence, self.at, self.counts)
+        return with_tails(known[0], known[1], estimate_noise(*known))
+
+    def _whiten(self) -> None:
+        self.whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, self.model))
+        self.white = self.whitening(stack(self.evidence, self.at))
+
+    def _total(self, white: Array, whitening: Whitening) -> float:
+        density = log_density(white, whitening.tail, whitening.limit)
+        counted = self.counts[whitening.run]
+        return float(density[counted].sum() - whitening.log_scale[self.counts].sum())
+
+    def climb(self, steps: int) -> bool:
+        """Newton steps until there is nothing to gain; False if `steps` were not enough."""
+        return any(self.step() for _ in range(steps))
+
+    def renew_noise(self) -> bool:
+        """Estimates the noise anew and keeps it where that makes the recording more likely; whether it did."""
+        before, kept = self._total(self.white, self.whitening), (self.noise, self.whitening, self.white)
+        self.noise = self._noise()
+        self._whiten()
+        if self._total(self.white, self.whitening) > before + WORTH_RENEWING:
+            return True
+        self.noise, self.whitening, self.white = kept
+        return False
+
+    def step(self) -> bool:
+        """One step; whether it is the last."""
+        counted = self.counts[self.whitening.run]
+        slope = self.whitening(stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at)))[counted]
+        pull, curve = pulls(self.white[counted], self.whitening.tail[counted], self.whitening.limit[counted])
+        gradient = slope.T @ pull
+        hessian = (slope * curve[:, None]).T @ slope
+        move, gain = _bounded(gradient, hessian, self.vector, self.low, self.high)
+        self.hessian = hessian
+        if gain < CONVERGED:
+            return True
+        before = self._total(self.white, self.whitening)
+        for shrink in (1.0, 0.5, 0.2, 0.05, 0.01):
+            vector = np.clip(self.vector + shrink * move, self.low, self.high)
+            model = model_of(vector, self.free, base=self.model)
+            at = residuals(self.evidence, model)
+            whitening = self.whitening
+            if model.acting("shaking"):
+                whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
+            white = whitening(stack(self.evidence, at))
+            if self._total(white, whitening) > before:
+                self.vector, self.model, self.at, self.white, self.whitening = vector, model, at, white, whitening
+                return False
+        return gain < 0.5  # no way up from here: as good as converged only if little was to be gained
+
+    def result(self, converged: bool) -> Fit:
+        density = log_density(self.white, self.whitening.tail, self.whitening.limit)
+        log_run = np.bincount(self.whitening.run, density, self.evidence.runs) - self.whitening.log_scale
+        size = len(self.free)
+        hessian = getattr(self, "hessian", np.eye(size))
+        inner = (self.vector > self.low) & (self.vector < self.high)
+        covariance = np.zeros((size, size))
+        covariance[np.ix_(inner, inner)] = np.linalg.pinv(hessian[np.ix_(inner, inner)], hermitian=True)
+        return Fit(
+            model=replace(self.model, scatter=self.noise.scatter),
+            free=self.free,
+            vector=self.vector,
+            covariance=covariance,
+            noise=self.noise,
+            log_run=log_run,
+            white=self.white,
+            converged=converged,
+        )
+
+
+def _bounded(gradient: Array, hessian: Array, vector: Array, low: Array, high: Array) -> tuple[Array, float]:
+    """The Newton step within bounds, and the gain that the quadratic promises: numbers at a bound that would leave it
+    are held, until none would."""
+    held = np.zeros(len(vector), dtype=np.bool_)
+    move = np.zeros(len(vector))
+    for _ in range(len(vector) + 1):
+        free = ~held
+        move = np.zeros(len(vector))
+        part = hessian[np.ix_(free, free)]
+        ridge = _RIDGE * max(float(np.trace(part)), 1e-12) * np.eye(int(free.sum()))
+        move[free] = -np.linalg.solve(part + ridge, gradient[free]) if free.any() else 0.0
+        out = free & (((vector <= low) & (move < 0)) | ((vector >= high) & (move > 0)))
+        if not out.any():
+            break
+        held |= out
+    move = np.clip(vector + move, low, high) - vector
+    # A shape without an effect has no slope; its step must not run away.
+    move = np.clip(move, -30.0, 30.0)
+    return move, -float(gradient @ move + 0.5 * move @ hessian @ move)
+
+
+def restricted(evidence: Evidence, at: dict[str, Array], runs: Bools) -> tuple[Evidence, dict[str, Array]]:
+    """The evidence as it is, and residuals in which runs that do not count are left out of the noise's estimate."""
+    if runs.all():
+        return evidence, at
+    return evidence.only(runs), {
+        channel.name: at[channel.name][runs[channel.rows.run]] for channel in evidence.channels
+    }
+
+
+def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
+    """The noise with each channel's tail, and its scale, fitted to the whitened components."""
+    whitening = Whitening(evidence, noise)
+    white = whitening(stack(evidence, at))
+    own, factor, tail = dict(noise.own), dict(noise.factor), dict(noise.tail)
+    for place, channel in enumerate(evidence.channels):
+        chosen = (whitening.channel == place) & ~whitening.limit
+        tail[channel.name], scale = fitted_tail(white[chosen])
+        if channel.name == "onset":
+            own["onset"] = np.sqrt(max((scale * noise.scatter) ** 2 - noise.friction**2, 1e-12)).item()
+        else:
+            factor[channel.name] = factor[channel.name] * scale
+    return Noise(friction=noise.friction, own=own, factor=factor, tail=tail)
+
+
+def shaking_of(evidence: Evidence, model: Model) -> Array | None:
+    """Standard deviations by the model's random pushes, for the onset's rows; None if there are none."""
+    if not model.acting("shaking") or not evidence.channels or evidence.channels[0].name != "onset":
+        return None
+    from station.gap.evidence.onsets import Onsets
+
+    first = evidence.channels[0]
+    return first.shaking(model) if isinstance(first, Onsets) else None

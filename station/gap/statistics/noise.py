@@ -1,0 +1,133 @@
+"""What scatters: every measurement, every run's friction, and every run's image.
+
+A row j of channel c in run i has the residual
+
+    r_ij = f_c e_ij sigma_ij + b_ci + a_c u_i,
+
+e and b of unit scale times their standard deviation, u_i the run's own friction (a_c = 1 in the channels that it
+shifts), and for the onset one more draw that the slide does not share. Whitened by the Cholesky factor of a run's
+covariance, the components are Student-t.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.gap.evidence.evidence import Evidence
+from station.physics.contact import Array
+
+GAUSSIAN = 200.0
+TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, GAUSSIAN)
+_CLIP = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Standard deviations: `friction` shared by onset and slide, `own` of each channel's runs, `factor` on its sigma.
+
+    `tail` is each channel's degrees of freedom of Student's t.
+    """
+
+    friction: float
+    own: Mapping[str, float]
+    factor: Mapping[str, float]
+    tail: Mapping[str, float]
+
+    @property
+    def scatter(self) -> float:
+        """Relative scatter of a run's static friction."""
+        return math.hypot(self.friction, self.own.get("onset", 0.0))
+
+
+def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
+    """The noise of residuals by channel, by robust moments: within runs, between runs, and between channels."""
+    own, factor, means = dict[str, float](), dict[str, float](), dict[str, Array]()
+    for channel in evidence.channels:
+        values, rows = residuals[channel.name], channel.rows
+        known = ~rows.limit
+        factor[channel.name] = _factor(values[known], rows.sigma[known], rows.run[known])
+        mean, error = _run_means(
+            values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs
+        )
+        means[channel.name] = mean
+        own[channel.name] = _between(mean, error)
+    if "onset" in own:
+        # Runs without a slide say that the tail goes on: without them the scatter would read too small.
+        own["onset"] *= _censoring(evidence, residuals["onset"])
+    friction = _shared(means, own)
+    for name in ("onset", "along"):
+        if name in own:
+            own[name] = math.sqrt(max(own[name] ** 2 - friction**2, 1e-12))
+    return Noise(friction=friction, own=own, factor=factor, tail={name: GAUSSIAN for name in own})
+
+
+def _factor(values: Array, sigma: Array, run: Array) -> float:
+    """How much more the rows of one run scatter than their sigma says, in pairs that follow each other."""
+    if len(values) < 4:
+        return 1.0
+    same = run[1:] == run[:-1]
+    if same.sum() < 10:
+        return 1.0
+    first, second = values[1:][same], values[:-1][same]
+    standardised = (first - second) / np.hypot(sigma[1:][same], sigma[:-1][same])
+    return max(_robust_sd(standardised), 0.5)
+
+
+def _run_means(values: Array, sigma: Array, run: Array, runs: int) -> tuple[Array, Array]:
+    """Weighted mean of each run (nan: no rows) and its standard error."""
+    weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
+    total = np.bincount(run, weight, runs)
+    summed = np.bincount(run, weight * values, runs)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(total > 0, summed / total, np.nan), np.where(total > 0, 1 / np.sqrt(total), np.nan)
+
+
+def _between(mean: Array, error: Array) -> float:
+    known = np.isfinite(mean)
+    if known.sum() < 4:
+        return 1e-6
+    spread = _robust_sd(mean[known])
+    return math.sqrt(max(spread**2 - float(np.median(error[known])) ** 2, 1e-12))
+
+
+def _robust_sd(values: Array) -> float:
+    """Standard deviation of values clipped at three robust ones, freed of what the clipping takes from a Gaussian."""
+    middle = float(np.median(values))
+    mad = 1.4826 * float(np.median(np.abs(values - middle)))
+    if mad == 0:
+        return float(np.std(values))
+    clipped = np.clip(values - middle, -_CLIP * mad, _CLIP * mad)
+    return float(np.std(clipped)) / 0.9933
+
+
+def _censoring(evidence: Evidence, residual: Array) -> float:
+    """Factor on the scatter: a share q of limits at the top leaves a truncated Gaussian of smaller spread."""
+    channel = evidence.channel("onset")
+    if channel is None or not channel.rows.limit.any():
+        return 1.0
+    del residual
+    share = float(channel.rows.limit.mean())
+    return 1.0 + 1.5 * min(share, 0.3)
+
+
+def _shared(means: Mapping[str, Array], own: Mapping[str, float]) -> float:
+    """The part of the runs' friction that onset and slide have in common."""
+    if "onset" not in means or "along" not in means:
+        return 0.0
+    both = np.isfinite(means["onset"]) & np.isfinite(means["along"])
+    if both.sum() < 8:
+        return 0.0
+    first, second = (_clipped(means[name][both]) for name in ("onset", "along"))
+    covariance = float(np.mean((first - first.mean()) * (second - second.mean())))
+    ceiling = 0.999 * min(own["onset"], own["along"])
+    return min(math.sqrt(max(covariance, 0.0)), ceiling)
+
+
+def _clipped(values: Array) -> Array:
+    middle = np.median(values)
+    reach = _CLIP * 1.4826 * float(np.median(np.abs(values - middle)))
+    return np.clip(values, middle - reach, middle + reach) if reach > 0 else values
