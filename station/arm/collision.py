@@ -8,15 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, cast
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from station.arm.bindings import mj, place
 from station.rig.arm_model import ArmModel, Capsule, transform
 from station.rig.arm_settings import ObstacleSettings
 
 Array = NDArray[np.float64]
-mj: Any = mujoco  # ships no types
 _FAR_M = 0.5
 _NEIGHBOURS = 2  # links this close in the chain share a joint's housing and always touch
 _PLATE_M = 0.006
@@ -49,17 +48,17 @@ class CollisionScene:
         self._add(spec.worldbody, "the table", -9, type=mj.mjtGeom.mjGEOM_PLANE, pos=[0, 0, obstacles.table_m])
         for number, (x, y, z, *sizes) in enumerate(obstacles.walls_m):
             self._box(spec.worldbody, f"wall {number + 1}", -9, pos=(x, y, z), sizes=tuple(sizes))
-        body = spec.worldbody.add_body(name="base", **_pose(world_from_base))
+        body = spec.worldbody.add_body(name="base", **place(world_from_base))
         self._capsule(body, "the base", -1, self._arm.base_capsule, mass=self._arm.base_mass_kg)
         for rank, joint in enumerate(self._arm.joints):
-            body = body.add_body(name=joint.name, **_pose(transform(joint.origin_xyz_m, joint.origin_rpy_rad)))
+            body = body.add_body(name=joint.name, **place(transform(joint.origin_xyz_m, joint.origin_rpy_rad)))
             body.add_joint(name=joint.name, type=mj.mjtJoint.mjJNT_HINGE, axis=joint.axis)
             self._capsule(body, f"link {rank + 1}", rank, joint.link_capsule, mass=joint.link_mass_kg)
         self._mount(body, len(self._arm.joints), obstacles)
 
     def _mount(self, last: Any, rank: int, obstacles: ObstacleSettings) -> None:
         """The plate and, above it, the camera on its posts."""
-        plate = last.add_body(name="plate", **_pose(self._arm.last_from_flange @ self._arm.flange_from_plate))
+        plate = last.add_body(name="plate", **place(self._arm.last_from_flange @ self._arm.flange_from_plate))
         side, height = obstacles.plate_side_m, obstacles.camera_height_m
         self._box(plate, "the plate", rank, pos=(0, 0, -_PLATE_M / 2), sizes=(side, side, _PLATE_M))
         if not height:
@@ -120,9 +119,3 @@ class CollisionScene:
         self._data.qvel[:] = 0
         mj.mj_forward(self._model, self._data)
         return cast(Array, self._data.qfrc_bias.copy())
-
-
-def _pose(a_from_b: Array) -> dict[str, Any]:
-    quaternion = np.empty(4)
-    mj.mju_mat2Quat(quaternion, np.ascontiguousarray(a_from_b[:3, :3]).ravel())
-    return {"pos": a_from_b[:3, 3], "quat": quaternion}
