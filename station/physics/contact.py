@@ -67,6 +67,14 @@ class Contact:
         """Gravity's normal component, g cos θ (n,): the normal force of a plain block per mass."""
         return GRAVITY_M_S2 * np.cos(self.tilt_rad)
 
+    @property
+    def tilt_axis(self) -> Array:
+        """Unit vector in P (n, 3) about which a positive tilt has turned the plate from level: normal × descent.
+
+        It is the same in the world's frame, as long as the arm tilts the plate without turning it about its normal.
+        """
+        return np.column_stack([-np.sin(self.down_rad), np.cos(self.down_rad), np.zeros(len(self))])
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class View:

@@ -40,7 +40,6 @@ class Effect(ABC):
         parameters: its numbers; at least one has a null value.
         confounded_with: ids of the effects that the standard protocol cannot tell from it.
         separated_by: the experiment that does, in one sentence.
-        needs: what a recording must have varied or measured, in words: the first columns of the plan and of refusals.
     """
 
     id: ClassVar[str]

@@ -1,0 +1,45 @@
+"""Adhesion: the surfaces attract each other, and the block is pressed on by more than its weight.
+
+N = m g cos θ + F, so that tan θ = mu (1 + F / (m g cos θ)) at the onset; light blocks hold even upside down.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+SAME = 0.02
+"""Masses that differ by less than this share count as one."""
+
+
+class Adhesion(Effect):
+    """A constant force presses the block on."""
+
+    id: ClassVar[str] = "adhesion"
+    title: ClassVar[str] = "adhesion"
+    law: ClassVar[str] = "extra normal force F (F = 0)"
+    source: ClassVar[str] = "Derjaguin 1934, Z. Phys. 88, 661; Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324, 301"
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "load"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="force_n", unit="N", low=0.0, high=2.0, typical=0.02),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("load_dependence", "angle_scale")
+    separated_by: ClassVar[str] = "masses over a range of ten to one in random order, and several tilts while sliding"
+    absorbed_by_mu: ClassVar[bool] = True
+
+    def push(self, contact: Contact, values: Values) -> Array | None:
+        """See the module."""
+        pressed = -values["force_n"] / contact.mass_kg
+        return np.column_stack([np.zeros(len(contact)), np.zeros(len(contact)), pressed])
+
+    def why_untestable(self, contact: Contact) -> str | None:
+        """See the base class."""
+        if np.ptp(contact.mass_kg) > SAME * np.mean(contact.mass_kg):
+            return None
+        return "All runs have one mass, and then an extra normal force is the same as a larger mu; add a second mass."

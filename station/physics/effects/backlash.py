@@ -1,0 +1,41 @@
+"""Backlash: the plate lags behind the reported angle, on the side from which it comes.
+
+True tilt = reported − w while rising, reported + w while falling, w half the play.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+
+class Backlash(Effect):
+    """The angle lags on reversal."""
+
+    id: ClassVar[str] = "backlash"
+    title: ClassVar[str] = "backlash"
+    law: ClassVar[str] = "true tilt = reported - w while rising, + w while falling (w = 0)"
+    source: ClassVar[str] = "Nordin & Gutman 2002, Automatica 38, 1633 (friction-driven hysteresis)"
+    layer: ClassVar[Layer] = "rig"
+    family: ClassVar[Family] = "level"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="half_width_rad", unit="rad", low=0.0, high=0.02, typical=0.003),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("angle_scale", "clock_offset")
+    separated_by: ClassVar[str] = "angles approached from above as well as from below"
+    absorbed_by_mu: ClassVar[bool] = True
+
+    def attitude(self, contact: Contact, values: Values) -> Array | None:
+        """See the module."""
+        return -values["half_width_rad"] * contact.rising[:, None] * contact.tilt_axis
+
+    def why_untestable(self, contact: Contact) -> str | None:
+        """See the base class."""
+        if len(contact) and np.ptp(contact.rising) > 0:
+            return None
+        return "Every slide began with the tilt moving the same way, so play is the same as another mu; add reversals."

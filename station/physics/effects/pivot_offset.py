@@ -1,0 +1,37 @@
+"""Offset of the pivot: the plate turns about a point other than the assumed one, and shakes the block at every step.
+
+In the plate's frame the block feels −α × r − ω × (ω × r), r the true minus the assumed vector from the pivot to the
+block: z is the height above the pivot, felt along the slope; x and y are felt along the normal.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+
+class PivotOffset(Effect):
+    """The plate turns about a point off the block."""
+
+    id: ClassVar[str] = "pivot_offset"
+    title: ClassVar[str] = "offset of the pivot"
+    law: ClassVar[str] = "inertial push -alpha x r - omega x (omega x r), r = (x, y, z) from the pivot (0)"
+    source: ClassVar[str] = "Landau & Lifshitz, Mechanics, section 39 (motion in a non-inertial frame)"
+    layer: ClassVar[Layer] = "rig"
+    family: ClassVar[Family] = "timing"
+    parameters: ClassVar[tuple[Parameter, ...]] = tuple(
+        Parameter(name=name, unit="m", low=-0.5, high=0.5, typical=0.1) for name in ("x_m", "y_m", "z_m")
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("arm_vibration", "kinetic_drop", "clock_offset")
+    separated_by: ClassVar[str] = "slower and smoother tilt steps beside the usual ones, or an IMU on the plate"
+
+    def push(self, contact: Contact, values: Values) -> Array | None:
+        """See the module."""
+        arm = np.array([values["x_m"], values["y_m"], values["z_m"]])
+        swing = np.cross(contact.rate_rad_s, np.cross(contact.rate_rad_s, arm))
+        return -np.cross(contact.acceleration_rad_s2, arm) - swing

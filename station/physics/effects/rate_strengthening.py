@@ -1,0 +1,40 @@
+"""Rate strengthening: friction changes with the logarithm of the sliding speed.
+
+mu = mu_k (1 + a ln((v + v_c) / v0)) with v0 = 0.1 m/s, near which slides are seen, and the cut-off v_c = 1 mm/s that
+keeps slow sliding finite. Both signs occur: a > 0 strengthens, a < 0 weakens. At rest the static level stands, so with
+a < 0 a slow slide meets more friction than rest does: a simulator starts such a block when the load exceeds both.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+REFERENCE_M_S = 0.1
+CUT_OFF_M_S = 1e-3
+
+
+class RateStrengthening(Effect):
+    """Kinetic friction depends on the logarithm of the speed."""
+
+    id: ClassVar[str] = "rate_strengthening"
+    title: ClassVar[str] = "friction by the logarithm of speed"
+    law: ClassVar[str] = "mu = mu_k (1 + a ln((v + 1 mm/s) / 0.1 m/s)) while sliding (a = 0)"
+    source: ClassVar[str] = "Bar-Sinai et al. 2014, JGR Solid Earth 119, 1738; Dieterich 1979, JGR 84, 2161"
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "speed law"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="per_e_fold", unit="1", low=-0.1, high=0.1, typical=0.02),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "lens_distortion", "friction_patch")
+    separated_by: ClassVar[str] = "the same speed at another place: starts spread over the plate and several tilt rates"
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the module."""
+        e_folds = np.log((contact.speed_m_s + CUT_OFF_M_S) / REFERENCE_M_S)
+        return np.where(contact.moving, 1.0 + values["per_e_fold"] * e_folds, 1.0)

@@ -1,0 +1,38 @@
+"""Rolling shutter: the image's rows are exposed one after another, and a moving mark shears.
+
+A corner in a row that is read t later than the row of the optical axis, t = T (p − c)·down / image height, stands v t
+farther on, v its own velocity; T is the read-out time of an image that the tracking has not allowed for.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, View
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+
+class RollingShutter(Effect):
+    """Rows are exposed one after another."""
+
+    id: ClassVar[str] = "rolling_shutter"
+    title: ClassVar[str] = "rolling shutter"
+    law: ClassVar[str] = "each row is seen T row / rows later (T = 0)"
+    source: ClassVar[str] = "Geyer, Meingast, Sastry 2005, OMNIVIS (geometric models of rolling-shutter cameras)"
+    layer: ClassVar[Layer] = "camera"
+    family: ClassVar[Family] = "image"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="readout_s", unit="s", low=0.0, high=0.05, typical=0.005),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "rate_strengthening")
+    separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"
+
+    def seen(self, view: View, values: Values) -> Array | None:
+        """See the module."""
+        late = values["readout_s"] * ((view.point_m - view.image_centre_m) @ view.row_m) / view.image_size_m
+        out = view.point_m - view.centre_m[:, None, :]
+        turning = view.yaw_rate_rad_s[:, None, None] * np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        return late[..., None] * (view.velocity_m_s[:, None, :] + turning)

@@ -1,0 +1,38 @@
+"""Stribeck fall: friction falls from the static to the kinetic level over a speed scale, not at once.
+
+mu(v) = mu_s (1 − d (1 − exp(−v / v_s))): continuous with rest, (1 − d) mu_s when v is far above v_s.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+
+class Stribeck(Effect):
+    """Friction falls with the speed of sliding."""
+
+    id: ClassVar[str] = "stribeck"
+    title: ClassVar[str] = "fall of friction with speed"
+    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - exp(-v / v_s))) (d = 0)"
+    source: ClassVar[str] = "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form)"
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "speed law"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="drop", unit="1", low=0.0, high=0.6, typical=0.1),
+        Parameter(
+            name="speed_m_s", unit="m/s", low=1e-4, high=0.3, typical=0.02, null=None, starts=(0.02, 0.002, 0.0003, 0.1)
+        ),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("kinetic_drop", "viscous", "rate_strengthening")
+    separated_by: ClassVar[str] = "slow slides: fine tilt steps around the onset, so that speeds below v_s are seen"
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the module."""
+        fallen = -np.expm1(-contact.speed_m_s / values["speed_m_s"])
+        return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)

@@ -1,0 +1,36 @@
+"""Wear: friction changes with the number of runs and settles.
+
+m(n) = 1 − f (1 − exp(−n / n0)), n the run's number in the session. A fall (f > 0) is what wear, polishing and a lost
+coating do; a rise (f < 0) is roughening, or dust. With n0 far beyond the session it is a steady drift.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+
+class Wear(Effect):
+    """Friction drifts over the session."""
+
+    id: ClassVar[str] = "wear"
+    title: ClassVar[str] = "wear, or a drift over the session"
+    law: ClassVar[str] = "mu falls by the share f (1 - exp(-run / n0)) (f = 0)"
+    source: ClassVar[str] = "Archard 1953, J. Appl. Phys. 24, 981; Blau 2005, Tribol. Int. 38, 1007 (running in)"
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "history"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="fall", unit="1", low=-0.4, high=0.6, typical=0.05),
+        Parameter(name="runs", unit="1", low=1.0, high=1000.0, typical=50.0, null=None, starts=(50.0, 10.0, 300.0)),
+    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("contact_aging",)
+    separated_by: ClassVar[str] = "a return to one reference direction every few runs, with dwell drawn at random"
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the module."""
+        return 1.0 + values["fall"] * np.expm1(-contact.run / values["runs"])
