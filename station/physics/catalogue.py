@@ -13,6 +13,7 @@ from types import MappingProxyType, ModuleType
 
 from shared.errors import UserError
 from station.physics import effects
+from station.physics.complete import missing_in
 from station.physics.effect import Effect
 
 Catalogue = Mapping[str, Effect]
@@ -22,7 +23,7 @@ def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
     """All effects by id: ours, then those of each folder in its order; an effect is one file with one subclass.
 
     Raises:
-        UserError: if a folder is missing, a file cannot be imported or holds no effect, or an id comes twice.
+        UserError: if a folder is missing, a file cannot be imported or holds no complete effect, or an id comes twice.
     """
     found: dict[str, Effect] = {}
     for module in [*_own_modules(), *(module for folder in folders for module in _modules_of(folder))]:
@@ -32,7 +33,15 @@ def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
                 f"Expected every effect once, but {effect.id} comes again from {module.__file__}; rename one of them"
             )
         found[effect.id] = effect
+    _refuse_unknown_names(found)
     return MappingProxyType(found)
+
+
+def _refuse_unknown_names(found: Catalogue) -> None:
+    for effect in found.values():
+        unknown = sorted(set(effect.confounded_with) - set(found))
+        if unknown:
+            raise UserError(f"Expected ids of effects in confounded_with of {effect.id}, got {', '.join(unknown)}")
 
 
 def _own_modules() -> list[ModuleType]:
@@ -68,4 +77,7 @@ def _effect_of(module: ModuleType) -> Effect:
     ]
     if len(classes) != 1:
         raise UserError(f"Expected one subclass of Effect in {module.__file__}, found {len(classes)}")
+    missing = missing_in(classes[0])
+    if missing is not None:
+        raise UserError(f"Expected {missing} in the effect {classes[0].__name__} of {module.__file__}, found none")
     return classes[0]()

@@ -19,7 +19,7 @@ class AngleScale(Effect):
     id: ClassVar[str] = "angle_scale"
     title: ClassVar[str] = "scale and offset of the angle"
     law: ClassVar[str] = "reported tilt = (1 + g) true + b (g = b = 0)"
-    source: ClassVar[str] = "Dressel et al., section II (linear calibration of the arm's angles against a gauge)"
+    source: ClassVar[str] = "Dressel et al., section III.A and table I (reported against measured angles)"
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (

@@ -22,7 +22,7 @@ class BorderContact(Effect):
     title: ClassVar[str] = "contact with the border"
     law: ClassVar[str] = "inside the foam a force k depth + c speed towards the centre (k = c = 0)"
     source: ClassVar[str] = (
-        "Dressel et al., section III and figure 2 (foam border); Kelvin–Voigt contact, Hunt & Crossley 1975"
+        "Dressel et al., section III.B and figure 2 (foam border); Kelvin–Voigt contact, Hunt & Crossley 1975"
     )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "place"

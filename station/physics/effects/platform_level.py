@@ -23,7 +23,7 @@ class PlatformLevel(Effect):
     id: ClassVar[str] = "platform_level"
     title: ClassVar[str] = "level error of the platform"
     law: ClassVar[str] = "true attitude = exp(eps_x, eps_y, 0) times the reported one, in the world's axes (0, 0)"
-    source: ClassVar[str] = "Dressel et al., section II (calibration of the arm's reported angles); Rodrigues' formula"
+    source: ClassVar[str] = "Dressel et al., section III.A and table I (reported against measured angles)"
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
