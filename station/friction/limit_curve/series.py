@@ -15,7 +15,7 @@ The curve is convex where 1 + p² + p′ = (h + h″) / h is not negative.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +30,11 @@ ODD = (1, 3, 4)
 """Orders that a general curve has beside its ellipse: 1 is one-way friction; 3 and 4 are what neither has."""
 STEEPEST = 1.4
 """ln of the largest ratio of an ellipse's axes (about 4 to 1) that is fitted."""
-_TURNS = 30
+NEGLIGIBLE = 1e-9
+"""Coefficients below this are left out."""
+_TURNS = 40
+_CLOSE = 1e-4
+"""Once a step is this small (rad) the next would be its cube."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,47 +67,78 @@ def ellipse_series(stretch_cos: float, stretch_sin: float) -> Complex:
     return series
 
 
+class Evaluator:
+    """Several series (ORDER + 1) made ready to be evaluated at the same directions, many times."""
+
+    def __init__(self, series: Sequence[Complex], *, derivatives: int = 4) -> None:
+        stacked = np.array(series)
+        self._order = np.flatnonzero((np.abs(stacked) > NEGLIGIBLE).any(axis=0))
+        factors = stacked[None, :, self._order] * (_TURNED[:derivatives, self._order])[:, None, :]
+        self._weights = np.concatenate([factors.real, factors.imag], axis=2).reshape(derivatives * len(series), -1)
+        self._size = (derivatives, len(series))
+
+    def __call__(self, phi: Array) -> Array:
+        """Values and derivatives (derivatives, series, n) at the directions phi (n)."""
+        return (self._weights @ _waves(phi, self._order)).reshape(*self._size, len(phi))
+
+
+_TURNED = np.power.outer(-1j * np.arange(ORDER + 1), np.arange(4)).T
+"""What a coefficient is multiplied by for each derivative (4, ORDER + 1)."""
+
+
+def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
+    """Cosines, then sines, of each order (2 m, n), by multiplication: trigonometry would take most of a fit's time."""
+    z = np.exp(1j * phi)
+    square = z * z
+    powers = np.empty((len(order), len(phi)), dtype=np.complex128)
+    # Orders are mostly even: those of an ellipse.
+    last: dict[int, tuple[int, Complex]] = {0: (0, np.ones_like(z)), 1: (1, z)}
+    for row, k in enumerate(order.tolist()):
+        at, power = last[k % 2]
+        while at < k:
+            at, power = at + 2, power * square
+        last[k % 2] = (at, power)
+        powers[row] = power
+    return np.concatenate([powers.real, powers.imag])
+
+
 def evaluate(series: Complex, phi: ArrayLike) -> Local:
-    """A series (ORDER + 1) at the directions phi (n), by Horner's rule."""
-    z = np.exp(-1j * np.asarray(phi, dtype=np.float64))
-    used = np.flatnonzero(series)
-    last = int(used[-1]) if len(used) else 0
-    order = np.arange(last + 1)
-    rows = series[: last + 1] * np.array([np.ones(last + 1), -1j * order, -(order**2), 1j * order**3])
-    sums = [_horner(row, z, even=not series[1::2].any()) for row in rows]
-    return Local(*(total.real for total in sums))
-
-
-def _horner(row: Complex, z: Complex, *, even: bool) -> Complex:
-    if even:
-        row, z = row[::2], z * z
-    total = np.full(z.shape, row[-1])
-    for coefficient in row[-2::-1]:
-        total = total * z + coefficient
-    return total
+    """A series (ORDER + 1) at the directions phi (any shape)."""
+    angles = np.asarray(phi, dtype=np.float64)
+    return Local(*Evaluator([series])(angles.ravel())[:, 0].reshape(4, *angles.shape))
 
 
 def slide_direction(
-    at: Callable[[Array], Local], pull_rad: ArrayLike, *, ease: float = 1.0, start_rad: Array | None = None
+    slopes: Callable[[Array], Array], pull_rad: Array, *, ease: float = 1.0, start_rad: Array | None = None
 ) -> Array:
-    """The direction phi (n) in which a block slides that is pulled towards delta (n): Newton's method, kept in bounds.
+    """The direction phi (n) in which a block slides that is pulled towards delta (n): Halley's method, kept in bounds.
 
-    For a curve that is not convex some solution; there the fit is refused anyway.
+    Args:
+        slopes: gives p, p′ and p″, (3, n), at directions (n).
+        pull_rad: delta (n).
+        ease: see above.
+        start_rad: where to begin (n).
+
+    Returns:
+        phi (n). For a curve that is not convex it is some solution; there the fit is refused anyway.
     """
-    pull = np.asarray(pull_rad, dtype=np.float64)
-    low, high = pull - math.pi / 2, pull + math.pi / 2
-    phi = np.clip(pull if start_rad is None else start_rad, low, high)
+    low, high = pull_rad - math.pi / 2, pull_rad + math.pi / 2
+    phi = np.clip(pull_rad if start_rad is None else start_rad, low, high)
     for _ in range(_TURNS):
-        local = at(phi)
-        eased = ease * local.slope
-        error = phi + np.arctan(eased) - pull
-        if np.abs(error).max(initial=0.0) < 1e-10:
-            break
+        p, bend, jerk = slopes(phi)
+        square = 1.0 + (ease * p) ** 2
+        error = phi + np.arctan(ease * p) - pull_rad
+        rise = 1.0 + ease * bend / square
+        curl = ease * (jerk - 2.0 * ease**2 * p * bend**2 / square) / square
         low, high = np.where(error < 0, phi, low), np.where(error > 0, phi, high)
-        rise = 1.0 + ease * local.bend / (1.0 + eased**2)
-        step = phi - error / np.where(rise > 0.02, rise, np.inf)
-        outside = (step <= low) | (step >= high) | (rise <= 0.02)
-        phi = np.where(outside, (low + high) / 2, step)
+        below = 2.0 * rise**2 - error * curl
+        step = phi - 2.0 * error * rise / np.where(below > 1e-3, below, np.inf)
+        outside = (step < low) | (step > high) | (rise <= 0.02) | (below <= 1e-3)
+        moved = np.where(outside, (low + high) / 2, step)
+        done = float(np.abs(moved - phi).max(initial=0.0)) < _CLOSE
+        phi = moved
+        if done:
+            break
     return phi
 
 

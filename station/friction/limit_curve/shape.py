@@ -14,7 +14,7 @@ from station.friction.limit_curve.series import (
     ODD,
     ORDER,
     Complex,
-    Local,
+    Evaluator,
     convexity,
     ellipse_series,
     evaluate,
@@ -100,12 +100,9 @@ class LimitCurve:
 
     def slide(self, pull_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
         """The directions (n) in which the block begins to slide when it is pulled in the directions `pull_rad` (n)."""
-        series = self.series(orientation_rad)
-
-        def at(phi: Array) -> Local:
-            return evaluate(series, phi)
-
-        return slide_direction(at, pull_rad)
+        pull = np.asarray(pull_rad, dtype=np.float64)
+        both = Evaluator([self.series(orientation_rad)])
+        return slide_direction(lambda phi: both(phi)[1:, 0], pull.ravel()).reshape(pull.shape)
 
     def convexity(self, *, orientation_rad: float = 0.0) -> float:
         """The least of (mu + mu″) / mu over all directions: a limit curve is convex where it is not negative."""
@@ -131,7 +128,7 @@ class LimitCurve:
 
 
 def _circle() -> Array:
-    return np.arange(_GRID) * (2 * math.pi / _GRID)
+    return np.linspace(0, 2 * math.pi, _GRID, endpoint=False)
 
 
 def _stretch(second: complex) -> tuple[float, float]:

@@ -1,0 +1,109 @@
+"""The maximum of a likelihood, and how sharp it is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from station.friction.direction import Array
+from station.friction.limit_curve.likelihood import Likelihood
+from station.friction.limit_curve.observations import Observations
+from station.friction.limit_curve.parameters import UNBOUNDED, Layout, extended
+
+_AT_BOUND = 3e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Maximum:
+    """The parameters (k) at the maximum, ln of the likelihood there, and their covariance (k, k).
+
+    The covariance is Laplace's: the inverse of the likelihood's curvature. A tail of 0 has none, and is taken as known.
+    """
+
+    layout: Layout
+    values: Array
+    log_likelihood: float
+    covariance: Array
+    count: int
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion: smaller is better."""
+        return len(self.values) * math.log(self.count) - 2 * self.log_likelihood
+
+    def sigma(self, slope: Array) -> float:
+        """Standard error of what changes by `slope` (k) with the parameters."""
+        return math.sqrt(max(float(slope @ self.covariance @ slope), 0.0))
+
+
+def first_guess(observations: Observations) -> Array:
+    """Values of the isotropic model from which every fit begins."""
+    layout = Layout("isotropic", "object")
+    known = observations.pull[observations.resolved]
+    start = dict.fromkeys(layout.names, 0.0)
+    start["level"] = float(np.median(known))
+    start["log_scatter"] = math.log(max(_spread(known), 0.01))
+    off = observations.slide_rad - observations.towards_object_rad
+    off = (off[np.isfinite(off)] + math.pi) % (2 * math.pi) - math.pi
+    start["log_direction_scatter"] = math.log(max(_spread(off), 0.005))
+    start["tail"] = start["direction_tail"] = 0.1
+    return np.array(list(start.values()))
+
+
+def _spread(values: Array) -> float:
+    return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.1
+
+
+def maximise(layout: Layout, observations: Observations, *, start: Array, start_layout: Layout) -> Maximum:
+    """Climbs from the values of another, simpler model."""
+    likelihood = Likelihood(layout, observations)
+    bounds = layout.bounds()
+    low, high = (np.array(side) for side in zip(*bounds, strict=True))
+    scale = _scales(layout, start, len(observations))
+    origin = np.clip(extended(start_layout, start, to=layout), low, high)
+
+    def downhill(shifted: Array) -> tuple[float, Array]:
+        total, gradient = likelihood(origin + scale * shifted)
+        return -total, -gradient * scale
+
+    found: Any = minimize(
+        downhill, np.zeros(len(origin)), jac=True, method="L-BFGS-B",
+        bounds=list(zip((low - origin) / scale, (high - origin) / scale, strict=True)),
+        options={"maxcor": 20, "maxiter": 300, "ftol": 1e-10, "gtol": 1e-3},
+    )  # fmt: skip
+    values = np.clip(origin + scale * np.asarray(found.x), low, high)
+    total, _ = likelihood(values)
+    return Maximum(layout, values, total, _covariance(likelihood, values, scale, low, high), len(observations))
+
+
+def _scales(layout: Layout, start: Array, count: int) -> Array:
+    """About the standard error of each parameter, so that the climb goes as fast along each."""
+    scatter, spread = math.exp(start[2]), math.exp(start[4])
+    root = math.sqrt(max(count, 1))
+    fixed = {"log_scatter": 0.8, "log_direction_scatter": 0.8, "tail": 0.7, "direction_tail": 0.7, "turn": spread}
+    fixed |= {"ease": 2.0, "drift": 1.7 * scatter}
+    return np.array([fixed.get(name, 1.4 * scatter if "." in name else scatter) / root for name in layout.names])
+
+
+def _covariance(likelihood: Likelihood, values: Array, scale: Array, low: Array, high: Array) -> Array:
+    unbounded = np.array([name in UNBOUNDED for name in likelihood.layout.names])
+    free = np.flatnonzero(unbounded | ((values > low + _AT_BOUND) & (values < high - _AT_BOUND)))
+    curvature = np.zeros((len(free), len(free)))
+    for row, place in enumerate(free):
+        room = np.inf if unbounded[place] else 0.5 * min(values[place] - low[place], high[place] - values[place])
+        step = min(0.05 * scale[place], room)
+        ahead, behind = values.copy(), values.copy()
+        ahead[place] += step
+        behind[place] -= step
+        curvature[row] = (likelihood(behind)[1] - likelihood(ahead)[1])[free] / (2 * step)
+    curvature = 0.5 * (curvature + curvature.T) * np.outer(scale[free], scale[free])
+    size, ways = np.linalg.eigh(curvature)
+    # Where the likelihood hardly falls nothing is known: very wide, but not endless.
+    inverse = (ways / np.maximum(size, 1e-4)) @ ways.T
+    covariance = np.zeros((len(values), len(values)))
+    covariance[np.ix_(free, free)] = inverse * np.outer(scale[free], scale[free])
+    return covariance
