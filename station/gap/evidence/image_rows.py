@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 STRETCHES = 4
 LEAST_FRAMES = 3
+MEAN_POINTS = 24
 BEFORE_SLIP_NS = 30_000_000
 FLOOR_M = 2e-6
 """What a mean place is trusted to, however many frames it is of."""
@@ -106,9 +107,9 @@ def _fiducial(
     if not rows:
         return []
     run, from_ns, to_ns, level_m, now_m, factor = zip(*rows, strict=True)
-    middle = (np.array(from_ns, dtype=np.int64) + np.array(to_ns, dtype=np.int64)) // 2
+    spans = list(zip(from_ns, to_ns, strict=True))
     before, after = np.array(level_m), np.array(now_m)
-    views = [_fixed_view(points, recorded, middle, geometry) for points in (after, before)]
+    views = [_fixed_view(points, recorded, spans, geometry) for points in (after, before)]
     moved = (after - before).mean(axis=1)
     sigma = np.array(factor) * sigma_px * geometry.mm_per_px * 0.5e-3
     columns = {
@@ -171,7 +172,7 @@ def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: b
         return None
     times, pose = track.time_ns[frames], track.pose[frames]
     velocity, yaw_rate = np.zeros(2), 0.0
-    mean = np.median(pose, axis=0) if not moving else pose.mean(axis=0)
+    mean = pose.mean(axis=0)
     corners = None
     if track.corner_m is not None:
         seen = track.corner_m[frames]
@@ -208,15 +209,15 @@ def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
         axis=-1,
     )
     middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)
-    attitude = recorded.plate.at(middle)
+    tilt_rad, down_rad = _mean_attitude(recorded, [(stretch.from_ns, stretch.to_ns) for stretch in stretches])
     tilt_ns = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
     return View(
         point_m=turned + pose[:, None, :2],
         on_block=True,
         velocity_m_s=np.array([stretch.velocity for stretch in stretches]),
         yaw_rate_rad_s=np.array([stretch.yaw_rate for stretch in stretches]),
-        tilt_rad=attitude.tilt_rad,
-        down_rad=attitude.down_rad,
+        tilt_rad=tilt_rad,
+        down_rad=down_rad,
         rest_s=np.maximum((middle - tilt_ns) * 1e-9, 0.0),
         side_m=geometry.marker_side_m,
         camera_height_m=geometry.camera_height_m or 0.3,
@@ -226,16 +227,26 @@ def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
     )
 
 
-def _fixed_view(points: Array, recorded: Recorded, middle: Array, geometry: CameraGeometry) -> View:
-    attitude = recorded.plate.at(middle)
+def _mean_attitude(recorded: Recorded, spans: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
+    """Tilt and direction of descent (n,) of the mean gravity over stretches of time: the plate moves in steps there."""
+    shares = (np.arange(MEAN_POINTS) + 0.5) / MEAN_POINTS
+    begin, end = np.array(spans, dtype=np.int64).T
+    times = begin[:, None] + np.round(shares * (end - begin)[:, None]).astype(np.int64)
+    gravity = recorded.plate.at(times.ravel()).gravity.reshape(len(spans), MEAN_POINTS, 3).mean(axis=1)
+    level = np.hypot(gravity[:, 0], gravity[:, 1])
+    return np.arctan2(level, -gravity[:, 2]), np.arctan2(gravity[:, 1], gravity[:, 0])
+
+
+def _fixed_view(points: Array, recorded: Recorded, spans: Sequence[tuple[int, int]], geometry: CameraGeometry) -> View:
+    tilt_rad, down_rad = _mean_attitude(recorded, spans)
     count = len(points)
     return View(
         point_m=points,
         on_block=False,
         velocity_m_s=np.zeros((count, 2)),
         yaw_rate_rad_s=np.zeros(count),
-        tilt_rad=attitude.tilt_rad,
-        down_rad=attitude.down_rad,
+        tilt_rad=tilt_rad,
+        down_rad=down_rad,
         rest_s=np.zeros(count),
         side_m=geometry.marker_side_m,
         camera_height_m=geometry.camera_height_m or 0.3,
@@ -267,7 +278,7 @@ def _mean_corners(time_ns: Array, corner_m: Array, from_ns: int, to_ns: int) -> 
     first, last = np.searchsorted(time_ns, (from_ns, to_ns))
     seen = corner_m[first:last]
     seen = seen[np.isfinite(seen).all(axis=(1, 2))]
-    return (np.median(seen, axis=0), len(seen)) if len(seen) else None
+    return (seen.mean(axis=0), len(seen)) if len(seen) else None
 
 
 def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> Moments:

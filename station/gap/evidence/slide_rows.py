@@ -48,7 +48,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
-        velocity_m_s=np.concatenate([window.node_velocity[:, :2] for window in windows]),
+        velocity_m_s=np.concatenate([_velocity(window) for window in windows]),
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=np.concatenate([_border(window, recorded) for window in windows]),
@@ -65,9 +65,8 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
     noise = np.array(
         [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
     )
-    # A direction that is off by its own noise puts that share of the friction across.
-    aside = np.array([window.velocity_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)])
-    aside = aside / np.maximum(contact.speed_m_s[1::nodes], 1e-4)
+    # A direction that is off by its own error puts that share of the friction across.
+    aside = np.array([window.way_sigma_rad for window in windows])
     turning = np.array(
         [window.acceleration_factor * track.sigma_rad for window, track in zip(windows, tracks, strict=True)]
     )
@@ -85,6 +84,12 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         Across(rows(np.hypot(relative, aside)), motion),
         Turn(rows(turning), motion),
     ]
+
+
+def _velocity(window: Window) -> Array:
+    """The speed of the window in the direction of the whole path (3, 2)."""
+    speed = np.hypot(window.node_velocity[:, 0], window.node_velocity[:, 1])
+    return speed[:, None] * np.column_stack([np.cos(window.node_way_rad), np.sin(window.node_way_rad)])
 
 
 def _border(window: Window, recorded: Recorded) -> Array:

@@ -21,6 +21,7 @@ FRAMES = 9
 LEAST_FRAMES = 7
 SLOWEST_SIGMAS = 6.0
 SLOWEST_M_S = 2e-3
+SHORTEST_M = 1e-3
 _roots, _weights = roots_jacobi(3, 2.0, 2.0)
 NODES: Array = np.asarray(_roots, dtype=np.float64)
 WEIGHTS: Array = np.asarray(_weights / np.sum(_weights), dtype=np.float64)
@@ -39,8 +40,9 @@ class Window:
     node_velocity: Array
     acceleration_factor: float
     """Standard deviation of the acceleration per standard deviation of a place, 1/s²."""
-    velocity_factor: float
-    """The same for the velocity at the window's middle, 1/s."""
+    node_way_rad: Array
+    way_sigma_rad: float
+    """Of the direction at the window's middle, as the whole path gives it."""
     frames: slice
 
 
@@ -52,13 +54,57 @@ def windows_of(track: RunTrack, *, margin_ns: int = 0) -> Iterator[Window]:
     if not track.slid:
         return
     part = track.frames(track.slip_ns, track.stop_ns - margin_ns)
+    course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
+    if course is None:
+        return
     for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
-        window = _window(track, slice(first, first + FRAMES))
+        window = _window(track, slice(first, first + FRAMES), course)
         if window is not None:
             yield window
 
 
-def _window(track: RunTrack, frames: slice) -> Window | None:
+class Course:
+    """The way of a slide as a smooth function of the distance along it, from the whole path.
+
+    The direction of one window's own velocity would be noisy, and its noise stand in the sideways force that is taken
+    across it: a law that turns the force with the direction would then seem to explain noise.
+    """
+
+    def __init__(self, middle: Array, main: Array, fit: Array, inverse: Array, scale_m: float, sigma_m: float) -> None:
+        self._middle, self._main, self._fit = middle, main, fit
+        self._inverse, self._scale, self._sigma = inverse, scale_m, sigma_m
+
+    @classmethod
+    def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
+        """The course of a path (n, 2); None where nothing moved."""
+        if len(place_m) < FRAMES:
+            return None
+        middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
+        length = float(np.linalg.norm(main))
+        if length < SHORTEST_M:
+            return None
+        main = main / length
+        along, aside = _along_aside(place_m - middle, main)
+        degree = 1 if length < 5 * SHORTEST_M or len(place_m) < 3 * FRAMES else 3
+        basis = np.column_stack([(along / length) ** k for k in range(degree + 1)])
+        inverse = np.linalg.pinv(basis)
+        return cls(middle, main, inverse @ aside, inverse @ inverse.T, length, sigma_m)
+
+    def at(self, place_m: Array) -> tuple[Array, Array]:
+        """The direction (m,) at places (m, 2) near the path, and its standard error."""
+        along, _ = _along_aside(place_m - self._middle, self._main)
+        share = along / self._scale
+        order = np.arange(len(self._fit))
+        slopes = np.where(order > 0, order * share[:, None] ** np.maximum(order - 1, 0), 0.0) / self._scale
+        way = np.arctan2(self._main[1], self._main[0]) + np.arctan(slopes @ self._fit)
+        return way, self._sigma * np.sqrt(np.einsum("ij,jk,ik->i", slopes, self._inverse, slopes))
+
+
+def _along_aside(offset: Array, main: Array) -> tuple[Array, Array]:
+    return offset @ main, offset @ np.array([-main[1], main[0]])
+
+
+def _window(track: RunTrack, frames: slice, course: Course) -> Window | None:
     times, pose = track.time_ns[frames], track.pose[frames]
     middle = (int(times[0]) + int(times[-1])) // 2
     half_s = 0.5e-9 * float(times[-1] - times[0])
@@ -75,6 +121,7 @@ def _window(track: RunTrack, frames: slice) -> Window | None:
     speed = np.hypot(velocity[:, 0], velocity[:, 1])
     if float(speed.min()) < max(SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m):
         return None
+    way, way_sigma = course.at(node[:, :2])
     return Window(
         from_ns=int(times[0]),
         to_ns=int(times[-1]),
@@ -84,6 +131,7 @@ def _window(track: RunTrack, frames: slice) -> Window | None:
         node_pose=node,
         node_velocity=velocity,
         acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,
-        velocity_factor=velocity_factor,
+        node_way_rad=way,
+        way_sigma_rad=float(way_sigma[1]),
         frames=frames,
     )

@@ -69,6 +69,9 @@ def model_of(vector: Array, free: Sequence[Free], *, base: Model) -> Model:
             values.setdefault(number.effect.id, {})[number.parameter.name] = number.parameter.clipped(
                 scaled * number.scale
             )
+    known = {term.effect.id: term.values for term in base.terms}
     for name, chosen in values.items():
-        model = model.with_term(Term(effects[name], chosen))
+        # A parameter that is not free keeps its value.
+        kept = known.get(name, effects[name].neutral())
+        model = model.with_term(Term(effects[name], {**kept, **chosen}))
     return model

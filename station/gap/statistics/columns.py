@@ -1,0 +1,130 @@
+"""Every candidate as columns of slopes around a fitted model, whitened, and freed of what the model can absorb itself."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.gap.evidence.evidence import Evidence
+from station.gap.statistics.fit import Fit, shaking_of
+from station.gap.statistics.noise import GAUSSIAN
+from station.gap.statistics.parameters import Free
+from station.gap.statistics.slopes import residuals, slopes
+from station.gap.statistics.student import pulls
+from station.gap.statistics.whitening import Whitening, stack
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+
+MOST_VARIANTS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """An effect with its shapes set to one of their starts, at its null; its columns in the scores."""
+
+    effect: Effect
+    start: Term
+    columns: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scores:
+    """Around a fitted model, for K columns: information (K, K) and score (K,), the model's own numbers taken out.
+
+    `of_runs` (runs, K) are each run's shares of the score and `info_of_runs` (runs, K) of the diagonal of the
+    information; `low`, `high` (K,) say to which side a column's number may go from its null.
+    """
+
+    variants: tuple[Variant, ...]
+    information: Array
+    score: Array
+    of_runs: Array
+    white: Array
+    raw: Array
+    tail: Array
+    low: Array
+    high: Array
+    runs: int
+
+
+def variants_of(effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
+    """Each effect with each combination of its shapes' starts."""
+    found: list[tuple[Effect, Term]] = []
+    for effect in effects:
+        shapes = [parameter for parameter in effect.parameters if parameter.is_shape]
+        grid = itertools.islice(itertools.product(*(shape.starts for shape in shapes)), MOST_VARIANTS)
+        for values in grid:
+            chosen = dict(zip((shape.name for shape in shapes), values, strict=True))
+            found.append((effect, Term(effect, {**effect.neutral(), **chosen})))
+    return found
+
+
+def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
+    """The scores of all variants of the effects, and of `extra` columns (rows, E), which come last."""
+    at = residuals(evidence, fit.model)
+    whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
+    white = whitening(stack(evidence, at))
+    own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
+    parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
+    place = 0
+    for effect, start in variants_of(effects):
+        free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
+        model = fit.model.with_term(start)
+        parts.append(_null_slopes(evidence, model, free, at))
+        variants.append(Variant(effect, start, tuple(range(place, place + len(free)))))
+        low += [number.low - start.values[number.parameter.name] / number.scale for number in free if number.parameter]
+        high += [
+            number.high - start.values[number.parameter.name] / number.scale for number in free if number.parameter
+        ]
+        place += len(free)
+    if extra is not None:
+        parts.append(extra)
+        low += [-np.inf] * extra.shape[1]
+        high += [np.inf] * extra.shape[1]
+    table = whitening(np.column_stack([own, *parts]))
+    slope, _ = pulls(white, whitening.tail, whitening.limit)
+    expected = np.where(whitening.tail >= GAUSSIAN, 1.0, (whitening.tail + 1) / (whitening.tail + 3))
+    counted = np.sqrt(expected)[:, None] * table
+    nuisance, candidates = counted[:, : len(fit.free)], counted[:, len(fit.free) :]
+    projection = np.linalg.pinv(nuisance) @ candidates
+    free_of = candidates - nuisance @ projection
+    raw = table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection
+    share = raw * -slope[:, None]
+    of_runs = np.zeros((evidence.runs, raw.shape[1]))
+    np.add.at(of_runs, whitening.run, share)
+    return Scores(
+        variants=tuple(variants),
+        information=free_of.T @ free_of,
+        score=share.sum(axis=0),
+        of_runs=of_runs,
+        white=white,
+        raw=raw,
+        tail=whitening.tail,
+        low=np.array(low),
+        high=np.array(high),
+        runs=evidence.runs,
+    )
+
+
+def _null_slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> Array:
+    return stack(evidence, slopes(evidence, model, free, at))
+
+
+def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:
+    """Scores (K, draws) of recordings in which the fitted model is the truth."""
+    found = np.empty((scored.raw.shape[1], draws))
+    gauss = scored.tail >= GAUSSIAN
+    tail = np.where(gauss, 30.0, scored.tail)
+    scale = np.where(gauss, 1.0, (tail + 1) / tail)
+    for first in range(0, draws, 200):
+        size = min(200, draws - first)
+        normal = rng.standard_normal((len(tail), size))
+        spread = np.sqrt(tail[:, None] / (2 * rng.standard_gamma(tail[:, None] / 2, (len(tail), size))))
+        white = np.where(gauss[:, None], normal, normal * spread)
+        pull = np.where(gauss[:, None], white, scale[:, None] * white / (1 + white**2 / tail[:, None]))
+        found[:, first : first + size] = scored.raw.T @ pull
+    return found
