@@ -13,7 +13,7 @@ from types import MappingProxyType, ModuleType
 
 from shared.errors import UserError
 from station.physics import effects
-from station.physics.complete import missing_in
+from station.physics.complete import fault_of
 from station.physics.effect import Effect
 
 Catalogue = Mapping[str, Effect]
@@ -77,7 +77,7 @@ def _effect_of(module: ModuleType) -> Effect:
     ]
     if len(classes) != 1:
         raise UserError(f"Expected one subclass of Effect in {module.__file__}, found {len(classes)}")
-    missing = missing_in(classes[0])
-    if missing is not None:
-        raise UserError(f"Expected {missing} in the effect {classes[0].__name__} of {module.__file__}, found none")
+    fault = fault_of(classes[0])
+    if fault is not None:
+        raise UserError(f"Expected in the effect {classes[0].__name__} of {module.__file__} {fault}")
     return classes[0]()

@@ -4,36 +4,39 @@ from __future__ import annotations
 
 from typing import get_args
 
-from station.physics.effect import Effect, Family, Layer
+from station.physics.effect import HOOKS, Effect, Family, Layer
 from station.physics.parameter import Parameter
 
-_SENTENCES = ("id", "title", "law", "source", "separated_by")
+_TEXTS = ("id", "title", "law", "source", "separated_by")
+_CHOICES = (("layer", get_args(Layer)), ("family", get_args(Family)))
 
 
-def missing_in(effect: type[Effect]) -> str | None:
-    """What a class lacks to be an effect, in a few words; None if nothing."""
-    for name in _SENTENCES:
+def fault_of(effect: type[Effect]) -> str | None:
+    """Why a class is not a complete effect: what was expected and what came, in a few words; None if it is one."""
+    for name in _TEXTS:
         value = getattr(effect, name, None)
         if not isinstance(value, str) or not value.strip():
-            return f"a text `{name}`"
+            return f"a text for `{name}`, got {value!r}"
     if not effect.id.isidentifier():
-        return f"an `id` of letters, digits and underscores, not {effect.id!r},"
-    for name, allowed in (("layer", get_args(Layer)), ("family", get_args(Family))):
-        if getattr(effect, name, None) not in allowed:
-            return f"a `{name}` out of {', '.join(allowed)}"
-    return _missing_in_parameters(effect) or _missing_in_methods(effect)
+        return f"an `id` of letters, digits and underscores, got {effect.id!r}"
+    for name, allowed in _CHOICES:
+        value = getattr(effect, name, None)
+        if value not in allowed:
+            return f"one of {', '.join(allowed)} for `{name}`, got {value!r}"
+    return _fault_of_parameters(effect) or _fault_of_methods(effect)
 
 
-def _missing_in_parameters(effect: type[Effect]) -> str | None:
+def _fault_of_parameters(effect: type[Effect]) -> str | None:
     parameters = getattr(effect, "parameters", None)
     if not isinstance(parameters, tuple) or not all(isinstance(one, Parameter) for one in parameters):
-        return "`parameters`, a tuple of Parameter,"
+        return f"a tuple of Parameter for `parameters`, got {parameters!r}"
+    names = [parameter.name for parameter in parameters]
     if all(parameter.is_shape for parameter in parameters):
-        return "a parameter with a null value"
-    if len({parameter.name for parameter in parameters}) < len(parameters):
-        return "parameters with different names"
+        return f"a parameter with a null value, got {', '.join(names) or 'no parameter'}"
+    if len(set(names)) < len(names):
+        return f"parameters of different names, got {', '.join(names)}"
     return None
 
 
-def _missing_in_methods(effect: type[Effect]) -> str | None:
-    return None if effect().acts_through() else "a method through which it acts (friction, push, …)"
+def _fault_of_methods(effect: type[Effect]) -> str | None:
+    return None if effect().acts_through() else f"one of the methods {', '.join(HOOKS)}, got none of them"

@@ -1,0 +1,1 @@
+"""The effects and the models made of them."""

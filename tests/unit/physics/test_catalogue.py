@@ -1,0 +1,123 @@
+"""Effects found by being there, and what is said of files that are none."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shared.errors import UserError
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, model_of_table
+from tests.contracts.effect_states import contacts
+
+GUST = '''
+"""A gust of air along x while the block slides."""
+
+import numpy as np
+
+from station.physics.effect import Effect
+from station.physics.parameter import Parameter
+
+
+class Gust(Effect):
+    """A steady push along x."""
+
+    id = "gust"
+    title = "a gust of air"
+    law = "push p along x (p = 0)"
+    source = "own measurement 2026"
+    layer = "rig"
+    family = "level"
+    parameters = (Parameter(name="push_m_s2", unit="m/s²", low=-1.0, high=1.0, typical=0.1),)
+    confounded_with = ("platform_level",)
+    separated_by = "the fan switched off in every second run"
+
+    def push(self, contact, values):
+        """Along x."""
+        return np.outer(np.ones(len(contact)), [values["push_m_s2"], 0.0, 0.0])
+'''
+
+
+def written(folder: Path, text: str, name: str = "gust.py") -> Path:
+    """A folder with one file."""
+    (folder / name).write_text(textwrap.dedent(text))
+    return folder
+
+
+def test_a_file_in_a_folder_is_an_effect(tmp_path: Path) -> None:
+    """Without touching the package."""
+    known = catalogue([written(tmp_path, GUST)])
+    model = model_of_table({"friction": {"mu_s": 0.4}, "effects": {"gust": {"push_m_s2": 0.25}}}, known)
+    assert set(known) - set(catalogue()) == {"gust"}
+    np.testing.assert_array_equal(model.push(contacts(3)), [[0.25, 0, 0]] * 3)
+    assert isinstance(model, Model)
+
+
+def test_a_folder_may_hold_other_files_and_an_init(tmp_path: Path) -> None:
+    """Only its modules are effects."""
+    written(tmp_path, GUST)
+    written(tmp_path, '"""Ours."""', "__init__.py")
+    written(tmp_path, "not Python at all", "notes.txt")
+    assert "gust" in catalogue([tmp_path])
+
+
+def test_two_folders_may_use_one_file_name(tmp_path: Path) -> None:
+    """Their effects differ by id, not by file."""
+    first, second = tmp_path / "a", tmp_path / "b"
+    first.mkdir()
+    second.mkdir()
+    known = catalogue([written(first, GUST), written(second, GUST.replace('"gust"', '"draught"'))])
+    assert {"gust", "draught"} <= set(known)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("class Gust(:", "importing it failed"),
+        ("import nothing_of_this_name", "importing it failed: No module named 'nothing_of_this_name'"),
+        ("1 / 0", "importing it failed: division by zero"),
+        ("x = 1", "Expected one subclass of Effect in .*gust.py, found 0"),
+        (GUST + "\n\nclass Other(Effect):\n    pass\n", "found 2"),
+        (GUST.replace('"gust"', '"wear"'), "Expected every effect once, but wear comes again"),
+        (GUST.replace('"gust"', '"a gust"'), "an `id` of letters"),
+        (
+            GUST.replace('    source = "own measurement 2026"\n', ""),
+            "Expected in the effect Gust of .*gust.py a text for `source`, got None",
+        ),
+        (
+            GUST.replace('separated_by = "the fan switched off in every second run"', 'separated_by = ""'),
+            "separated_by",
+        ),
+        (
+            GUST.replace('layer = "rig"', 'layer = "wind"'),
+            "one of contact, rig, camera, numerics for `layer`, got 'wind'",
+        ),
+        (GUST.replace('family = "level"', 'family = "wind"'), "one of speed law, .* for `family`, got 'wind'"),
+        (GUST.replace("typical=0.1", "typical=0.1, null=None, starts=(0.1,)"), "a parameter with a null value"),
+        (GUST.replace("low=-1.0", "low=2.0"), "expected low < high"),
+        (GUST.replace("def push", "def pull"), "one of the methods friction, push, .*, got none of them"),
+        (GUST.replace('"platform_level",', '"wind",'), "confounded_with of gust, got wind"),
+        (GUST.replace("push_m_s2", "push").replace("Parameter(name", "1, Parameter(name"), "a tuple of Parameter"),
+    ],
+)
+def test_a_broken_file_gives_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    """What was expected, what came, and in which file."""
+    with pytest.raises(UserError, match=said) as raised:
+        catalogue([written(tmp_path, text)])
+    assert "\n" not in str(raised.value)
+    assert "Traceback" not in str(raised.value)
+
+
+def test_a_missing_folder_is_named_with_its_setting(tmp_path: Path) -> None:
+    """The rig file is where to look."""
+    with pytest.raises(UserError, match=r"nowhere \(physics.effects in the rig file\)"):
+        catalogue([tmp_path / "nowhere"])
+
+
+def test_the_catalogue_cannot_be_changed() -> None:
+    """It is shared by everyone who asks."""
+    with pytest.raises(TypeError):
+        catalogue()["wear"] = None  # pyright: ignore[reportIndexIssue]: that is the point

@@ -1,0 +1,308 @@
+"""The laws against what is known of them: by hand, by geometry, by published figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from station.physics.catalogue import catalogue
+from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
+from station.physics.dissipation import threshold
+from station.physics.model import Model, Term
+from tests.contracts.effect_states import answer, contacts, read_only, views
+
+KNOWN = catalogue()
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def said(name: str, hook: str, state: Contact | View, **values: float) -> Array:
+    """What an effect says."""
+    effect = KNOWN[name]
+    return answer(effect, hook, effect.neutral() | values, state).copy()
+
+
+def at_rest(count: int = 12, **fixed: Any) -> Contact:
+    """Blocks at rest."""
+    return contacts(count, moving=False, speed_m_s=0.0, slid_s=0.0, **fixed)
+
+
+def around(state: Contact) -> Contact:
+    """The same blocks with ways all round."""
+    return replace(state, way_rad=read_only(np.linspace(-np.pi, np.pi, len(state), endpoint=False)))
+
+
+# --- directions -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "turned_by"), [("object_anisotropy", "yaw_rad"), ("plate_anisotropy", "mount_rad")])
+def test_ellipse_has_the_ratio_and_the_mean_that_it_names(name: str, turned_by: str) -> None:
+    """Axes exp(± r / 2), the larger one at half the components' angle; mu_s is their geometric mean."""
+    state = around(at_rest(3600, **{turned_by: 0.3}))
+    curve = said(name, "friction", state, cos2=0.3, sin2=0.4)
+    assert np.max(curve) / np.min(curve) == pytest.approx(np.exp(0.5), rel=1e-5)
+    assert np.max(curve) * np.min(curve) == pytest.approx(1.0, rel=1e-5)
+    stiffest = state.way_rad[np.argmax(curve)] - 0.3
+    assert np.cos(2 * stiffest - np.arctan2(0.4, 0.3)) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_four_directions_cannot_see_the_sine_of_twice_the_angle() -> None:
+    """The first order of sin 2φ is invisible along x and y."""
+    state = at_rest(4, mount_rad=0.0)
+    axes = replace(state, way_rad=np.radians([0.0, 90.0, 180.0, 270.0]))
+    np.testing.assert_allclose(said("plate_anisotropy", "friction", axes, sin2=1e-4), 1.0, atol=1e-8)
+
+
+def test_the_grain_turns_with_the_plate_and_the_level_error_does_not() -> None:
+    """The experiment that separates them: 180° in the mount."""
+    state = around(at_rest(16, mount_rad=0.0))
+    remounted = replace(state, mount_rad=np.full(16, np.pi))
+    before, after = (said("one_way_friction", "friction", one, cos1=0.2, sin1=0.1) for one in (state, remounted))
+    np.testing.assert_allclose(before - 1.0, 1.0 - after, atol=1e-12)
+    levels = [said("platform_level", "attitude", one, eps_x_rad=0.01) for one in (state, remounted)]
+    np.testing.assert_array_equal(*levels)
+
+
+def test_a_pyramid_holds_less_at_45_degrees() -> None:
+    """26.6° on the axes and 19.5° between them, for mu = 0.5."""
+    state = at_rest(2)
+    model = Model(mu_s=0.5, terms=(Term(KNOWN["cone_artifact"], {"share": 1.0}),))
+    held = model.friction(replace(state, way_rad=np.radians([0.0, 45.0])))
+    np.testing.assert_allclose(np.degrees(np.arctan(held)), [26.565, 19.471], atol=1e-3)
+
+
+# --- load -------------------------------------------------------------------------------------------------------------
+
+
+def test_adhesion_gives_the_published_onset() -> None:
+    """Where tan θ = mu (1 + F / (m g cos θ)) the load and friction balance."""
+    mu, force, mass = 0.4, 0.03, 0.01
+    tilt = np.linspace(0.3, 0.9, 6001)
+    state = at_rest(len(tilt), mass_kg=mass, tilt_rad=tilt)
+    model = Model(mu_s=mu, terms=(Term(KNOWN["adhesion"], {"force_n": force}),))
+    normal = state.pressing_m_s2 - model.push(state)[:, 2]
+    held, _ = threshold(model, state, state.down_rad)
+    found = tilt[np.argmin(np.abs(GRAVITY_M_S2 * np.sin(tilt) - held * normal))]
+    assert np.tan(found) == pytest.approx(mu * (1 + force / (mass * GRAVITY_M_S2 * np.cos(found))), rel=1e-3)
+
+
+def test_load_and_adhesion_need_a_second_mass() -> None:
+    """With one mass mu takes them up; with two they can be told."""
+    for name in ("adhesion", "load_dependence"):
+        one, two = at_rest(6, mass_kg=0.02), at_rest(6, mass_kg=np.array([0.02, 0.1] * 3))
+        assert "one mass" in str(KNOWN[name].why_untestable(one))
+        assert KNOWN[name].why_untestable(two) is None
+
+
+def test_a_heavier_elastomer_has_the_smaller_coefficient() -> None:
+    """Eight times the load halves it at n = 1/3."""
+    state = at_rest(2, mass_kg=np.array([0.02, 0.16]), tilt_rad=0.0)
+    light, heavy = said("load_dependence", "friction", state, exponent=1 / 3)
+    assert light / heavy == pytest.approx(2.0)
+
+
+# --- speed and history ------------------------------------------------------------------------------------------------
+
+
+def test_stribeck_goes_from_static_to_kinetic() -> None:
+    """Continuous with rest; the kinetic drop when the speed is far above its scale."""
+    state = contacts(3, moving=True, speed_m_s=np.array([0.0, 0.01, 10.0]))
+    slow, at_scale, fast = said("stribeck", "friction", state, drop=0.3, speed_m_s=0.01)
+    assert slow == 1.0
+    assert at_scale == pytest.approx(1.0 - 0.3 * (1 - np.exp(-1)))
+    assert fast == pytest.approx(said("kinetic_drop", "friction", state, drop=0.3)[0])
+
+
+def test_rate_is_neutral_at_its_reference_and_grows_by_e_folds() -> None:
+    """a for each factor e of the speed."""
+    state = contacts(2, moving=True, speed_m_s=np.array([0.1, 0.1 * np.e]) - 1e-3)
+    np.testing.assert_allclose(said("rate_strengthening", "friction", state, per_e_fold=0.02), [1.0, 1.02])
+
+
+def test_only_contacts_at_rest_age_and_only_sliding_ones_drop() -> None:
+    """Sliding renews the contact."""
+    rest, slide = at_rest(rest_s=100.0), contacts(12, moving=True, rest_s=100.0)
+    assert np.all(said("contact_aging", "friction", rest, per_decade=0.03) > 1.02)
+    for name, state in (("contact_aging", slide), ("kinetic_drop", rest), ("stribeck", rest)):
+        first = KNOWN[name].parameters[0].name
+        assert np.all(said(name, "friction", state, **{first: 0.1}) == 1.0)
+
+
+def test_wear_settles() -> None:
+    """63 % of the fall after n0 runs, all of it in the end, none before the first."""
+    state = at_rest(3, run=np.array([0.0, 50.0, 5000.0]))
+    np.testing.assert_allclose(said("wear", "friction", state, fall=0.2, runs=50.0), [1.0, 0.87358, 0.8], atol=1e-5)
+
+
+# --- place and mass ---------------------------------------------------------------------------------------------------
+
+
+def test_a_patch_turns_with_the_plate() -> None:
+    """What was right of the centre is above it after a quarter turn."""
+    state = at_rest(2, x_m=np.array([0.02, 0.0]), y_m=np.array([0.0, 0.02]), mount_rad=np.array([0.0, np.pi / 2]))
+    right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1)
+    assert right == pytest.approx(np.exp(0.2 * 0.5 + 0.1 * 0.25))
+    assert above == pytest.approx(right)
+
+
+def test_a_leading_mass_keeps_straight_and_a_trailing_one_swings_round() -> None:
+    """A shuttlecock: turned a little off the way, the moment brings it back, or on."""
+    off = 0.1
+    leading = contacts(1, moving=True, way_rad=0.0, yaw_rad=off, tilt_rad=0.5)
+    assert said("com_offset", "spin", leading, x_m=1e-3)[0] < 0
+    assert said("com_offset", "spin", leading, x_m=-1e-3)[0] > 0
+
+
+def test_an_offset_mass_holds_less_across_only() -> None:
+    """Loaded along the offset there is no moment; across, the limit surface gives 1 / sqrt(1 + d² / r²)."""
+    state = at_rest(2, yaw_rad=0.0, area_m2=1e-4, way_rad=np.radians([0.0, 90.0]))
+    along, across = said("com_offset", "friction", state, x_m=2e-3)
+    assert along == pytest.approx(1.0)
+    assert across == pytest.approx(1 / np.sqrt(1 + (2 / 3.826) ** 2))
+
+
+def test_foam_pushes_back_and_never_pulls() -> None:
+    """Towards the centre inside it, nothing outside, nothing on a block that leaves fast."""
+    state = contacts(3, moving=True, x_m=0.03, y_m=0.0, mass_kg=0.01, border_m=np.array([0.01, -0.002, -0.002]))
+    state = replace(state, way_rad=np.array([0.0, 0.0, np.pi]), speed_m_s=np.array([0.1, 0.1, 5.0]))
+    push = said("border_contact", "push", state, stiffness_n_m=20.0, damping_n_s_m=0.1)
+    np.testing.assert_allclose(push[:, 0], [0.0, -(20 * 0.002 + 0.1 * 0.1) / 0.01, 0.0], atol=1e-12)
+
+
+# --- the rig ----------------------------------------------------------------------------------------------------------
+
+
+def attitude_of(state: Contact, *, tilt_rad: Array | None = None) -> Rotation:
+    """World_from_plate of plates that were turned about a level axis."""
+    tilt = state.tilt_rad if tilt_rad is None else tilt_rad
+    return Rotation.from_rotvec(tilt[:, None] * state.tilt_axis)
+
+
+def test_the_tilt_axis_makes_the_plate_descend_where_it_says() -> None:
+    """Gravity seen from the plate points along `down_rad`."""
+    state = at_rest(tilt_rad=0.4)
+    gravity = attitude_of(state).inv().apply([0.0, 0.0, -1.0])
+    np.testing.assert_allclose(np.arctan2(gravity[:, 1], gravity[:, 0]), state.down_rad, atol=1e-9)
+
+
+def test_level_error_is_one_rotation_of_the_world() -> None:
+    """The same in every tilt, to second order of it."""
+    state = at_rest()
+    turn = said("platform_level", "attitude", state, eps_x_rad=0.01, eps_y_rad=-0.02)
+    true = attitude_of(state) * Rotation.from_rotvec(turn)
+    error = true * attitude_of(state).inv()
+    np.testing.assert_allclose(error.as_rotvec(), np.tile([0.01, -0.02, 0.0], (12, 1)), atol=1e-9)
+
+
+def test_scaled_angle_is_undone() -> None:
+    """Reported = (1 + g) true + b."""
+    state = at_rest()
+    true = (state.tilt_rad - 0.02) / 1.05
+    turned = attitude_of(state) * Rotation.from_rotvec(
+        said("angle_scale", "attitude", state, gain=0.05, offset_rad=0.02)
+    )
+    np.testing.assert_allclose(turned.as_matrix(), attitude_of(state, tilt_rad=true).as_matrix(), atol=1e-9)
+
+
+def test_play_lags_on_both_sides() -> None:
+    """Below the report while rising, above it while falling; invisible without reversals."""
+    state = at_rest(2, tilt_rad=0.3, rising=np.array([1.0, -1.0]))
+    turned = attitude_of(state) * Rotation.from_rotvec(said("backlash", "attitude", state, half_width_rad=0.005))
+    np.testing.assert_allclose(turned.magnitude(), [0.295, 0.305], atol=1e-9)
+    assert KNOWN["backlash"].why_untestable(state) is None
+    assert "reversals" in str(KNOWN["backlash"].why_untestable(at_rest(rising=1.0)))
+
+
+def test_a_pivot_below_the_block_throws_it_back() -> None:
+    """0.1 m below, 1 rad/s² of growing tilt about y: 0.1 m/s² against the motion, and nothing at a steady rate."""
+    state = at_rest(1)
+    still, spun = np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]])
+    jerk = replace(state, rate_rad_s=still, acceleration_rad_s2=spun)
+    np.testing.assert_allclose(said("pivot_offset", "push", jerk, z_m=0.1), [[-0.1, 0.0, 0.0]])
+    steady = replace(state, rate_rad_s=spun, acceleration_rad_s2=still)
+    np.testing.assert_allclose(said("pivot_offset", "push", steady, z_m=0.1), [[0.0, 0.0, 0.1]])
+
+
+# --- the picture ------------------------------------------------------------------------------------------------------
+
+
+def square_view(tilt_deg: Any, down_deg: Any, **fixed: Any) -> View:
+    """A square 20 mm block in the middle, its sides along x and y, at rest."""
+    tilt, down = np.broadcast_arrays(np.radians(tilt_deg), np.radians(down_deg))
+    count = tilt.size
+    still = {
+        "velocity_m_s": np.zeros((count, 2)),
+        "yaw_rate_rad_s": np.zeros(count),
+        "point_m": [0.01 * SQUARE] * count,
+    }
+    return views(count, **({"tilt_rad": tilt.ravel(), "down_rad": down.ravel()} | still | fixed))
+
+
+def test_a_cube_tips_at_45_along_an_edge_and_54_7_along_a_diagonal() -> None:
+    """And a flat specimen does not."""
+    view = square_view([44.9, 46.5, 54.6, 56.2], [0.0, 90.0, 45.0, -135.0])
+    fallen = np.any(said("tipping", "seen", view, slenderness=1.0) != 0, axis=(1, 2))
+    assert fallen.tolist() == [False, True, False, True]
+    assert np.all(said("tipping", "seen", square_view([70.0], [0.0]), slenderness=0.2) == 0)
+
+
+def test_a_fallen_mark_is_seen_edge_on_beyond_its_lower_edge() -> None:
+    """All of it stands at one height of the block beyond the edge that it fell over, as wide as ever."""
+    view = square_view([60.0], [0.0])
+    seen = view.point_m + said("tipping", "seen", view, slenderness=1.0)
+    np.testing.assert_allclose(seen[0, :, 0], 0.01 + 0.02, atol=1e-12)
+    np.testing.assert_allclose(seen[0, :, 1], view.point_m[0, :, 1], atol=1e-12)
+
+
+def test_tipping_needs_a_steep_plate() -> None:
+    """Said from the onsets alone."""
+    assert "stands up to 26.6°" in str(KNOWN["tipping"].why_untestable(at_rest(tilt_rad=0.4)))
+    assert KNOWN["tipping"].why_untestable(at_rest(tilt_rad=0.6)) is None
+
+
+def test_the_camera_sags_for_everything_and_the_sole_for_the_block_only() -> None:
+    """What fiducials are for."""
+    fiducial = views(on_block=False)
+    assert np.any(said("camera_sag", "seen", fiducial, shift_m=1e-3) != 0)
+    for name, first in (("presliding", "elastic_m"), ("tipping", "slenderness")):
+        assert np.all(said(name, "seen", fiducial, **{first: 1e-3}) == 0)
+
+
+def test_a_sole_creeps_by_decades_down_the_slope() -> None:
+    """At 45°: e at once, k more after 9 s, 2 k after 99 s."""
+    view = square_view([45.0] * 3, [90.0] * 3, rest_s=[0.0, 9.0, 99.0])
+    seen = said("presliding", "seen", view, elastic_m=1e-4, creep_m_per_decade=5e-5)
+    np.testing.assert_allclose(seen[:, 0, 1], [1e-4, 1.5e-4, 2e-4])
+    np.testing.assert_allclose(seen[:, :, 0], 0.0, atol=1e-12)
+
+
+def test_a_moving_mark_shears_by_its_rows() -> None:
+    """20 mm of a 100 mm picture read in 20 ms: 4 ms between its edges, 1.2 mm at 0.3 m/s."""
+    view = square_view([20.0], [0.0], velocity_m_s=[[0.3, 0.0]], image_centre_m=[0.0, 0.0])
+    seen = said("rolling_shutter", "seen", view, readout_s=0.02)
+    assert seen[0, 0, 0] - seen[0, 3, 0] == pytest.approx(1.2e-3)
+    np.testing.assert_allclose(seen[..., 1], 0.0, atol=1e-15)
+
+
+def test_a_turning_mark_shears_by_its_corners_own_velocity() -> None:
+    """Half the picture's read-out later at 10 mm above a centre that turns: −ω y T · y / height."""
+    view = square_view([20.0], [0.0], yaw_rate_rad_s=[2.0], image_centre_m=[0.0, 0.0])
+    seen = said("rolling_shutter", "seen", view, readout_s=0.02)
+    np.testing.assert_allclose(seen[0, 2], 0.02 * (-0.01 / 0.1) * 2.0 * np.array([-0.01, 0.01]), atol=1e-15)
+
+
+def test_distortion_is_relative_at_the_edge_of_the_picture() -> None:
+    """k1 at half the picture's height from the axis, an eighth of its displacement half way."""
+    at = np.array([[[0.05, 0.0], [0.025, 0.0], [0.0, 0.0], [0.0, -0.05]]])
+    seen = said("lens_distortion", "seen", square_view([0.0], [0.0], point_m=at, image_centre_m=[0.0, 0.0]), k1=0.02)
+    np.testing.assert_allclose(seen[0], [[1e-3, 0], [1.25e-4, 0], [0, 0], [0, -1e-3]], atol=1e-15)
+
+
+def test_creep_agrees_with_mujocos_formula() -> None:
+    """Its defaults, four corners, 20°: (1 − d0) / d0 · dw τ / (2 n impratio) g sin θ = 0.9 mm/s."""
+    time_s = (1 - 0.9) / 0.9 * 0.95 * 0.02 / (2 * 4 * 1.0)
+    creep = said("solver_creep", "creep", at_rest(1, tilt_rad=np.radians(20.0)), time_s=time_s)
+    assert np.linalg.norm(creep) == pytest.approx(0.885e-3, rel=1e-2)
