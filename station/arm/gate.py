@@ -52,6 +52,8 @@ class SafetyGate:
         self._stage = stage
         self._settings = settings
         self._may_arm = may_arm
+        self._follow_rad = math.radians(settings.follow_tolerance_deg)
+        self._follow_rad2 = self._follow_rad**2
         self._now_ns = 0
         self._beat_ns: int | None = None
         self._armed = False
@@ -163,7 +165,8 @@ class SafetyGate:
         if reading.position_rad.shape != commanded.shape:
             return f"the arm reports {len(reading.position_rad)} joints, expected {len(commanded)}"
         away = np.abs(reading.position_rad - commanded)
-        if away.max() <= math.radians(self._settings.follow_tolerance_deg):  # a NaN counts as the largest
+        # The root of the sum of squares is quicker than the largest and never less; a NaN passes neither test.
+        if away.dot(away) <= self._follow_rad2 or away.max() <= self._follow_rad:
             self._off_since_ns = None
             return ""
         if self._off_since_ns is None:

@@ -93,8 +93,10 @@ def _motion_fault(trajectory: JointTrajectory, *, model: ArmModel, settings: Gat
 def extremes(trajectory: JointTrajectory) -> tuple[Array, Array]:
     """The largest speed and acceleration of each joint, (n,) and (n,), over the whole interpolated motion."""
     h = np.diff(trajectory.times_ns)[:, None] * 1e-9
-    _, first, second, third = np.moveaxis(trajectory.cubics, 1, 0)
-    vertex = np.clip(np.where(np.abs(third) > 1e-15, -second / np.where(third == 0, 1.0, 3 * third), 0.0), 0.0, 1.0)
+    first, second, third = (trajectory.cubics[:, power] for power in (1, 2, 3))
+    curved = np.abs(third) > 1e-15
+    vertex = np.where(curved, -second / np.where(curved, 3 * third, 1.0), 0.0)
+    vertex = np.minimum(np.maximum(vertex, 0.0), 1.0)
     inner = np.abs(first + vertex * (2 * second + 3 * vertex * third)) / h
     speed = np.maximum(np.max(inner, axis=0), np.max(np.abs(trajectory.velocity_rad_s), axis=0))
     bends = np.maximum(np.abs(2 * second), np.abs(2 * second + 6 * third)) / (h * h)

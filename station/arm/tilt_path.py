@@ -46,6 +46,11 @@ class TiltPath:
         """The steepest reachable angle."""
         return float(self.angles_rad[-1])
 
+    @cached_property
+    def bends(self) -> Array:
+        """The absolute second derivative of the joints by the angle at the knots, (k, n); needs two knots or more."""
+        return np.abs(np.gradient(self.slopes, self.angles_rad, axis=0))
+
     def at(self, angles_rad: Array) -> tuple[Array, Array]:
         """Joint angles (m, n) and dq/dangle (m, n) at the angles (m,), which are clipped to the path."""
         x = np.clip(angles_rad, 0.0, self.reach_rad)

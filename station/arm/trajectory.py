@@ -184,7 +184,7 @@ def _slowest_joint(
     share = limits.joint_share
     rate = min(limits.max_rate_rad_s, share * float(np.min(model.max_velocity_rad_s / slope)))
     # The joints' acceleration is slope x angular acceleration + curvature x rate^2: each gets its part.
-    bend = np.abs(np.gradient(path.slopes, path.angles_rad, axis=0))[inside] if len(path.angles_rad) > 1 else slope
+    bend = path.bends[inside] if len(path.angles_rad) > 1 else slope
     bend = np.maximum(np.max(bend, axis=0, initial=0.0), 1e-9)
     rate = min(rate, math.sqrt(0.5 * share * float(np.min(model.max_acceleration_rad_s2 / bend))))
     acceleration = min(

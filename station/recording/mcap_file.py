@@ -113,9 +113,9 @@ class McapFile:
     def add_message(self, channel_id: int, *, log_ns: int, publish_ns: int, sequence: int, payload: bytes) -> None:
         """Adds a message to the chunk in progress, which is written out when it is large enough."""
         chunk = self._chunk
-        if not chunk.index or log_ns < chunk.start_ns:
-            chunk.start_ns = log_ns
         chunk.end_ns = max(chunk.end_ns, log_ns)
+        if log_ns < chunk.start_ns or not chunk.index:
+            chunk.start_ns = log_ns
         records = chunk.records
         chunk.index[channel_id] += (log_ns, len(records))
         records += _MESSAGE.pack(_MESSAGE_OPCODE, _FIXED_BYTES + len(payload), channel_id, sequence, log_ns, publish_ns)

@@ -128,17 +128,19 @@ class Recording:
             self._give_up(error)
 
     def _add(self, received: Received) -> None:
-        log_ns = received.receive_ns
+        log_ns, payload = received.receive_ns, received.payload
         channel = self._channels.get(received.topic) or self._open_channel(received.topic)
-        payload = received.payload if channel.known else _wrap(received.payload)
+        if not channel.known:
+            payload = _wrap(payload)
+        sequence = channel.sequence
+        channel.sequence = sequence + 1
         self._writer.add_message(
             channel.number,
             log_ns=log_ns,
             publish_ns=self._publish_ns(received, channel),
-            sequence=channel.sequence,
+            sequence=sequence,
             payload=payload,
         )
-        channel.sequence += 1
         if not self._unflushed_since_ns:
             self._unflushed_since_ns = log_ns
         elif log_ns - self._unflushed_since_ns >= self._flush_every_ns:

@@ -53,7 +53,7 @@ class Servo:
             wanted /= CATCH_UP_S
             wanted += self._velocity * share
         else:
-            self.settled = bool(np.abs(wanted).max() < SETTLED_RAD)
+            self.settled = max(map(abs, wanted.tolist())) < SETTLED_RAD
             wanted *= 0.0 if self.settled else 1.0 / CATCH_UP_S
         self.jerk_rad_s = wanted - self._wanted_velocity
         self._wanted_velocity = wanted
