@@ -23,10 +23,11 @@ class NamedPair:
 
 @dataclass(frozen=True, slots=True)
 class ExportedFile:
-    """A file's name and text, and sentences about what the measurement says and this file cannot."""
+    """A file's name and text, and sentences about what the measurement of `pair` says and this file cannot."""
 
     name: str
     text: str
+    pair: str = ""
     unsaid: tuple[str, ...] = ()
 
 

@@ -33,8 +33,8 @@ def pair_of_fit(
         mu_2=min(ellipse.mu_1, ellipse.mu_2),
         axis_rad=ellipse.axis_rad,
         fixed_in=fixed_in,
-        mu_1_interval=_interval(fit, f"mu_1{suffix}"),
-        mu_2_interval=_interval(fit, f"mu_2{suffix}"),
+        mu_1_interval=_interval(fit, f"mu_1{suffix}", "level"),
+        mu_2_interval=_interval(fit, f"mu_2{suffix}", "level"),
         one_way=one_way.value if one_way else 1.0,
         one_way_rad=towards.value if towards else 0.0,
         other_ratio=other,
@@ -42,6 +42,7 @@ def pair_of_fit(
         samples=fit.slides,
         side_m=side_m,
         mass_kg=mass_kg,
+        remarks=tuple(_sentence(remark) for remark in fit.remarks),
     )
     return _with_misfit(pair, alone)
 
@@ -59,9 +60,16 @@ def _alone(curve: LimitCurve, fixed_in: FixedIn) -> LimitCurve:
     return LimitCurve(level=curve.level, frame=fixed_in, **{fixed_in: shape})
 
 
-def _interval(fit: LimitCurveFit, name: str) -> tuple[float, float]:
-    estimate = fit.estimates.get(name)
-    return (estimate.low, estimate.high) if estimate else UNKNOWN
+def _interval(fit: LimitCurveFit, *names: str) -> tuple[float, float]:
+    """Of the first of these estimates that there is: a circle has its level alone."""
+    for name in names:
+        if estimate := fit.estimates.get(name):
+            return estimate.low, estimate.high
+    return UNKNOWN
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
 
 
 def _with_misfit(pair: MeasuredPair, curve: LimitCurve) -> MeasuredPair:

@@ -86,7 +86,15 @@ def _solve(rule: Rule, names: Sequence[str], pairs: Sequence[MeasuredPair]) -> l
         case "harmonic":
             return _linear(names, pairs, into=lambda mu: 2 / mu, back=lambda x: 1 / np.maximum(x, _LEAST_MU))
         case "product":
-            return _linear(names, pairs, into=np.log, back=np.exp)
+            return _linear(names, pairs, into=_log, back=_exp)
+
+
+def _log(mu: Array) -> Array:
+    return np.log(mu)
+
+
+def _exp(x: Array) -> Array:
+    return np.exp(x)
 
 
 def _linear(
@@ -102,5 +110,5 @@ def _linear(
         columns[row, names.index(pair.object)] += 1
         columns[row, names.index(pair.plate)] += 1
     wanted = into(np.array([pair.mu for pair in pairs]))
-    solved = np.linalg.lstsq(columns, wanted)[0]
+    solved = np.asarray(np.linalg.lstsq(columns, wanted)[0], dtype=np.float64)
     return [max(float(value), _LEAST_MU) for value in back(solved)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +28,8 @@ class MeasuredPair:
     (NaN: none). `one_way` is the ratio of friction forwards and backwards along `one_way_rad` (1: none), `other_ratio`
     that of the axes of a second ellipse, fixed in the other body (1: none). `misfit_rad` is by how much of the angle of
     repose the measured curve leaves the ellipse at most. `kinetic_ratio` is mu_k/mu_s (NaN: not measured), `scatter`
-    the standard deviation of ln mu from run to run (NaN: not known), `samples` the number of slides.
+    the standard deviation of ln mu from run to run (NaN: not known), `samples` the number of slides. `remarks` are
+    sentences of doubt that belong beside the numbers.
     """
 
     object: str
@@ -80,7 +81,7 @@ class MeasuredPair:
         Directions are against x of the frame `fixed_in`.
         """
         along = np.asarray(phi_rad, dtype=np.float64) - self.axis_rad
-        return cast(Array, 1.0 / np.hypot(np.cos(along) / self.mu_1, np.sin(along) / self.mu_2))
+        return 1.0 / np.hypot(np.cos(along) / self.mu_1, np.sin(along) / self.mu_2)
 
     def angle_rad(self, phi_rad: ArrayLike) -> Array:
         """The tilt (n) at which the object starts to slide when downhill is phi (n) in the frame `fixed_in`."""

@@ -8,7 +8,6 @@ friction coefficient belongs to the first tangent, the second to n × t_1.
 from __future__ import annotations
 
 import math
-from typing import cast
 
 import numpy as np
 
@@ -22,7 +21,7 @@ def first_tangent(normal: Array) -> Array:
     """The first tangent (3) of a contact with this unit normal (3), in the world's frame."""
     axis = np.array([0.0, 1.0, 0.0] if abs(normal[1]) < STEEPEST_NY else [0.0, 0.0, 1.0])
     tangent = axis - (normal @ axis) * normal
-    return cast(Array, tangent / np.linalg.norm(tangent))
+    return tangent / np.linalg.norm(tangent)
 
 
 def ellipse_turn_rad(tilt_rad: float, azimuth_rad: float) -> float:
@@ -45,4 +44,4 @@ def _rotation(angle_rad: float, azimuth_rad: float) -> Array:
     """Rodrigues' formula for a level axis."""
     x, y = math.cos(azimuth_rad), math.sin(azimuth_rad)
     cross = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
-    return cast(Array, np.eye(3) + math.sin(angle_rad) * cross + (1 - math.cos(angle_rad)) * cross @ cross)
+    return np.eye(3) + math.sin(angle_rad) * cross + (1 - math.cos(angle_rad)) * cross @ cross

@@ -13,7 +13,7 @@ _CIRCLE: Array = np.linspace(0, 2 * math.pi, 361)
 
 
 def always_unsaid(pair: MeasuredPair) -> list[str]:
-    """What no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter."""
+    """What no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter; and the remarks."""
     said: list[str] = []
     if pair.one_way != 1.0:
         worst = math.degrees(abs(math.atan(pair.mu * math.sqrt(pair.one_way)) - math.atan(pair.mu)))
@@ -33,8 +33,7 @@ def always_unsaid(pair: MeasuredPair) -> list[str]:
             f"The measured limit curve is no ellipse: the one written is off by up to "
             f"{math.degrees(pair.misfit_rad):.2f} degrees."
         )
-    said.append(_scatter(pair))
-    return said
+    return [*said, _scatter(pair), *pair.remarks]
 
 
 def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:

@@ -29,10 +29,8 @@ def test_deviation_by_direction(name: str, tmp_path: Path) -> None:
     folder = exported(tmp_path, engine.FORMAT)
     for stem, pair in PAIRS.items():
         wanted = np.degrees(pair.angle_rad(np.arange(DIRECTIONS) * (2 * math.pi / DIRECTIONS)))
-        if not pair.isotropic and not engine.ANISOTROPIC:
-            print(
-                f"\n{name}, {pair.name}: no friction by direction. Measured {wanted.min():.2f} to {wanted.max():.2f} deg"
-            )
+        if not pair.isotropic and name == "DART":
+            print(f"\n{name}, {pair.name}: its Python cannot set friction by direction")
             continue
         print(f"\n{name}, {pair.name} (axes {pair.mu_1:g} and {pair.mu_2:g}, fixed in the {pair.fixed_in})")
         print(f"{'direction':>10} {'measured':>9} {'engine':>9} {'off':>7} {'creep mm':>9}")

@@ -29,9 +29,9 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 def _files(stem: str, pair: MeasuredPair) -> tuple[ExportedFile, ...]:
     unsaid = (*_yaw(pair), no_kinetic(pair, engine="Bullet"), *always_unsaid(pair))
     return (
-        ExportedFile(f"{stem}_plate.urdf", _urdf(stem, pair, "plate", unsaid), unsaid),
-        ExportedFile(f"{stem}_object.urdf", _urdf(stem, pair, "object", unsaid), unsaid),
-        ExportedFile(f"{stem}_bullet.py", _loader(stem, pair, unsaid), unsaid),
+        ExportedFile(f"{stem}_plate.urdf", _urdf(stem, pair, "plate", unsaid), pair.name, unsaid),
+        ExportedFile(f"{stem}_object.urdf", _urdf(stem, pair, "object", unsaid), pair.name, unsaid),
+        ExportedFile(f"{stem}_bullet.py", _loader(stem, pair, unsaid), pair.name, unsaid),
     )
 
 

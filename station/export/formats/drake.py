@@ -29,7 +29,7 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
     unsaid = (*no_anisotropy(pair, engine="Drake"), _kinetic(pair), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.drake.sdf", _world(stem, pair, unsaid), unsaid)
+    return ExportedFile(f"{stem}.drake.sdf", _world(stem, pair, unsaid), pair.name, unsaid)
 
 
 def _kinetic(pair: MeasuredPair) -> str:

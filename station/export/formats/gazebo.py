@@ -26,14 +26,15 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
     unsaid = (_pyramid(pair), no_kinetic(pair, engine="Gazebo"), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.gazebo.sdf", _world(stem, pair, unsaid), unsaid)
+    return ExportedFile(f"{stem}.gazebo.sdf", _world(stem, pair, unsaid), pair.name, unsaid)
 
 
 def _pyramid(pair: MeasuredPair) -> str:
     return (
         "DART (gz-sim) and ODE's pyramid limit the force along fdir1 and across it separately: right along the axes, "
         f"but between them the object starts up to {math.degrees(pyramid_excess_rad(pair)):.1f} degrees too late. "
-        "Gazebo classic's cone_model, which is asked for here, has no such corners; gz-sim ignores that setting."
+        "Gazebo classic is asked for its cone_model, which parts the limit by the direction of the slide (not tried "
+        "here); gz-sim ignores that setting."
     )
 
 

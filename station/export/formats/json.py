@@ -11,6 +11,7 @@ from typing import Any
 from station.export.exported import ExportedFile, NamedPair
 from station.export.materials import RULES, each_material, shared_materials
 from station.export.measured import MeasuredPair
+from station.export.reading import PAIRS_FORMAT
 
 NAME = "json"
 HELP = "plain JSON: all numbers, and the materials for each rule by which engines combine two"
@@ -21,7 +22,7 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
     """One file for all pairs."""
     measured = [each.pair for each in pairs]
     table = {
-        "format": "friction pairs",
+        "format": PAIRS_FORMAT,
         "version": 1,
         "units": _UNITS,
         "pairs": [{"name": each.stem, **_plain(each.pair)} for each in pairs],

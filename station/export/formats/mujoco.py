@@ -28,7 +28,7 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
     unsaid = (*_frame(pair), no_kinetic(pair, engine="MuJoCo"), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.mjcf.xml", _model(stem, pair, unsaid), unsaid)
+    return ExportedFile(f"{stem}.mjcf.xml", _model(stem, pair, unsaid), pair.name, unsaid)
 
 
 def _frame(pair: MeasuredPair) -> list[str]:

@@ -25,7 +25,7 @@ def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
 
 def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
     unsaid = (*no_anisotropy(pair, engine="USD physics"), *_kinetic(pair), *always_unsaid(pair))
-    return ExportedFile(f"{stem}.usda", _stage(pair, unsaid), unsaid)
+    return ExportedFile(f"{stem}.usda", _stage(pair, unsaid), pair.name, unsaid)
 
 
 def _kinetic(pair: MeasuredPair) -> list[str]:

@@ -21,9 +21,8 @@ PYRAMID = False
 class BulletBench:
     """A world of its own; gravity is in the world, whose axes are those of the measured body."""
 
-    step_s = 1e-3
-
-    def __init__(self, folder: Path, stem: str, *, object_yaw_rad: float) -> None:
+    def __init__(self, folder: Path, stem: str, *, object_yaw_rad: float, step_s: float) -> None:
+        self.step_s = step_s
         bullet: Any = importlib.import_module("pybullet")
         client: Any = importlib.import_module("pybullet_utils.bullet_client")
         self._client: Any = client.BulletClient(connection_mode=bullet.DIRECT)
@@ -55,4 +54,4 @@ class BulletBench:
 
 def load(folder: Path, stem: str, *, object_yaw_rad: float = 0.0) -> BulletBench:
     """Runs the exported loader."""
-    return BulletBench(folder, stem, object_yaw_rad=object_yaw_rad)
+    return BulletBench(folder, stem, object_yaw_rad=object_yaw_rad, step_s=1e-3)

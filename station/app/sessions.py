@@ -1,0 +1,42 @@
+"""Sessions for the analysis: the samples of a recording or a table, with a calibration where there is one."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from shared.errors import UserError
+from shared.messages import CameraGeometry, Sample
+from station.friction.pairs import Session
+from station.recording.reader import open_recording
+from station.recording.tables import read_samples
+
+
+def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
+    """A file's samples with its own calibration, or the spare one.
+
+    Raises:
+        UserError: if the file cannot be read, or an angle is none in radians.
+    """
+    samples = read_samples(path)
+    for sample in samples:
+        _check(sample, path)
+    own = geometry_of(path) if path.suffix == ".mcap" else None
+    return Session(samples, own or spare, str(path))
+
+
+def geometry_of(path: Path) -> CameraGeometry | None:
+    """The first calibration of a recording; a session has one."""
+    for item in open_recording(path).messages({"camera/geometry"}):
+        if isinstance(item.message, CameraGeometry) and len(item.message.plate_from_pixel) == 9:
+            return item.message
+    return None
+
+
+def _check(sample: Sample, path: Path) -> None:
+    angle = sample.onset_angle_rad
+    if not (0 <= angle < math.pi / 2 and (angle > 0 or sample.censored)):
+        raise UserError(
+            f"{path}, run {sample.run}: expected onset_angle_rad between 0 and {math.pi / 2:.3f}, got {angle:g}; "
+            "are these degrees?"
+        )

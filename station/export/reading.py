@@ -1,0 +1,65 @@
+"""Reads pairs from JSON: limit_curves.json of `station analyze`, and friction_pairs.json of `station export`."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any
+
+from shared.errors import UserError
+from station.export.from_fit import pair_of_fit
+from station.export.measured import MeasuredPair
+from station.friction.limit_curve.curve import LimitCurveFit
+
+PAIRS_FORMAT = "friction pairs"
+"""What friction_pairs.json says of itself."""
+
+
+def read_pairs(path: Path) -> tuple[MeasuredPair, ...]:
+    """The pairs in the file.
+
+    Raises:
+        UserError: if it cannot be read or is neither kind.
+    """
+    try:
+        table: Any = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(table, dict):
+            raise ValueError("it holds no table")
+        read = _measured if table.get("format") == PAIRS_FORMAT else _fitted
+        return tuple(read(row) for row in table["pairs"])
+    except OSError as error:
+        raise UserError(f"Expected limit curves at {path}, but it cannot be read: {error.strerror}") from error
+    except KeyError as error:
+        raise UserError(f"{_expected(path)} ({error} is missing)") from error
+    except (ValueError, TypeError, AttributeError) as error:
+        raise UserError(f"{_expected(path)} ({error})") from error
+
+
+def _expected(path: Path) -> str:
+    return (
+        f"Expected limit_curves.json of `station analyze` or friction_pairs.json of this command, but {path} is neither"
+    )
+
+
+def _fitted(row: Any) -> MeasuredPair:
+    return pair_of_fit(LimitCurveFit.from_dict(row["fit"]), object=str(row["object"]), plate=str(row["plate"]))
+
+
+def _measured(row: Any) -> MeasuredPair:
+    """null stands for NaN; fields that are left out keep their defaults, so that a table can be written by hand."""
+    values: dict[str, Any] = {}
+    for spec in fields(MeasuredPair):
+        if spec.name in row or spec.default is MISSING:
+            values[spec.name] = _value(row[spec.name])
+    pair = MeasuredPair(**values)
+    if pair.fixed_in not in ("object", "plate"):
+        raise ValueError(f"fixed_in of {pair.name} is {pair.fixed_in!r}, not 'object' or 'plate'")
+    return pair
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_value(each) for each in value)
+    return math.nan if value is None else value
