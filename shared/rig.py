@@ -127,6 +127,8 @@ class RigConfig:
     twin: Table = field(default_factory=lambda: Table({}))
     angles: Table = field(default_factory=lambda: Table({}))
     """`[angles.<name>]`: one table for each angle source, read by the station."""
+    physics: Table = field(default_factory=lambda: Table({}))
+    """`[physics]`: where effects of the user's own are, read by the station."""
     text: str = ""
     """The file itself, word by word: every recording carries it."""
 

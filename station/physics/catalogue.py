@@ -1,4 +1,7 @@
-"""The effects that there are: every file of the folder `effects`, and of the folders that a rig file names."""
+"""The effects that there are: every file of the folder `effects`, and of the folders that a rig file names.
+
+This is the only module of the physics that looks at files, and it only imports them.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,11 @@ import inspect
 import pkgutil
 import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
+from shared.config import Table, parse
 from shared.errors import UserError
 from station.physics import effects
 from station.physics.complete import fault_of
@@ -35,6 +40,32 @@ def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
         found[effect.id] = effect
     _refuse_unknown_names(found)
     return MappingProxyType(found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhysicsSettings:
+    """The table `[physics]` of a rig file: `effects` are folders in which every Python file is one effect."""
+
+    effects: tuple[str, ...] = ()
+
+
+def effect_folders(table: Table) -> tuple[Path, ...]:
+    """The folders that a `[physics]` table names, relative to its rig file.
+
+    A rig that was read from inside a recording has no place of its own: its folders are sought from where the user
+    stands.
+
+    Raises:
+        UserError: naming file, line and key of what is wrong.
+    """
+    file = Path(table.file)
+    near = file.parent if file.is_file() else Path()
+    return tuple(near / Path(name).expanduser() for name in parse(PhysicsSettings, table).effects)
+
+
+def catalogue_of_table(table: Table) -> Catalogue:
+    """Our effects and those of the folders that a `[physics]` table names; raises as `catalogue` does."""
+    return catalogue(effect_folders(table))
 
 
 def _refuse_unknown_names(found: Catalogue) -> None:

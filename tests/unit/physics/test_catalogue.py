@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.config import Table
 from shared.errors import UserError
-from station.physics.catalogue import catalogue
+from shared.rig import load_rig
+from station.physics.catalogue import catalogue, catalogue_of_table, effect_folders
 from station.physics.model import Model, model_of_table
 from tests.contracts.effect_states import contacts
 
@@ -109,6 +111,41 @@ def test_a_broken_file_gives_one_sentence(tmp_path: Path, text: str, said: str) 
         catalogue([written(tmp_path, text)])
     assert "\n" not in str(raised.value)
     assert "Traceback" not in str(raised.value)
+
+
+def rig_file(folder: Path, physics: str) -> Path:
+    """A rig file with a table [physics]."""
+    return written(folder, f'id = "bench"\n[physics]\n{physics}\n', "rig.toml") / "rig.toml"
+
+
+def test_a_rig_file_names_folders_beside_itself(tmp_path: Path) -> None:
+    """Wherever the user stands."""
+    (tmp_path / "ours").mkdir()
+    written(tmp_path / "ours", GUST)
+    rig = load_rig(rig_file(tmp_path, 'effects = ["ours"]'))
+    assert effect_folders(rig.physics) == (tmp_path / "ours",)
+    assert set(catalogue_of_table(rig.physics)) - set(catalogue()) == {"gust"}
+
+
+def test_a_rig_inside_a_recording_names_folders_from_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has no place of its own."""
+    monkeypatch.chdir(tmp_path)
+    table = Table({"effects": ["ours"]}, "session.mcap (rig.toml)")
+    assert effect_folders(table) == (Path("ours"),)
+
+
+def test_a_rig_file_without_physics_has_our_effects(tmp_path: Path) -> None:
+    """Nothing has to be set."""
+    rig = load_rig(written(tmp_path, 'id = "bench"', "rig.toml") / "rig.toml")
+    assert set(catalogue_of_table(rig.physics)) == set(catalogue())
+
+
+@pytest.mark.parametrize("physics", ['effects = "ours"', "folders = []"])
+def test_a_wrong_rig_file_is_named_with_its_line(tmp_path: Path, physics: str) -> None:
+    """As everywhere in the rig file."""
+    rig = load_rig(rig_file(tmp_path, physics))
+    with pytest.raises(UserError, match=r"rig.toml, line 3: expected .* for 'physics\."):
+        catalogue_of_table(rig.physics)
 
 
 def test_a_missing_folder_is_named_with_its_setting(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def test_the_grain_turns_with_the_plate_and_the_level_error_does_not() -> None:
     before, after = (said("one_way_friction", "friction", one, cos1=0.2, sin1=0.1) for one in (state, remounted))
     np.testing.assert_allclose(before - 1.0, 1.0 - after, atol=1e-12)
     levels = [said("platform_level", "attitude", one, eps_x_rad=0.01) for one in (state, remounted)]
-    np.testing.assert_array_equal(*levels)
+    np.testing.assert_array_equal(levels[0], levels[1])
 
 
 def test_a_pyramid_holds_less_at_45_degrees() -> None:
@@ -233,12 +233,14 @@ def square_view(tilt_deg: Any, down_deg: Any, **fixed: Any) -> View:
     """A square 20 mm block in the middle, its sides along x and y, at rest."""
     tilt, down = np.broadcast_arrays(np.radians(tilt_deg), np.radians(down_deg))
     count = tilt.size
-    still = {
+    shape: dict[str, Any] = {
+        "tilt_rad": tilt.ravel(),
+        "down_rad": down.ravel(),
         "velocity_m_s": np.zeros((count, 2)),
         "yaw_rate_rad_s": np.zeros(count),
         "point_m": [0.01 * SQUARE] * count,
     }
-    return views(count, **({"tilt_rad": tilt.ravel(), "down_rad": down.ravel()} | still | fixed))
+    return views(count, **(shape | fixed))
 
 
 def test_a_cube_tips_at_45_along_an_edge_and_54_7_along_a_diagonal() -> None:
