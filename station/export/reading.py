@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,15 @@ PAIRS_FORMAT = "friction pairs"
 """What friction_pairs.json says of itself."""
 
 
-def read_pairs(path: Path) -> tuple[MeasuredPair, ...]:
+@dataclass(frozen=True, slots=True)
+class Read:
+    """The pairs of a file, and sentences about those for which the analysis found no curve."""
+
+    pairs: tuple[MeasuredPair, ...]
+    refused: tuple[str, ...] = ()
+
+
+def read_pairs(path: Path) -> Read:
     """The pairs in the file.
 
     Raises:
@@ -27,8 +35,13 @@ def read_pairs(path: Path) -> tuple[MeasuredPair, ...]:
         table: Any = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(table, dict):
             raise ValueError("it holds no table")
-        read = _measured if table.get("format") == PAIRS_FORMAT else _fitted
-        return tuple(read(row) for row in table["pairs"])
+        rows = table["pairs"]
+        if table.get("format") == PAIRS_FORMAT:
+            return Read(tuple(_measured(row) for row in rows))
+        return Read(
+            tuple(_fitted(row) for row in rows if row["fit"] is not None),
+            tuple(_without_fit(row) for row in rows if row["fit"] is None),
+        )
     except OSError as error:
         raise UserError(f"Expected limit curves at {path}, but it cannot be read: {error.strerror}") from error
     except KeyError as error:
@@ -45,6 +58,12 @@ def _expected(path: Path) -> str:
 
 def _fitted(row: Any) -> MeasuredPair:
     return pair_of_fit(LimitCurveFit.from_dict(row["fit"]), object=str(row["object"]), plate=str(row["plate"]))
+
+
+def _without_fit(row: Any) -> str:
+    return (
+        f"{row['object']} on {row['plate']}: {row['no_fit']} Export its recording in place of this file for the mean."
+    )
 
 
 def _measured(row: Any) -> MeasuredPair:

@@ -82,15 +82,17 @@ def _formats(words: str) -> list[Format]:
 
 def _measured(paths: Sequence[Path], *, seed: int) -> tuple[list[MeasuredPair], list[str]]:
     """The pairs of all files, and sentences about those that have no friction to export."""
-    curves = [pair for path in paths if path.suffix == ".json" for pair in read_pairs(path)]
+    curves = [read_pairs(path) for path in paths if path.suffix == ".json"]
     sessions = [read_session(path) for path in paths if path.suffix != ".json"]
-    rng, found, refused = np.random.default_rng(seed), list[MeasuredPair](), list[str]()
+    rng = np.random.default_rng(seed)
+    found = [pair for each in curves for pair in each.pairs]
+    refused = [sentence for each in curves for sentence in each.refused]
     for pair in pairs_of(sessions):
         if measured := pair_of_slides(pair, rng=rng):
             found.append(measured)
         else:
             refused.append(f"{pair.name} has no kept slide, so there is no friction to export.")
-    return [*curves, *found], refused
+    return found, refused
 
 
 def _listed(paths: Sequence[Path]) -> str:
