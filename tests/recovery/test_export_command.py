@@ -14,6 +14,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
+from station.app.commands import analyze
 from station.export import export_formats
 from station.export.reading import read_pairs
 from station.recording.tables import write_samples
@@ -88,7 +89,7 @@ def test_a_planted_ellipse_goes_through_samples_and_file_into_mujoco(tmp_path: P
     mu_1, mu_2, axis = 0.5, 0.35, math.radians(25)
     path = recorded(on_an_ellipse(250, mu_1=mu_1, mu_2=mu_2, axis_rad=axis), tmp_path / "t.mcap")
     assert main(["export", str(path), "--format", "mujoco,json", "--out", str(tmp_path)]) == 0
-    found = read_pairs(tmp_path / "friction_pairs.json")[0]
+    found = read_pairs(tmp_path / "friction_pairs.json").pairs[0]
     assert found.fixed_in == "plate"
     assert (found.mu_1, found.mu_2) == pytest.approx((mu_1, mu_2), rel=0.03)
     assert found.axis_rad == pytest.approx(axis, abs=math.radians(3))
@@ -107,7 +108,7 @@ def test_too_few_slides_give_their_mean_and_say_so(tmp_path: Path, capsys: pytes
     assert main(["export", str(path), "--format", "mujoco,json", "--out", str(tmp_path)]) == 0
     sentence = "The mean of the slides stands for all directions."
     assert sentence in capsys.readouterr().out
-    found = read_pairs(tmp_path / "friction_pairs.json")[0]
+    found = read_pairs(tmp_path / "friction_pairs.json").pairs[0]
     assert found.isotropic
     assert found.samples == 12
     assert sentence in found.remarks[0]
@@ -116,13 +117,32 @@ def test_too_few_slides_give_their_mean_and_say_so(tmp_path: Path, capsys: pytes
 
 def test_pairs_come_back_from_their_own_json(tmp_path: Path):
     first = exported(tmp_path, "json") / "friction_pairs.json"
-    assert [repr(pair) for pair in read_pairs(first)] == [repr(pair) for pair in PAIRS.values()]
+    assert [repr(pair) for pair in read_pairs(first).pairs] == [repr(pair) for pair in PAIRS.values()]
     out = tmp_path / "out"
     assert main(["export", str(first), "--format", "json,csv,mujoco", "--out", str(out)]) == 0
     assert (out / "friction_pairs.json").read_bytes() == first.read_bytes()
     rows = list(csv.DictReader((out / "friction_pairs.csv").read_text("utf-8").splitlines()))
     assert [float(row["mu_2"]) for row in rows] == [pair.mu_2 for pair in PAIRS.values()]
     assert (out / "wood_on_wood.mjcf.xml").exists()
+
+
+def test_limit_curves_of_the_analysis_are_read_as_the_fit_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(analyze, "figure_kinds", tuple)  # figures take seconds and have no part in this
+    samples = [*on_an_ellipse(120, mu_1=0.5, mu_2=0.35, axis_rad=0.4), *planted(5)]
+    path = table(samples, tmp_path / "t.csv")
+    assert main(["analyze", str(path), "--out", str(tmp_path)]) == 1  # five slides are too few for a curve
+    assert main(["export", str(path), "--out", str(tmp_path)]) == 0
+    direct = read_pairs(tmp_path / "friction_pairs.json").pairs[1]
+    capsys.readouterr()
+    assert main(["export", str(tmp_path / "limit_curves.json"), "--out", str(tmp_path), "--overwrite"]) == 1
+    assert "cube on wood: " in capsys.readouterr().out
+    (curve,) = read_pairs(tmp_path / "friction_pairs.json").pairs
+    assert curve.name == direct.name == "felt on wood"
+    assert (curve.mu_1, curve.mu_2, curve.axis_rad) == pytest.approx((direct.mu_1, direct.mu_2, direct.axis_rad))
+    assert curve.mu_1_interval == pytest.approx(direct.mu_1_interval)
+    assert not curve.isotropic
 
 
 def test_pairs_may_be_written_by_hand(tmp_path: Path):
