@@ -68,6 +68,12 @@ def catalogue_of_table(table: Table) -> Catalogue:
     return catalogue(effect_folders(table))
 
 
+def confused(known: Catalogue, name: str) -> frozenset[str]:
+    """The effects that the standard protocol cannot tell from this one, whichever of the two says so."""
+    others = {other.id for other in known.values() if name in other.confounded_with}
+    return frozenset(others | set(known[name].confounded_with))
+
+
 def _refuse_unknown_names(found: Catalogue) -> None:
     for effect in found.values():
         unknown = sorted(set(effect.confounded_with) - set(found))
