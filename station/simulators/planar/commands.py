@@ -1,0 +1,186 @@
+"""What many runs are told: the plate's motion, where and how the block lies, and what it is. No effect is in here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from station.physics.contact import Array
+
+STEADY_RAD_S = 2e-3
+"""A plate that turns more slowly than this (0.1 °/s) is held."""
+_SMOOTH_S = 0.03
+_SHARED = ("border_m",)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Commands:
+    """n runs with k knots each; the plate's frame is P.
+
+    Attributes:
+        time_s: (n, k) ascending from row to row's own zero; a shorter run repeats its last knot.
+        gravity: (n, k, 3) unit vector of gravity in P as the arm reports it; between knots along the great circle.
+        rate_rad_s, acceleration_rad_s2: (n, k−1, 3) the plate's angular velocity and acceleration between two knots.
+        start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
+        rest_s: (n,) how long it had lain there by then.
+        run: (n,) number of the run in its session, from 0.
+        mass_kg, area_m2, mount_rad, temperature_c, relative_humidity: (n,) as in `Contact`.
+        border_m: radius of the opening in the foam; inf without foam.
+    """
+
+    time_s: Array
+    gravity: Array
+    rate_rad_s: Array
+    acceleration_rad_s2: Array
+    start: Array
+    rest_s: Array
+    run: Array
+    mass_kg: Array
+    area_m2: Array
+    mount_rad: Array
+    temperature_c: Array
+    relative_humidity: Array
+    border_m: float = float("inf")
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def end_s(self) -> Array:
+        """When each run ends (n,)."""
+        return self.time_s[:, -1]
+
+    @property
+    def tilt_rad(self) -> Array:
+        """The reported tilt at the knots (n, k)."""
+        return tilt_of(self.gravity)
+
+    def rows(self, chosen: slice) -> Commands:
+        """Some of the runs, as views."""
+        own = {spec.name: getattr(self, spec.name)[chosen] for spec in fields(self) if spec.name not in _SHARED}
+        return replace(self, **own)
+
+    def tilt_at(self, time_s: Array) -> Array:
+        """The reported tilt (n,) of each run at a time of its own (n,); nan stays nan."""
+        k = self.time_s.shape[1]
+        left = np.clip((self.time_s <= time_s[:, None]).sum(axis=1) - 1, 0, k - 2)
+        row = np.arange(len(self))
+        begin, end = self.time_s[row, left], self.time_s[row, left + 1]
+        share = np.clip((time_s - begin) / np.maximum(end - begin, 1e-12), 0.0, 1.0)[:, None]
+        first, last = self.gravity[row, left], self.gravity[row, left + 1]
+        angle = np.arctan2(np.linalg.norm(np.cross(first, last), axis=1), np.sum(first * last, axis=1))[:, None]
+        small = angle < 1e-9
+        sine = np.where(small, 1.0, np.sin(angle))
+        near = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
+        far = np.where(small, share, np.sin(share * angle) / sine)
+        return tilt_of(near * first + far * last)
+
+
+def tilt_of(gravity: Array) -> Array:
+    """Angle between the plate's normal and up (...) from gravity in P (..., 3)."""
+    return np.arctan2(np.hypot(gravity[..., 0], gravity[..., 1]), -gravity[..., 2])
+
+
+def ramps(
+    time_s: ArrayLike,
+    angle_rad: ArrayLike,
+    *,
+    downhill_rad: ArrayLike = 0.0,
+    border_m: float = float("inf"),
+    **circumstances: ArrayLike,
+) -> Commands:
+    """Runs of straight ramps between knots, each about one fixed axis; the plate's acceleration is left out.
+
+    Args:
+        time_s: (k,) or (n, k) knots.
+        angle_rad: (k,) or (n, k) tilt at the knots; a negative one slopes the other way.
+        downhill_rad: () or (n,) direction in P that a positive tilt slopes down to.
+        border_m: as in `Commands`.
+        circumstances: fields of `Commands` with one value a run, or one for all; what is left out keeps a usual value.
+    """
+    times, angles = (np.atleast_2d(np.asarray(values, dtype=float)) for values in (time_s, angle_rad))
+    downhill = np.atleast_1d(np.asarray(downhill_rad, dtype=float))
+    first = [len(np.atleast_1d(np.asarray(values))) for values in circumstances.values()]
+    n = max(len(times), len(angles), len(downhill), *first, 1)
+    times, angles = (np.broadcast_to(values, (n, times.shape[1])).copy() for values in (times, angles))
+    down = np.broadcast_to(downhill, (n,))
+    cosine, sine = np.cos(down)[:, None], np.sin(down)[:, None]
+    gravity = np.stack([np.sin(angles) * cosine, np.sin(angles) * sine, -np.cos(angles)], axis=-1)
+    pace = np.diff(angles, axis=1) / np.maximum(np.diff(times, axis=1), 1e-12)
+    rate = np.stack([-pace * sine, pace * cosine, np.zeros_like(pace)], axis=-1)
+    return Commands(
+        time_s=times,
+        gravity=gravity,
+        rate_rad_s=rate,
+        acceleration_rad_s2=np.zeros_like(rate),
+        border_m=border_m,
+        **_circumstances(n, circumstances),
+    )
+
+
+def tracks(
+    time_s: Sequence[Array], gravity: Sequence[Array], *, border_m: float = float("inf"), **circumstances: ArrayLike
+) -> Commands:
+    """Runs of recorded attitudes, finely sampled: times (k_i,) and unit vectors of gravity in P (k_i, 3) of each run.
+
+    Rates are those along the great circles (a turn about gravity itself moves nothing that matters here), and
+    accelerations their differences over 60 ms.
+
+    Raises:
+        ValueError: unless every run has at least two knots.
+    """
+    if any(len(times) < 2 for times in time_s):
+        raise ValueError("expected at least two knots in every run")
+    k = max(len(times) for times in time_s)
+    times = np.stack([_padded(np.asarray(values, dtype=float), k) for values in time_s])
+    down = np.stack([_padded(np.asarray(values, dtype=float), k) for values in gravity])
+    down /= np.linalg.norm(down, axis=-1, keepdims=True)
+    lengths = np.diff(times, axis=1)[..., None]
+    rate = np.where(lengths > 0, np.cross(down[:, 1:], down[:, :-1]) / np.where(lengths > 0, lengths, 1.0), 0.0)
+    return Commands(
+        time_s=times,
+        gravity=down,
+        rate_rad_s=rate,
+        acceleration_rad_s2=_accelerations(times, rate),
+        border_m=border_m,
+        **_circumstances(len(times), circumstances),
+    )
+
+
+def _padded(values: Array, k: int) -> Array:
+    return np.concatenate([values, np.repeat(values[-1:], k - len(values), axis=0)])
+
+
+def _accelerations(time_s: Array, rate: Array) -> Array:
+    """Differences of the rates over some 60 ms (n, k−1, 3): over one knot they would be mostly noise."""
+    middle = 0.5 * (time_s[:, 1:] + time_s[:, :-1])
+    step = float(np.median(np.diff(time_s, axis=1)[np.diff(time_s, axis=1) > 0]))
+    reach = max(1, round(_SMOOTH_S / step))
+    count = middle.shape[1]
+    before, after = np.maximum(np.arange(count) - reach, 0), np.minimum(np.arange(count) + reach, count - 1)
+    apart = (middle[:, after] - middle[:, before])[..., None]
+    return np.where(apart > 0, (rate[:, after] - rate[:, before]) / np.where(apart > 0, apart, 1.0), 0.0)
+
+
+_USUAL = {
+    "rest_s": 10.0,
+    "mass_kg": 0.00785,
+    "area_m2": 1e-4,
+    "mount_rad": 0.0,
+    "temperature_c": float("nan"),
+    "relative_humidity": float("nan"),
+}
+
+
+def _circumstances(n: int, given: dict[str, ArrayLike]) -> dict[str, Array]:
+    unknown = sorted(set(given) - {*_USUAL, "run", "start"})
+    if unknown:
+        raise TypeError(f"unknown circumstances of a run: {', '.join(unknown)}")
+    values = {name: np.full(n, usual) for name, usual in _USUAL.items()}
+    values |= {"run": np.arange(n, dtype=float), "start": np.zeros((n, 3))}
+    for name, value in given.items():
+        values[name] = np.array(np.broadcast_to(np.asarray(value, dtype=float), values[name].shape))
+    return values

@@ -1,0 +1,174 @@
+"""What acts on the block but friction: gravity, the turning plate, the foam and the effects' pushes; per mass.
+
+In P, with the block's place r and velocity v, the plate's rate ω and acceleration α:
+
+    a = g − α × r − ω × (ω × r) − 2 ω × v + pushes,    N/m = −a_z.
+
+The pivot is at the plate's centre, at the height of the block. The foam is a spring and a damper that never pull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from station.physics.contact import Array, Contact
+from station.physics.model import Model
+from station.simulators.planar.commands import Commands
+from station.simulators.planar.plate import Column, Down, Index, Plate, gravity_at
+
+FOAM_N_M = 120.0
+FOAM_DAMPING = 0.8
+"""Stiffness of the border against one side of the block (two corners), and its damping as a share of critical."""
+
+_OWN = ("run", "mass_kg", "area_m2", "mount_rad", "temperature_c", "relative_humidity")
+
+
+class Pull(NamedTuple):
+    """Tangential load and normal force per mass (a,), m/s², and the contact if any effect asks for it."""
+
+    x: Array
+    y: Array
+    normal: Array
+    contact: Contact | None
+
+
+class Motion(NamedTuple):
+    """Where blocks are and how they move (a,): direction `way`, turned by `yaw`."""
+
+    x: Array
+    y: Array
+    yaw: Array
+    speed: Array
+    way: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Some of the runs: which, on which stretch, and `own` (6, a), what does not change within a run."""
+
+    row: Index
+    number: Index
+    stretch: Array
+    own: Array
+    friction: Array
+    shake: Array
+    rest_from_s: Array
+    """When the present rest began; while sliding, when the rest before it did."""
+    slid_from_s: Array
+    """When the present slide began; inf at rest."""
+
+    def select(self, chosen: Array | Index) -> Blocks:
+        """Fewer of them."""
+        rows = (self.row, self.number, self.stretch, self.own, self.friction, self.shake)
+        since = (self.rest_from_s, self.slid_from_s)
+        return Blocks(*(values[..., chosen] for values in (*rows, *since)))
+
+
+class World:
+    """The runs of a batch with a model: makes `Blocks`, and says what pulls them."""
+
+    def __init__(self, commands: Commands, model: Model, *, friction: Array, shake: Array) -> None:
+        self.commands, self.model, self.plate = commands, model, Plate(commands, model)
+        self._friction, self._shake = friction, shake
+        self._own = np.stack([getattr(commands, name) for name in _OWN])
+        self.half_m = 0.5 * np.sqrt(commands.area_m2)
+        self.walled = bool(np.isfinite(commands.border_m))
+        hooks = ("friction", "push", "spin", "creep", "shaking")
+        self.needs_contact = any(model.acting(hook) for hook in hooks)
+        self.pushed = bool(model.acting("push"))
+        self._twists = bool(commands.rate_rad_s[..., 2].any())
+        self._jerks = bool(commands.acceleration_rad_s2.any())
+
+    def blocks(self, row: Index, number: Index, *, rest_from_s: Array, slid_from_s: Array | None = None) -> Blocks:
+        """Blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,)."""
+        slid = np.full(len(row), np.inf) if slid_from_s is None else slid_from_s
+        stretch, own = self.plate.stretch(row, number), self._own[:, row]
+        return Blocks(row, number, stretch, own, self._friction[row], self._shake[row], rest_from_s, slid)
+
+    def moved_on(self, blocks: Blocks, number: Index) -> Blocks:
+        """The same blocks on other stretches."""
+        return replace(blocks, number=number, stretch=self.plate.stretch(blocks.row, number))
+
+    def pull(self, blocks: Blocks, time_s: Array, at: Motion) -> Pull:
+        """The load at times (a,)."""
+        down = gravity_at(blocks.stretch, time_s)
+        x, y, normal = self._inertial(blocks.stretch, down, at)
+        border = None
+        if self.walled:
+            border = self.border_m(blocks.row, at)
+            foam_x, foam_y = self._foam(border, blocks, at)
+            x, y = x + foam_x, y + foam_y
+        contact = self.contact(blocks, time_s, at, down, border) if self.needs_contact else None
+        if contact is not None and self.pushed:
+            push = self.model.push(contact)
+            x, y, normal = x + push[:, 0], y + push[:, 1], normal - push[:, 2]
+        return Pull(x, y, np.maximum(normal, 0.0), contact)
+
+    def _inertial(self, stretch: Array, down: Down, at: Motion) -> tuple[Array, Array, Array]:
+        wx, wy, wz = stretch[Column.RATE : Column.RATE + 3]
+        vx, vy = at.speed * np.cos(at.way), at.speed * np.sin(at.way)
+        inward = wx * at.x + wy * at.y
+        square = wx * wx + wy * wy
+        x = down.x + square * at.x - wx * inward
+        y = down.y + square * at.y - wy * inward
+        z = down.z + 2.0 * (wy * vx - wx * vy)
+        if self._twists:
+            x = x + wz * (wz * at.x + 2.0 * vy)
+            y = y + wz * (wz * at.y - 2.0 * vx)
+            z = z - wz * inward
+        if self._jerks:
+            ax, ay, az = stretch[Column.ACCELERATION : Column.ACCELERATION + 3]
+            x, y, z = x + az * at.y, y - az * at.x, z + ay * at.x - ax * at.y
+        return x, y, -z
+
+    def border_m(self, row: Index, at: Motion) -> Array:
+        """From the square block's outermost corner to the foam (a,); inf without foam."""
+        if not self.walled:
+            return np.full(len(row), np.inf)
+        cosine, sine, half = np.cos(at.yaw), np.sin(at.yaw), self.half_m[row]
+        along, across = np.abs(cosine * at.x + sine * at.y), np.abs(cosine * at.y - sine * at.x)
+        return self.commands.border_m - np.hypot(along + half, across + half)
+
+    def _foam(self, border_m: Array, blocks: Blocks, at: Motion) -> tuple[Array, Array]:
+        """The foam's push towards the plate's centre."""
+        touching = border_m < 0
+        if not touching.any():
+            return np.zeros(len(border_m)), np.zeros(len(border_m))
+        stiffness = FOAM_N_M / blocks.own[1]
+        away = np.maximum(np.hypot(at.x, at.y), 1e-9)
+        ux, uy = at.x / away, at.y / away
+        outward = at.speed * (np.cos(at.way) * ux + np.sin(at.way) * uy)
+        size = -stiffness * border_m + 2.0 * FOAM_DAMPING * np.sqrt(stiffness) * outward
+        size = np.where(touching, np.maximum(size, 0.0), 0.0)
+        return -size * ux, -size * uy
+
+    def contact(self, blocks: Blocks, time_s: Array, at: Motion, down: Down, border_m: Array | None = None) -> Contact:
+        """What the effects are told."""
+        stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
+        run, mass, area, mount, temperature, humidity = blocks.own
+        return Contact(
+            run=run,
+            moving=moving,
+            way_rad=at.way,
+            speed_m_s=at.speed,
+            x_m=at.x,
+            y_m=at.y,
+            yaw_rad=at.yaw,
+            rest_s=np.where(moving, blocks.slid_from_s, time_s) - blocks.rest_from_s,
+            slid_s=np.maximum(time_s - blocks.slid_from_s, 0.0),
+            tilt_rad=np.arctan2(np.hypot(down.x, down.y), -down.z),
+            down_rad=np.arctan2(down.y, down.x),
+            rate_rad_s=stretch[Column.RATE : Column.RATE + 3].T,
+            acceleration_rad_s2=stretch[Column.ACCELERATION : Column.ACCELERATION + 3].T,
+            rising=stretch[Column.RISING],
+            step_s=time_s - stretch[Column.STEP_BEGIN],
+            mount_rad=mount,
+            mass_kg=mass,
+            area_m2=area,
+            border_m=self.border_m(blocks.row, at) if border_m is None else border_m,
+            temperature_c=temperature,
+            relative_humidity=humidity,
+        )

@@ -1,0 +1,139 @@
+"""How the plate really moves: the reported attitude, turned by the effects, as one table row per stretch of time.
+
+Between two knots gravity moves in P along a great circle: g(t) = g₀ cos Ωt + d sin Ωt.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.physics.contact import GRAVITY_M_S2, Array, Contact
+from station.physics.model import Model
+from station.simulators.planar.commands import STEADY_RAD_S, Commands, tilt_of
+
+Index = NDArray[np.intp]
+
+
+class Column(IntEnum):
+    """Rows of a `Plate`'s table: first of three where a vector is meant."""
+
+    GRAVITY = 0
+    ACROSS = 3
+    PACE = 6
+    BEGIN = 7
+    END = 8
+    RATE = 9
+    ACCELERATION = 12
+    RISING = 15
+    STEP_BEGIN = 16
+    COUNT = 17
+
+
+class Down(NamedTuple):
+    """Gravity in P, m/s²: three arrays."""
+
+    x: Array
+    y: Array
+    z: Array
+
+
+class Plate:
+    """The stretches between the knots of n runs: `table` (17, n·(k−1)), a run's stretches one after another."""
+
+    def __init__(self, commands: Commands, model: Model) -> None:
+        self.commands = commands
+        self.knots = commands.time_s.shape[1]
+        self.steps = _steps(commands)
+        first, last = commands.gravity[:, :-1], commands.gravity[:, 1:]
+        if model.acting("attitude"):
+            first, last = (self._turned(model, gravity, end) for gravity, end in ((first, 0), (last, 1)))
+        self.table = self._tabled(first, last)
+
+    def stretch(self, row: Index, number: Index) -> Array:
+        """The columns (17, a) of stretch `number` (a,) of run `row` (a,)."""
+        return self.table.take(row * (self.knots - 1) + number, axis=1)
+
+    def _tabled(self, first: Array, last: Array) -> Array:
+        commands = self.commands
+        lengths = np.diff(commands.time_s, axis=1)
+        cosine = np.sum(first * last, axis=-1)
+        across = last - cosine[..., None] * first
+        sine = np.linalg.norm(across, axis=-1)
+        table = np.empty((Column.COUNT, *lengths.shape))
+        table[Column.GRAVITY : Column.GRAVITY + 3] = GRAVITY_M_S2 * np.moveaxis(first, -1, 0)
+        table[Column.ACROSS : Column.ACROSS + 3] = np.moveaxis(across, -1, 0) * (
+            GRAVITY_M_S2 / np.where(sine > 0, sine, 1.0)
+        )
+        table[Column.PACE] = np.arctan2(sine, cosine) / np.where(lengths > 0, lengths, 1.0)
+        table[Column.BEGIN], table[Column.END] = commands.time_s[:, :-1], commands.time_s[:, 1:]
+        table[Column.RATE : Column.RATE + 3] = np.moveaxis(commands.rate_rad_s, -1, 0)
+        table[Column.ACCELERATION : Column.ACCELERATION + 3] = np.moveaxis(commands.acceleration_rad_s2, -1, 0)
+        table[Column.RISING], table[Column.STEP_BEGIN] = self.steps
+        return table.reshape(Column.COUNT, -1)
+
+    def _turned(self, model: Model, gravity: Array, end: int) -> Array:
+        """Gravity (n, k−1, 3) in the plate as it truly stands: R_true = R exp[r×], so that g_true = exp[−r×] g."""
+        commands = self.commands
+        shape = gravity.shape[:2]
+        time_s = commands.time_s[:, end : end + shape[1]]
+        contact = _level_contact(commands, gravity.reshape(-1, 3), time_s, self.steps)
+        turn = model.attitude(contact).reshape(gravity.shape)
+        angle = np.linalg.norm(turn, axis=-1, keepdims=True)
+        axis = turn / np.where(angle > 0, angle, 1.0)
+        along = np.sum(axis * gravity, axis=-1, keepdims=True)
+        return gravity * np.cos(angle) - np.cross(axis, gravity) * np.sin(angle) + axis * along * (1.0 - np.cos(angle))
+
+
+def gravity_at(stretch: Array, time_s: Array) -> Down:
+    """Gravity in P at times (a,) within stretches (17, a)."""
+    angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    first, across = Column.GRAVITY, Column.ACROSS
+    return Down(*(stretch[first + axis] * cosine + stretch[across + axis] * sine for axis in range(3)))
+
+
+def _steps(commands: Commands) -> tuple[Array, Array]:
+    """For each stretch (n, k−1): whether the tilt rises (+1) or falls (−1), and when the present or last step began."""
+    change = np.diff(commands.tilt_rad, axis=1)
+    sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
+    count = sign.shape[1]
+    last = np.maximum.accumulate(np.where(sign != 0, np.arange(count), -1), axis=1)
+    rising = np.where(last >= 0, np.take_along_axis(sign, np.maximum(last, 0), axis=1), 1.0)
+    turning = np.linalg.norm(commands.rate_rad_s, axis=-1) > STEADY_RAD_S
+    begins = turning & ~np.concatenate([np.zeros((len(sign), 1), bool), turning[:, :-1]], axis=1)
+    begins[:, 0] = True
+    began = np.maximum.accumulate(np.where(begins, np.arange(count), 0), axis=1)
+    return rising, np.take_along_axis(commands.time_s[:, :-1], began, axis=1)
+
+
+def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tuple[Array, Array]) -> Contact:
+    """The block at its start, at every knot: what an effect on the attitude may ask for, flattened."""
+    n, k = time_s.shape
+    each = {name: np.repeat(getattr(commands, name), k) for name in _ONE_A_RUN}
+    zero = np.zeros(n * k)
+    down = np.arctan2(gravity[:, 1], gravity[:, 0])
+    return Contact(
+        moving=np.zeros(n * k, dtype=bool),
+        way_rad=down,
+        speed_m_s=zero,
+        x_m=np.repeat(commands.start[:, 0], k),
+        y_m=np.repeat(commands.start[:, 1], k),
+        yaw_rad=np.repeat(commands.start[:, 2], k),
+        rest_s=(commands.rest_s[:, None] + time_s - commands.time_s[:, :1]).ravel(),
+        slid_s=zero,
+        tilt_rad=tilt_of(gravity),
+        down_rad=down,
+        rate_rad_s=commands.rate_rad_s.reshape(-1, 3),
+        acceleration_rad_s2=commands.acceleration_rad_s2.reshape(-1, 3),
+        rising=steps[0].ravel(),
+        step_s=(time_s - steps[1]).ravel(),
+        border_m=np.full(n * k, np.inf),
+        **each,
+    )
+
+
+_ONE_A_RUN = ("run", "mount_rad", "mass_kg", "area_m2", "temperature_c", "relative_humidity")

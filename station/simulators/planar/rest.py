@@ -1,0 +1,291 @@
+"""The block at rest: when it starts to slide, in which direction, and how it creeps before that.
+
+What it lacks to slide, E = max over φ of T·e(φ) − h(φ) N, is looked at on a grid of times, and where E has become
+positive the crossing is closed in on. On straight ramps the grid divides the stretches; of a finely sampled recording
+it takes the steepest moment of every tenth of a second, and each knot only where a crossing was seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from station.physics.contact import Array
+from station.simulators.planar.friction import LimitCurve, facing_to
+from station.simulators.planar.load import Blocks, Motion, World
+from station.simulators.planar.plate import Column, Index
+
+FINE_S = 0.05
+"""Knots nearer to each other than this are those of a recording."""
+_APART_S = 0.25
+_APART_CREEPING_S = 0.125
+_WINDOW_S = 0.1
+_BLOCK = 2048
+_NEWTON = 4
+_TURN_RAD = 0.35
+_ROUNDS = 60
+_CLOSE_S, _LEAST_M_S2 = 1e-9, 1e-12
+
+Excess = Callable[[Array, Array | None], tuple[Array, Array]]
+
+
+class Grid(NamedTuple):
+    """Times (n, c) at which the runs are looked at, and the stretch that each is on."""
+
+    time_s: Array
+    number: Index
+
+
+class Lying(NamedTuple):
+    """Blocks at rest (a,): run, stretch, from when on an onset is looked for, since when they lie, and place (a, 3)."""
+
+    row: Index
+    number: Index
+    from_s: Array
+    rest_from_s: Array
+    place: Array
+
+    def select(self, chosen: Index) -> Lying:
+        """Fewer of them."""
+        since = self.from_s[chosen], self.rest_from_s[chosen]
+        return Lying(self.row[chosen], self.number[chosen], *since, self.place[chosen])
+
+
+class Crossing(NamedTuple):
+    """The end of a rest (a,): the onset (inf: none), its stretch and direction, and the place (a, 3) by then."""
+
+    time_s: Array
+    number: Index
+    way: Array
+    place: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Creep:
+    """Nodes (a, c) of the way that blocks creep while at rest."""
+
+    time_s: Array
+    place: Array
+
+    def at(self, chosen: Index, time_s: Array) -> Creep:
+        """The same at other times (b, w) of the chosen blocks (b,)."""
+        places = [self.place_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
+        return Creep(time_s, np.stack(places, axis=1))
+
+    def place_at(self, chosen: Index, time_s: Array) -> Array:
+        """Places (b, 2) of the chosen blocks at times (b,), linear between the nodes."""
+        nodes = self.time_s[chosen]
+        left = np.clip((nodes <= time_s[:, None]).sum(axis=1) - 1, 0, nodes.shape[1] - 2)
+        row = np.arange(len(chosen))
+        begin, end = nodes[row, left], nodes[row, left + 1]
+        share = np.clip((time_s - begin) / np.maximum(end - begin, 1e-12), 0.0, 1.0)[:, None]
+        places = self.place[chosen]
+        return places[row, left] * (1.0 - share) + places[row, left + 1] * share
+
+
+class Rest:
+    """Looks for onsets in the runs of a world."""
+
+    def __init__(self, world: World, curve: LimitCurve) -> None:
+        self._world, self._curve = world, curve
+        self._creeps, self._shakes = bool(world.model.acting("creep")), bool(world.model.acting("shaking"))
+        self._grid, self._fine = self._grid_of()
+
+    # --- the grid -----------------------------------------------------------------------------------------------------
+
+    def _grid_of(self) -> tuple[Grid, bool]:
+        times = self._world.commands.time_s
+        lengths = np.diff(times, axis=1)
+        usual = float(np.median(lengths[lengths > 0]))
+        if usual > FINE_S:
+            return self._divided(lengths), False
+        return self._steepest(max(1, round(_WINDOW_S / usual))), True
+
+    def _divided(self, lengths: Array) -> Grid:
+        apart = _APART_CREEPING_S if self._creeps else _APART_S
+        parts = max(1, int(np.ceil(float(lengths.max()) / apart)))
+        share = np.arange(1, parts + 1) / parts
+        begin, n = self._world.commands.time_s[:, :-1], len(lengths)
+        times = (begin[:, :, None] + lengths[:, :, None] * share).reshape(n, -1)
+        number = np.repeat(np.arange(lengths.shape[1]), parts)
+        return Grid(times, np.broadcast_to(number, times.shape))
+
+    def _steepest(self, window: int) -> Grid:
+        """Of each window of knots the one with the steepest tilt, and with pushes the most abrupt one too."""
+        plate = self._world.plate
+        n = len(self._world.commands)
+        table = plate.table.reshape(Column.COUNT, n, -1)
+        count = table.shape[2]
+        steepness = np.hypot(table[0], table[1]) / np.maximum(-table[2], 1e-6)
+        scores = [steepness]
+        if self._world.pushed:
+            scores.append(np.abs(table[Column.ACCELERATION : Column.ACCELERATION + 3]).sum(axis=0))
+        starts = np.arange(0, count, window)
+        found = [np.full((n, 1), count)]
+        for score in scores:
+            padded = np.pad(score, ((0, 0), (0, len(starts) * window - count)), constant_values=-np.inf)
+            found.append(padded.reshape(n, len(starts), window).argmax(axis=2) + starts)
+        knot = np.sort(np.concatenate(found, axis=1), axis=1)
+        times = np.take_along_axis(self._world.commands.time_s, knot, axis=1)
+        return Grid(times, np.maximum(knot - 1, 0))
+
+    # --- what it lacks to slide ---------------------------------------------------------------------------------------
+
+    def excess(
+        self, blocks: Blocks, time_s: Array, place: Array, *, way: Array | None = None, rounds: int = _NEWTON
+    ) -> tuple[Array, Array]:
+        """E (a,) at times (a,), and the direction of the sliding that would begin.
+
+        `way` is a first guess at it (down the slope by default), bettered by `rounds` steps of Newton's method.
+        """
+        zero = np.zeros(len(time_s))
+        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, zero if way is None else way)
+        x, y, normal, contact = self._world.pull(blocks, time_s, at)
+        if contact is not None and self._shakes:
+            push = blocks.shake * self._world.model.shaking(contact)
+            x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
+        if way is None or self._curve.is_round:
+            way = np.arctan2(y, x)
+        if contact is None or self._curve.is_round:
+            facing = None if contact is None else facing_to(contact, way)
+            return np.hypot(x, y) - self._curve.value(facing, blocks.friction) * normal, way
+        for _ in range(rounds):
+            cosine, sine = np.cos(way), np.sin(way)
+            curve = self._curve.at(facing_to(contact, way), blocks.friction)
+            slope = y * cosine - x * sine - curve.slope * normal
+            bend = x * cosine + y * sine + curve.bend * normal
+            turn = np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), np.sign(slope) * _TURN_RAD)
+            way = way + np.clip(turn, -_TURN_RAD, _TURN_RAD)
+        value = self._curve.value(facing_to(contact, way), blocks.friction)
+        return x * np.cos(way) + y * np.sin(way) - value * normal, way
+
+    # --- the search ---------------------------------------------------------------------------------------------------
+
+    def crossing(self, lying: Lying) -> tuple[Crossing, Creep | None]:
+        """The next onsets, and the way crept until then (or until the end) if the model lets blocks creep."""
+        grid = self._from_now(lying)
+        creep = self._creeping(lying, grid) if self._creeps else None
+        first = self._first(lying, grid, creep)
+        a = len(lying.row)
+        onset = Crossing(np.full(a, np.inf), lying.number.copy(), np.zeros(a), lying.place.copy())
+        found = np.flatnonzero(first >= 0)
+        if len(found):
+            self._close_in(onset, found, first[found], lying, (grid, creep))
+        if creep is not None:
+            ends = np.minimum(onset.time_s, grid.time_s[:, -1])
+            onset.place[:, :2] = creep.place_at(np.arange(a), ends)
+        return onset, creep
+
+    def _from_now(self, lying: Lying) -> Grid:
+        """The grid with the blocks' present moment before it, and in place of what is past."""
+        times, number = self._grid.time_s[lying.row], self._grid.number[lying.row]
+        now = lying.from_s[:, None]
+        past = times <= now
+        number = np.where(past, lying.number[:, None], number)
+        return Grid(np.column_stack([now, np.where(past, now, times)]), np.column_stack([lying.number, number]))
+
+    def _first(self, lying: Lying, grid: Grid, creep: Creep | None) -> Index:
+        """The first column (a,) of the grid with E ≥ 0; −1 without one."""
+        count = grid.time_s.shape[1]
+        first = np.full(len(lying.row), -1)
+        way = np.zeros(len(first))
+        left, column = np.arange(len(first)), 0
+        while len(left) and column < count:
+            width = max(1, min(_BLOCK // len(left), count - column))
+            columns = slice(column, column + width)
+            many = lying.select(np.repeat(left, width))
+            blocks = self._world.blocks(many.row, grid.number[left, columns].ravel(), rest_from_s=many.rest_from_s)
+            place = many.place
+            if creep is not None:
+                place = np.column_stack([creep.place[left, columns].reshape(-1, 2), place[:, 2]])
+            guess = None if column == 0 else np.repeat(way[left], width)
+            rounds = _NEWTON if column == 0 else 1
+            excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess, rounds=rounds)
+            way[left] = found.reshape(len(left), width)[:, -1]
+            slips = excess.reshape(len(left), width) >= 0
+            hit = slips.any(axis=1)
+            first[left[hit]] = column + slips[hit].argmax(axis=1)
+            left, column = left[~hit], column + width
+        return first
+
+    def _close_in(
+        self, onset: Crossing, found: Index, column: Index, lying: Lying, seen: tuple[Grid, Creep | None]
+    ) -> None:  # fmt: skip
+        """Fills in the crossings of the blocks `found` (b,), which lie before the grid's `column` (b,)."""
+        (grid, creep), own = seen, lying.select(found)
+        if self._fine:
+            number, low, high = self._knots_around(found, column, lying, grid, creep)
+        else:
+            number, high = grid.number[found, column], grid.time_s[found, column]
+            low = grid.time_s[found, np.maximum(column - 1, 0)]
+        blocks = self._world.blocks(own.row, number, rest_from_s=own.rest_from_s)
+
+        def at(time_s: Array, way: Array | None) -> tuple[Array, Array]:
+            place = own.place
+            if creep is not None:
+                place = np.column_stack([creep.place_at(found, time_s), place[:, 2]])
+            return self.excess(blocks, time_s, place, way=way, rounds=_NEWTON if way is None else 1)
+
+        onset.time_s[found], onset.way[found] = _root(at, low, high)
+        onset.number[found] = number
+
+    def _knots_around(
+        self, found: Index, column: Index, lying: Lying, grid: Grid, creep: Creep | None
+    ) -> tuple[Index, Array, Array]:  # fmt: skip
+        """Looks at every knot between two columns of the grid: the stretch of the crossing, and its two ends."""
+        own, times = lying.select(found), self._world.commands.time_s
+        last = grid.number[found, column]
+        before = grid.number[found, np.maximum(column - 1, 0)]
+        width = int((last - before).max()) + 1
+        numbers = np.minimum(before[:, None] + np.arange(width), last[:, None])
+        ends = np.minimum(times[own.row[:, None], numbers + 1], grid.time_s[found, column][:, None])
+        ends = np.maximum(ends, own.from_s[:, None])
+        first = self._first(own, Grid(ends, numbers), None if creep is None else creep.at(found, ends))
+        chosen = np.arange(len(found)), np.where(first < 0, width - 1, first)
+        number, high = numbers[chosen], ends[chosen]
+        return number, np.clip(times[own.row, number], own.from_s, high), high
+
+    # --- creeping -----------------------------------------------------------------------------------------------------
+
+    def _creeping(self, lying: Lying, grid: Grid) -> Creep:
+        """The way crept at the grid's times, by the trapezium rule."""
+        a, c = grid.time_s.shape
+        velocity, zero = np.empty((a, c, 2)), np.zeros(a)
+        at = Motion(lying.place[:, 0], lying.place[:, 1], lying.place[:, 2], zero, zero)
+        for column in range(c):
+            blocks = self._world.blocks(lying.row, grid.number[:, column], rest_from_s=lying.rest_from_s)
+            contact = self._world.pull(blocks, grid.time_s[:, column], at).contact
+            assert contact is not None
+            velocity[:, column] = self._world.model.creep(replace(contact, way_rad=contact.down_rad))
+        lengths = np.diff(grid.time_s, axis=1)[..., None]
+        steps = 0.5 * lengths * (velocity[:, 1:] + velocity[:, :-1])
+        moved = np.concatenate([np.zeros((a, 1, 2)), np.cumsum(steps, axis=1)], axis=1)
+        return Creep(grid.time_s, lying.place[:, None, :2] + moved)
+
+
+def _root(at: Excess, low: Array, high: Array) -> tuple[Array, Array]:
+    """Where E passes zero between `low` and `high` (b,), and the direction there; by the Illinois rule.
+
+    The upper end of the last bracket is returned, where E is not negative.
+    """
+    below, way = at(low, None)
+    above, way_high = at(high, None)
+    early = below >= 0
+    high, above, way_high = np.where(early, low, high), np.where(early, below, above), np.where(early, way, way_high)
+    side = np.zeros(len(low))
+    for _ in range(_ROUNDS):
+        unsure = (high - low > _CLOSE_S) & (above > _LEAST_M_S2)
+        if not unsure.any():
+            break
+        middle = np.clip(high - above * (high - low) / np.where(unsure, above - below, 1.0), low, high)
+        value, way = at(middle, way_high)
+        up, down = unsure & (value >= 0), unsure & (value < 0)
+        below = np.where(up & (side > 0), 0.5 * below, below)
+        above = np.where(down & (side < 0), 0.5 * above, above)
+        high, above, way_high = np.where(up, middle, high), np.where(up, value, above), np.where(up, way, way_high)
+        low, below = np.where(down, middle, low), np.where(down, value, below)
+        side = np.where(up, 1.0, np.where(down, -1.0, side))
+    return high, way_high

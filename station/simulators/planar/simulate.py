@@ -1,0 +1,175 @@
+"""Many runs at once: rest until the onset, slide until the stop, and again, until the commands end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from station.physics.contact import Array
+from station.physics.model import Model
+from station.simulators.planar.commands import Commands
+from station.simulators.planar.friction import LimitCurve
+from station.simulators.planar.load import World
+from station.simulators.planar.path import Path
+from station.simulators.planar.plate import Index
+from station.simulators.planar.rest import Lying, Rest
+from station.simulators.planar.slide import Nodes, Slide, Stop
+
+CHUNK = 4096
+"""Runs that are followed together: few enough that their arrays stay in the processor's cache."""
+_STUCK_S = 1e-3
+"""A slip that ends where it began is not tried again before this."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Chances:
+    """What differs from run to run by chance.
+
+    Attributes:
+        friction: (n,) factor on the friction, lognormal with the median 1 and the model's scatter.
+        shake: (n,) standard normal: the share of `Model.shaking` that acts.
+    """
+
+    friction: Array
+    shake: Array
+
+    @classmethod
+    def none(cls, n: int) -> Chances:
+        """Nothing by chance."""
+        return cls(friction=np.ones(n), shake=np.zeros(n))
+
+    def rows(self, chosen: slice) -> Chances:
+        """Those of some of the runs."""
+        return Chances(friction=self.friction[chosen], shake=self.shake[chosen])
+
+    @classmethod
+    def drawn(cls, n: int, *, scatter: float, rng: np.random.Generator) -> Chances:
+        """For n runs."""
+        friction, shake = rng.standard_normal((2, n))
+        return cls(friction=np.exp(scatter * friction), shake=shake)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motions:
+    """What n blocks did.
+
+    Attributes:
+        onset_s: (n,) the true time of the first onset; nan if the block never slid.
+        onset_rad: (n,) the tilt that the arm reports at the time which the camera would give that onset.
+        way_rad: (n,) direction in P of the first motion; nan without one.
+        slip_end_s: (n,) when the first slide ended.
+        place: (n, 3) x, y (m), yaw (rad) at the end.
+        time_s: (n, m) stamps of `path`.
+        path: (n, m, 3) x, y (m) and yaw (rad) that the camera would stamp so.
+    """
+
+    onset_s: Array
+    onset_rad: Array
+    way_rad: Array
+    slip_end_s: Array
+    place: Array
+    time_s: Array
+    path: Array
+
+    def __len__(self) -> int:
+        return len(self.onset_s)
+
+
+_FIELDS = tuple(spec.name for spec in fields(Motions))
+
+
+def simulate(
+    commands: Commands, model: Model, *, time_s: ArrayLike | None = None, chances: Chances | None = None
+) -> Motions:
+    """Follows every run of `commands` to its end.
+
+    Args:
+        commands: what the runs are told.
+        model: friction and effects; a camera's delay shifts the path against the stamps.
+        time_s: stamps (m,) or (n, m), ascending, at which the path is wanted; none by default.
+        chances: what differs by chance; nothing by default.
+    """
+    n = len(commands)
+    stamps = np.empty((n, 0)) if time_s is None else np.asarray(time_s, dtype=float)
+    stamps = np.broadcast_to(stamps, (n, stamps.shape[-1]))
+    chances = chances or Chances.none(n)
+    curve = LimitCurve(model)
+    parts = [
+        _chunk(commands.rows(rows), model, curve, stamps=stamps[rows], chances=chances.rows(rows))
+        for rows in (slice(k, k + CHUNK) for k in range(0, n, CHUNK))
+    ]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS}
+    return Motions(**joined)
+
+
+def _chunk(
+    commands: Commands, model: Model, curve: LimitCurve, *, stamps: Array, chances: Chances
+) -> Motions:  # fmt: skip
+    delay_s = model.delay_s()
+    world = World(commands, model, friction=chances.friction, shake=chances.shake)
+    path = Path(commands.start, stamps - delay_s)
+    batch = _Batch(world, curve, path)
+    batch.run()
+    return Motions(
+        onset_s=batch.onset_s,
+        onset_rad=commands.tilt_at(batch.onset_s + delay_s),
+        way_rad=batch.way_rad,
+        slip_end_s=batch.slip_end_s,
+        place=batch.place,
+        time_s=stamps,
+        path=path.place,
+    )
+
+
+class _Batch:
+    """Some runs on their way, round after round."""
+
+    def __init__(self, world: World, curve: LimitCurve, path: Path) -> None:
+        n = len(world.commands)
+        self._world, self._path = world, path
+        self._rest, self._slide = Rest(world, curve), Slide(world, curve)
+        self.onset_s, self.way_rad, self.slip_end_s = (np.full(n, np.nan) for _ in range(3))
+        self.place = world.commands.start.copy()
+        self._rest_from_s = world.commands.time_s[:, 0] - world.commands.rest_s
+        self._now_s = world.commands.time_s[:, 0].copy()
+        self._number = np.zeros(n, dtype=np.intp)
+
+    def run(self) -> None:
+        """To the end of every run."""
+        left = np.arange(len(self.place))
+        while len(left):
+            left = self._round(left)
+
+    def _round(self, row: Index) -> Index:
+        """One rest and one slide of the runs `row`; gives those that go on."""
+        lying = Lying(row, self._number[row], self._now_s[row], self._rest_from_s[row], self.place[row])
+        onset, creep = self._rest.crossing(lying)
+        self.place[row] = onset.place
+        if creep is not None:
+            self._path.creep(row, creep, np.minimum(onset.time_s, self._world.commands.end_s[row]))
+        slips = np.flatnonzero(onset.time_s < self._world.commands.end_s[row])
+        if not len(slips):
+            return row[:0]
+        row, time_s, way = row[slips], onset.time_s[slips], onset.way[slips]
+        blocks = self._world.blocks(row, onset.number[slips], rest_from_s=self._rest_from_s[row], slid_from_s=time_s)
+        nodes, stop = self._slide.run(blocks, time_s, onset.place[slips], way)
+        self._note(row, time_s, way, nodes, stop)
+        return stop.row[stop.time_s < self._world.commands.end_s[stop.row]]
+
+    def _note(self, row: Index, time_s: Array, way: Array, nodes: Nodes, stop: Stop) -> None:
+        began = np.full(len(self.place), np.nan)
+        began[row] = time_s
+        moved = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1) > 0
+        self._path.slide(nodes, stop)
+        self.place[stop.row], self._number[stop.row] = stop.place, stop.number
+        self._now_s[stop.row] = np.where(moved, stop.time_s, stop.time_s + _STUCK_S)
+        fresh = stop.row[moved]
+        self._rest_from_s[fresh] = stop.time_s[moved]
+        first = moved & np.isnan(self.onset_s[stop.row])
+        chosen = stop.row[first]
+        ways = np.full(len(self.place), np.nan)
+        ways[row] = way
+        self.onset_s[chosen], self.slip_end_s[chosen] = began[chosen], stop.time_s[first]
+        self.way_rad[chosen] = ways[chosen]

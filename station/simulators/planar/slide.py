@@ -1,0 +1,261 @@
+"""The block in motion, from an onset to its stop: place, speed v, direction φ, yaw; each run at its own step.
+
+    v′ = T·e(φ) − h(φ) N,    v φ′ = T·e⊥(φ) − h′(φ) N = G.
+
+Kutta's third-order rule, with the step from its embedded second-order one. At low speed φ relaxes faster than any step:
+there it is not integrated but moved by what an exponential relaxation with the rate λ = (T·e + h″ N) / v gives.
+A step never passes a knot; one that passes a stop is taken again, up to the stop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.physics.contact import Array, Contact
+from station.simulators.planar.friction import LimitCurve, Support
+from station.simulators.planar.load import Blocks, Motion, World
+from station.simulators.planar.plate import Column, Index
+
+SLOW_M_S = 5e-3
+LONGEST_S, FIRST_S, SHORTEST_S = 20e-3, 2e-3, 2e-5
+TOLERANCE_M_S = 1e-5
+_STOPPED_M_S = 1e-8
+_CORNER = 15.0
+"""Change of G per radian, in units of the friction, beyond which a limit curve has a facet (2 : 1 ellipse: 4)."""
+
+
+class Nodes(NamedTuple):
+    """The steps of a slide, one after another: run, time, place (·, 3) with yaw, and velocity (·, 3) with yaw rate."""
+
+    row: Index
+    time_s: Array
+    place: Array
+    velocity: Array
+
+
+class Stop(NamedTuple):
+    """How slides ended (a,): run, time, stretch, and the place (a, 3)."""
+
+    row: Index
+    time_s: Array
+    number: Index
+    place: Array
+
+
+@dataclass(eq=False)
+class _State:
+    """The blocks that move; `yaw_rate` and the rest are (a,)."""
+
+    blocks: Blocks
+    time_s: Array
+    at: Motion
+    yaw_rate: Array
+    step_s: Array
+    end_s: Array
+
+    def select(self, chosen: Index) -> _State:
+        at = Motion(*(values[chosen] for values in self.at))
+        rest = (self.yaw_rate, self.step_s, self.end_s)
+        return _State(self.blocks.select(chosen), self.time_s[chosen], at, *(values[chosen] for values in rest))
+
+
+class _Rates(NamedTuple):
+    """Changes of x, y, v and φ, how far φ was moved at low speed, and what the yaw needs."""
+
+    x: Array
+    y: Array
+    speed: Array
+    way: Array
+    moved: Array | float
+    drag: Array
+    bend: Array | float
+    contact: Contact | None
+
+
+_Stages = tuple[_Rates, _Rates, _Rates]
+
+
+class Slide:
+    """Follows blocks from their onset to their stop."""
+
+    def __init__(self, world: World, curve: LimitCurve) -> None:
+        self._world, self._curve = world, curve
+        self._spins = bool(world.model.acting("spin"))
+        self._needs_rows = world.walled
+
+    def run(self, blocks: Blocks, time_s: Array, place: Array, way: Array) -> tuple[Nodes, Stop]:
+        """From onsets at times (a,) and places (a, 3) in directions (a,), all at rest."""
+        zero = np.zeros(len(time_s))
+        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, way)
+        end = self._world.commands.end_s[blocks.row]
+        state = _State(blocks, time_s, at, zero, np.full(len(time_s), FIRST_S), end)
+        nodes, stops = [_nodes(state)], list[Stop]()
+        while len(state.time_s):
+            state, gone = self._step(state)
+            nodes.append(_nodes(state))
+            if gone.any():
+                ended = state.select(np.flatnonzero(gone))
+                final = np.column_stack([ended.at.x, ended.at.y, ended.at.yaw])
+                stops.append(Stop(ended.blocks.row, ended.time_s, ended.blocks.number, final))
+                state = state.select(np.flatnonzero(~gone))
+        return Nodes(*(np.concatenate(parts) for parts in zip(*nodes, strict=True))), Stop(
+            *(np.concatenate(parts) for parts in zip(*stops, strict=True))
+        )
+
+    def _step(self, state: _State) -> tuple[_State, NDArray[np.bool_]]:
+        """One trial step of every block; those whose step was too long stay where they are. Says who has stopped."""
+        blocks, at, time = state.blocks, state.at, state.time_s
+        left = blocks.stretch[Column.END] - time
+        step = np.minimum(state.step_s, left)
+        slow = at.speed < SLOW_M_S
+        first = self._rates(blocks, time, at, slow, 0.0 * step)
+        half = _moved(at, 0.5 * step, first)
+        second = self._rates(blocks, time + 0.5 * step, half, slow, 0.5 * step, bend=first.bend)
+        full = _moved(at, step, first, second)
+        third = self._rates(blocks, time + step, full, slow, step, bend=first.bend)
+        after, wrong = _kutta(at, (first, second, third), step, slow)
+
+        stops = after.speed <= 0.0
+        arrived = stops & ((after.speed > -_STOPPED_M_S) | (step <= 1e-9))
+        taken = np.where(stops, arrived, (wrong <= 1.0) | (step <= SHORTEST_S))
+        grown = step * np.clip(0.85 * np.maximum(wrong, 1e-9) ** (-1.0 / 3.0), 0.25, 2.5)
+        longer = np.where(taken & (step < state.step_s), np.maximum(state.step_s, grown), grown)
+        following = np.where(stops, _time_to_stop(at.speed, first.speed, after.speed, step), longer)
+        following = np.minimum(following, LONGEST_S)
+
+        yaw, yaw_rate = at.yaw, state.yaw_rate
+        if self._spins:
+            yaw, yaw_rate = self._turned(state, half, second, step)
+        new = Motion(
+            np.where(taken, after.x, at.x),
+            np.where(taken, after.y, at.y),
+            np.where(taken, yaw, at.yaw) if self._spins else yaw,
+            np.where(taken, np.maximum(after.speed, 0.0), at.speed),
+            np.where(taken, after.way, at.way),
+        )
+        now = np.where(taken, time + step, time)
+        stopped = taken & stops
+        if self._spins:
+            yaw_rate = np.where(stopped, 0.0, np.where(taken, yaw_rate, state.yaw_rate))
+        blocks, over = self._moved_on(blocks, taken & (step >= left), now, state.end_s)
+        return _State(blocks, now, new, yaw_rate, following, state.end_s), stopped | over
+
+    def _moved_on(
+        self, blocks: Blocks, passed: NDArray[np.bool_], now: Array, end_s: Array
+    ) -> tuple[Blocks, NDArray[np.bool_]]:
+        """Blocks that have reached a knot go on to the next stretch that takes any time; says whose run is over."""
+        over = passed & (now >= end_s)
+        going = passed & ~over
+        if going.any():
+            blocks = self._world.moved_on(blocks, blocks.number + going)
+        return blocks, over
+
+    def _rates(
+        self, blocks: Blocks, time_s: Array, at: Motion, slow: NDArray[np.bool_], since: Array, *,
+        bend: Array | float | None = None,
+    ) -> _Rates:  # fmt: skip
+        """What changes how fast; h″ hardly changes in a step, so that its later stages may take it from the first."""
+        x, y, normal, contact = self._world.pull(blocks, time_s, at)
+        h = self._curve.at(contact, blocks.friction, bends=bend is None and bool(slow.any()))
+        h = h if bend is None else h._replace(bend=bend)
+        cosine, sine = np.cos(at.way), np.sin(at.way)
+        ahead, aside = x * cosine + y * sine, y * cosine - x * sine
+        aside = aside - h.slope * normal
+        moved: Array | float = 0.0
+        if slow.any():
+            moved = _relaxed(ahead + h.bend * normal, aside, at.speed, since, slow)
+            turned_cosine, turned_sine = np.cos(moved), np.sin(moved)
+            cosine, sine = cosine * turned_cosine - sine * turned_sine, sine * turned_cosine + cosine * turned_sine
+            ahead = x * cosine + y * sine
+            h = Support(h.value + moved * (h.slope + 0.5 * moved * h.bend), h.slope, h.bend)
+        turning = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
+        drag = h.value * normal
+        return _Rates(at.speed * cosine, at.speed * sine, ahead - drag, turning, moved, drag, h.bend, contact)
+
+    def _turned(self, state: _State, half: Motion, second: _Rates, step: Array) -> tuple[Array, Array]:
+        """Yaw and yaw rate after a step: an exponential approach, as sliding damps the turning of a slow block at once.
+
+        Of a square of side L with even pressure, friction µN/m against a turning ω at speed v gives the angular
+        acceleration −µN/m · ω (L²/12) / (v k²), k² = L²/6, to first order in ω L / v.
+        """
+        assert second.contact is not None
+        spin = self._world.model.spin(second.contact)
+        side = np.sqrt(second.contact.area_m2)
+        speed = np.hypot(half.speed, 0.4 * side * state.yaw_rate)
+        decay = 0.5 * second.drag / np.maximum(speed, 1e-9)
+        fall = np.exp(-decay * step)
+        small = decay * step < 1e-6
+        share = np.where(small, step, (1.0 - fall) / np.where(small, 1.0, decay))
+        rate = state.yaw_rate * fall + spin * share
+        lasting = np.where(small, 0.5 * step * step, (step - share) / np.where(small, 1.0, decay))
+        return state.at.yaw + state.yaw_rate * share + spin * lasting, rate
+
+
+def _nodes(state: _State) -> Nodes:
+    at = state.at
+    velocity = np.column_stack([at.speed * np.cos(at.way), at.speed * np.sin(at.way), state.yaw_rate])
+    return Nodes(state.blocks.row, state.time_s, np.column_stack([at.x, at.y, at.yaw]), velocity)
+
+
+def _moved(at: Motion, step: Array, first: _Rates, second: _Rates | None = None) -> Motion:
+    """A stage of the rule: a step by `first`, or by 2 `second` − `first`."""
+    if second is None:
+        x, y, speed, way = first.x, first.y, first.speed, first.way
+    else:
+        x, y = 2.0 * second.x - first.x, 2.0 * second.y - first.y
+        speed, way = 2.0 * second.speed - first.speed, 2.0 * second.way - first.way
+    # A speed below zero, of a block that stops on the way, is for the stop to deal with; effects need not know it.
+    return Motion(
+        at.x + step * x, at.y + step * y, at.yaw, np.maximum(at.speed + step * speed, 0.0), at.way + step * way
+    )
+
+
+def _kutta(at: Motion, stages: _Stages, step: Array, slow: NDArray[np.bool_]) -> tuple[Motion, Array]:
+    """The state after a step, and its error against the tolerance.
+
+    On a corner of the support function (a facet of the limit curve) φ is held by forces from both sides, faster than
+    any step follows. Where φ′ changes its sign within a step too long for it, φ is put between, where they balance.
+    """
+    first, second, third = stages
+    sixth = step / 6.0
+    way = at.way + sixth * (first.way + 4.0 * second.way + third.way)
+    along = np.abs(first.speed - 2.0 * second.speed + third.speed)
+    across = np.maximum(at.speed, SLOW_M_S) * np.abs(first.way - 2.0 * second.way + third.way)
+    early = first.way * second.way < 0
+    other = np.where(early, second.way, third.way)
+    reach = np.where(early, 0.5 * step * first.way, step * (2.0 * second.way - first.way))
+    abrupt = np.maximum(at.speed, SLOW_M_S) * np.abs(first.way - other) > _CORNER * first.drag * np.abs(reach)
+    held = (first.way * other < 0) & (sixth * across > TOLERANCE_M_S) & abrupt
+    if held.any():
+        balance = first.way / np.where(held, first.way - other, 1.0)
+        way, across = np.where(held, at.way + reach * balance, way), np.where(held, 0.0, across)
+    after = Motion(
+        at.x + sixth * (first.x + 4.0 * second.x + third.x),
+        at.y + sixth * (first.y + 4.0 * second.y + third.y),
+        at.yaw,
+        at.speed + sixth * (first.speed + 4.0 * second.speed + third.speed),
+        np.where(slow, at.way + third.moved, way),
+    )
+    return after, sixth * np.maximum(along, across) / TOLERANCE_M_S
+
+
+def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array, slow: NDArray[np.bool_]) -> Array:
+    """How far φ has moved `since` (a,) s ago towards where G vanishes."""
+    paced = since / np.maximum(speed, 1e-9)
+    decay = np.clip(stiffness * paced, -1.0, 1e9)
+    small = np.abs(decay) < 1e-6
+    share = np.where(small, 1.0, -np.expm1(-decay) / np.where(small, 1.0, decay))
+    return np.where(slow, np.arctan(aside * paced * share), 0.0)
+
+
+def _time_to_stop(speed: Array, change: Array, after: Array, step: Array) -> Array:
+    """When a parabola through the speed, its change and the (negative) speed after `step` passes zero."""
+    bend = (after - speed - change * step) / np.maximum(step * step, 1e-18)
+    root = np.sqrt(np.maximum(change * change - 4.0 * bend * speed, 0.0))
+    below = -change + root
+    time = np.where(below > 0, 2.0 * speed / np.where(below > 0, below, 1.0), 0.5 * step)
+    return np.clip(time, 0.0, step * (1.0 - 1e-6))
