@@ -1,0 +1,193 @@
+"""One case: drawn from its tier, number and seed, planned without being written, then written."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator, SeedSequence
+
+from tests.concealed.catalogue import Effect, Planted, plant
+from tests.concealed.design import Setting
+from tests.concealed.files import rig_toml, write_session
+from tests.concealed.limits import MOST_RUNS, POWER_SIGMAS, Analyst, Signature
+from tests.concealed.protocols import draw_setting
+from tests.concealed.session import SessionRecord, run_session
+from tests.concealed.world import NULL, World
+
+TIERS = ("null", "null_nuisance", "single", "pair", "confounded", "absorbed", "outside", "artefact")
+STRENGTHS = (0.5, 1.0, 2.0, 4.0)
+_ATTEMPTS = 6
+_Json = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plan:
+    """A case before it is written. `entry` is its line of the key; `generators` are for session and file."""
+
+    id: str
+    setting: Setting
+    mu_guess: float
+    entry: _Json
+    origin: tuple[int, int, int]
+
+    def session(self) -> SessionRecord:
+        """The session; always the same."""
+        return run_session(self.setting, generator(self.origin, "session"))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Strong:
+    """A planted effect with its strength, and the limit that the strength is counted in."""
+
+    planted: Planted
+    value: float
+    limit: float
+
+    def described(self) -> _Json:
+        """For the key."""
+        fields = {**self.planted.fixed, **{name: f * self.value for name, f in self.planted.scaled.items()}}
+        return {
+            "id": self.planted.effect.id,
+            "value": _short(self.value),
+            "unit": self.planted.effect.unit,
+            "detection_limit": _short(self.limit),
+            "strength": _short(self.value / self.limit) if self.limit else None,
+            "parameters": {name: _short(value) for name, value in fields.items()},
+        }
+
+
+def origin_of(tier: str, index: int, seed: int) -> tuple[int, int, int]:
+    """What everything random in a case comes from."""
+    return seed, TIERS.index(tier), index
+
+
+def generator(origin: tuple[int, int, int], part: str) -> Generator:
+    """The random numbers of one part of a case: `name`, `design`, `session` or `file`."""
+    return np.random.default_rng(SeedSequence([*origin, *part.encode()]))
+
+
+def case_id(origin: tuple[int, int, int]) -> str:
+    """A name that tells nothing."""
+    return generator(origin, "name").bytes(6).hex()
+
+
+# --- strengths --------------------------------------------------------------------------------------------------------
+
+
+def at_strength(
+    rng: Generator, effects: Sequence[Effect], strengths: Sequence[float], *, needs: Sequence[str] = ()
+) -> tuple[Setting, list[Strong]]:
+    """A setting in which every effect has its strength, in limits of its own, and is still physics.
+
+    Settings are drawn until the effects stay below their caps; each attempt has more runs and less scatter.
+    """
+    best: tuple[float, Setting, list[Strong]] | None = None
+    wanted = {name for effect in effects for name in effect.needs} | set(needs)
+    for attempt in range(_ATTEMPTS):
+        runs = None if attempt < 2 else min(500, 150 + 90 * attempt)
+        setting = draw_setting(rng, needs=sorted(wanted), runs=runs, calm=attempt > 0)
+        planted = [plant(effect, rng) for effect in effects]
+        baseline = run_session(setting, np.random.default_rng(rng.integers(2**63)))
+        analyst = Analyst(baseline, most_runs=MOST_RUNS)
+        limits = [analyst.limit(one.apply, start=one.effect.nominal) for one in planted]
+        worst = max(s * lim / one.effect.cap for one, lim, s in zip(planted, limits, strengths, strict=True))
+        strong = [
+            Strong(planted=one, value=min(s * lim, one.effect.cap), limit=lim)
+            for one, lim, s in zip(planted, limits, strengths, strict=True)
+        ]
+        if best is None or worst < best[0]:
+            best = (worst, setting, strong)
+        if worst <= 1.0:
+            break
+    assert best is not None
+    return with_effects(best[1], best[2]), best[2]
+
+
+def with_effects(setting: Setting, strong: Sequence[Strong]) -> Setting:
+    """The setting in a world that has these effects."""
+    world = setting.world
+    for one in strong:
+        world = one.planted.apply(world, one.value)
+    return replace(setting, world=world)
+
+
+# --- the key ----------------------------------------------------------------------------------------------------------
+
+
+def null_world(world: World) -> World:
+    """The same rig and pair without any effect."""
+    known = ("mu", "load_reference_n", "wall_radius", "side", "px_per_m", "mark_side", "mark_height", "camera_height")
+    return NULL._replace(**{name: getattr(world, name) for name in known})
+
+
+def entry_of(tier: str, setting: Setting, strong: Sequence[Strong], session: SessionRecord) -> _Json:
+    """A case's line of the key: what is in it, how strong, and where it should be seen."""
+    design, world = asdict(setting.design), setting.world
+    entry: _Json = {
+        "tier": tier,
+        "effects": [one.described() for one in strong],
+        "baseline": {"mu_s": _short(world.mu)},
+        "nuisance": {name: _short(value) for name, value in asdict(setting.nuisance).items()},
+        "design": {**design, "opening_m": _short(2.0 * (world.wall_radius + 0.65 * world.side))},
+        "censored_runs": [int(run.facts.number) + 1 for run in session.runs if run.censored],
+        "foam_runs": [int(run.facts.number) + 1 for run in session.runs if run.ride.touched],
+        "knocked_runs": [int(run.facts.number) + 1 for run in session.runs if math.isfinite(run.facts.knock_at_s)],
+        "places": [],
+    }
+    analyst = Analyst(session) if strong else None
+    for one in strong:
+        assert analyst is not None
+        without = analyst.signature(_without(world, one))
+        entry["places"].append(_place_of(one, without))
+    return entry
+
+
+def _without(world: World, one: Strong) -> World:
+    return world._replace(**{name: getattr(NULL, name) for name in one.planted.scaled})
+
+
+def _place_of(one: Strong, signature: Signature) -> _Json:
+    shifted = signature.onset - (signature.onset.mean() if len(signature.onset) else 0.0)
+    return {
+        "effect": one.planted.effect.id,
+        "where": [{"phase": phase, "covariate": covariate} for phase, covariate in one.planted.effect.places],
+        "detectability": _short(math.sqrt(signature.information) / POWER_SIGMAS),
+        "runs": signature.runs.tolist(),
+        "onset_sigmas": [round(float(value), 2) for value in shifted],
+        "path_sigmas": [round(float(value), 2) for value in signature.path],
+    }
+
+
+def _short(value: float) -> float | str:
+    """Five digits; JSON knows no infinity."""
+    return float(f"{value:.5g}") if math.isfinite(value) else "inf"
+
+
+# --- writing ----------------------------------------------------------------------------------------------------------
+
+
+def finished(folder: Path) -> bool:
+    """Whether a case has been written."""
+    return (folder / "session.mcap").exists() and (folder / "rig.toml").exists()
+
+
+def write_case(plan: Plan, out: Path) -> None:
+    """Writes a case's folder, the recording last."""
+    folder = out / plan.id
+    folder.mkdir(parents=True, exist_ok=True)
+    rig = rig_toml(plan.setting, mu_guess=plan.mu_guess, scatter_guess=0.1)
+    (folder / "rig.toml").write_text(rig, encoding="utf-8")
+    write_session(plan.session(), folder / "session.mcap", rig=rig, rng=generator(plan.origin, "file"))
+
+
+def sealed(key: _Json) -> tuple[str, str]:
+    """The key's text and its hash."""
+    text = json.dumps(key, indent=1, sort_keys=True) + "\n"
+    return text, hashlib.sha256(text.encode()).hexdigest()
