@@ -30,6 +30,8 @@ from station.simulators.projected_camera import ProjectedCamera, ProjectionSetti
 ARM_NS = 10_000_000
 SESSION_NS = 16_666_667
 SECOND_NS = 1_000_000_000
+ARM, CAMERA, SESSION, CLOCK = range(4)
+"""Who comes first of those that are due at the same moment."""
 
 
 class LockstepCamera(Protocol):
@@ -92,23 +94,24 @@ class Lockstep:
     def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float) -> int:
         """The loop: whatever is due first, and of what is due together the one that stands first here."""
         due = [
-            (start, 0, ARM_NS, self._tick_arm),
-            (start, 2, SESSION_NS, self._tick_session),
-            (start, 3, SECOND_NS, self._tick_clock),
-            (start + ARM_NS, 1, self._frame_ns, self._tick_camera),
+            (start, ARM, ARM_NS, self._tick_arm),
+            (start, SESSION, SESSION_NS, self._tick_session),
+            (start, CLOCK, SECOND_NS, self._tick_clock),
+            (start + ARM_NS, CAMERA, self._frame_ns, self._tick_camera),
         ]
         end_ns = start + limit_s * 1e9
         session, machine, samples = self.session, self.session.machine, 0
+        turn, advance_to = heapq.heapreplace, self.clock.advance_to
         now_ns = start
         while not session.finished and now_ns < end_ns:
             now_ns, rank, period_ns, what = due[0]
-            heapq.heapreplace(due, (now_ns + period_ns, rank, period_ns, what))
-            self.clock.advance_to(now_ns)
+            turn(due, (now_ns + period_ns, rank, period_ns, what))
+            advance_to(now_ns)
             what(now_ns)
-            if machine.samples != samples:
+            if rank == SESSION and machine.samples != samples:
                 samples = machine.samples
                 on_sample(samples)
-        return samples
+        return machine.samples
 
     def _tick_arm(self, now_ns: int) -> None:
         self.twin.world.advance(now_ns)

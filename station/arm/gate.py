@@ -164,9 +164,9 @@ class SafetyGate:
             return "the arm no longer reports its joints"
         if reading.position_rad.shape != commanded.shape:
             return f"the arm reports {len(reading.position_rad)} joints, expected {len(commanded)}"
-        away = np.abs(reading.position_rad - commanded)
+        away = reading.position_rad - commanded
         # The root of the sum of squares is quicker than the largest and never less; a NaN passes neither test.
-        if away.dot(away) <= self._follow_rad2 or away.max() <= self._follow_rad:
+        if away.dot(away) <= self._follow_rad2 or (away := np.abs(away)).max() <= self._follow_rad:
             self._off_since_ns = None
             return ""
         if self._off_since_ns is None:

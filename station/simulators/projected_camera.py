@@ -74,9 +74,7 @@ class ProjectedCamera:
     def _see_block(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
         self._seq += 1
         corners = tuple(map(add, self._project(scene), self._next_noise()))
-        us, vs = corners[0::2], corners[1::2]
-        width, height = self._size_px
-        inside = min(us) >= 0 and max(us) < width and min(vs) >= 0 and max(vs) < height
+        inside = self._inside(corners)
         settings = self._settings
         return MarkerCorners(
             now_ns,
@@ -90,6 +88,12 @@ class ProjectedCamera:
             "" if inside else "the marker is out of the frame",
             tipped=1.0 - 2.0 * (scene.block_qx**2 + scene.block_qy**2) < _TIPPED_COSINE,
         )
+
+    def _inside(self, corners: tuple[float, ...]) -> bool:
+        width, height = self._size_px
+        if min(corners) < 0:
+            return False
+        return max(corners) < min(width, height) or (max(corners[0::2]) < width and max(corners[1::2]) < height)
 
     def _project(self, scene: TwinScene) -> tuple[float, ...]:
         """Where the corners are without noise, x0 y0 … x3 y3: the mark turned by the block's yaw, scaled, shifted."""
