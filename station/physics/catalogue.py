@@ -5,6 +5,7 @@ This is the only module of the physics that looks at files, and it only imports 
 
 from __future__ import annotations
 
+import copyreg
 import importlib
 import importlib.util
 import inspect
@@ -31,12 +32,9 @@ def catalogue(folders: Iterable[Path] = ()) -> Catalogue:
         UserError: if a folder is missing, a file cannot be imported or holds no complete effect, or an id comes twice.
     """
     found: dict[str, Effect] = {}
-    for module in [*_own_modules(), *(module for folder in folders for module in _modules_of(folder))]:
-        effect = _effect_of(module)
+    for file, effect in [*_own(), *(each for folder in folders for each in _those_of(folder))]:
         if effect.id in found:
-            raise UserError(
-                f"Expected every effect once, but {effect.id} comes again from {module.__file__}; rename one of them"
-            )
+            raise UserError(f"Expected every effect once, but {effect.id} comes again from {file}; rename one of them")
         found[effect.id] = effect
     _refuse_unknown_names(found)
     return MappingProxyType(found)
@@ -81,15 +79,16 @@ def _refuse_unknown_names(found: Catalogue) -> None:
             raise UserError(f"Expected ids of effects in confounded_with of {effect.id}, got {', '.join(unknown)}")
 
 
-def _own_modules() -> list[ModuleType]:
+def _own() -> list[tuple[str, Effect]]:
     names = sorted(info.name for info in pkgutil.iter_modules(effects.__path__))
-    return [importlib.import_module(f"{effects.__name__}.{name}") for name in names]
+    return [(name, _effect_of(importlib.import_module(f"{effects.__name__}.{name}"))) for name in names]
 
 
-def _modules_of(folder: Path) -> list[ModuleType]:
+def _those_of(folder: Path) -> list[tuple[str, Effect]]:
     if not folder.is_dir():
         raise UserError(f"Expected a folder with effects at {folder} (physics.effects in the rig file), found none")
-    return [_imported(path) for path in sorted(folder.glob("*.py")) if path.stem != "__init__"]
+    files = [str(path.resolve()) for path in sorted(folder.glob("*.py")) if path.stem != "__init__"]
+    return [(file, effect_in(file)) for file in files]
 
 
 def _imported(path: Path) -> ModuleType:
@@ -102,8 +101,21 @@ def _imported(path: Path) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise UserError(f"Expected {path} to define an effect, but importing it failed: {error}") from error
+        raise UserError(
+            f"Expected {path} to define an effect, but importing it failed: {' '.join(str(error).split())}"
+        ) from error
     return module
+
+
+def effect_in(file: str) -> Effect:
+    """The effect in a Python file, which another process can unpickle without knowing the folder.
+
+    Raises:
+        UserError: as `catalogue` does.
+    """
+    effect = _effect_of(_imported(Path(file)))
+    copyreg.pickle(type(effect), lambda _: (effect_in, (file,)))  # pyright: ignore[reportArgumentType]: of any class
+    return effect
 
 
 def _effect_of(module: ModuleType) -> Effect:

@@ -94,6 +94,14 @@ class Effect(ABC):
         del contact, values
         return 0.0
 
+    def __eq__(self, other: object) -> bool:
+        """Effects hold no state: one id, one effect, also after a journey through another process."""
+        return isinstance(other, Effect) and other.id == self.id
+
+    def __hash__(self) -> int:
+        """By the id."""
+        return hash(self.id)
+
     # --- about the effect -----------------------------------------------------------------------------------------
 
     def neutral(self) -> dict[str, float]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
@@ -12,7 +15,7 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.physics.catalogue import catalogue, catalogue_of_table, effect_folders
-from station.physics.model import Model, model_of_table
+from station.physics.model import Model, Term, model_of_table
 from tests.contracts.effect_states import contacts
 
 GUST = '''
@@ -56,6 +59,27 @@ def test_a_file_in_a_folder_is_an_effect(tmp_path: Path) -> None:
     assert set(known) - set(catalogue()) == {"gust"}
     np.testing.assert_array_equal(model.push(contacts(3)), [[0.25, 0, 0]] * 3)
     assert isinstance(model, Model)
+
+
+def test_an_effect_travels_to_another_process(tmp_path: Path) -> None:
+    """Which has not read the folder: recordings are diagnosed side by side."""
+    known = catalogue([written(tmp_path, GUST)])
+    model = Model(
+        mu_s=0.4, terms=(Term(known["gust"], {"push_m_s2": 0.25}), Term(known["wear"], {"fall": 0.1, "runs": 9.0}))
+    )
+    (tmp_path / "model.pickle").write_bytes(pickle.dumps(model))
+    code = "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(pickle.load(open(sys.argv[1], 'rb'))))"
+    there = subprocess.run([sys.executable, "-c", code, tmp_path / "model.pickle"], check=True, capture_output=True)
+    back = pickle.loads(there.stdout)
+    assert back == model
+    assert [term.effect.title for term in back.terms] == ["a gust of air", known["wear"].title]
+
+
+def test_an_edited_file_is_read_anew(tmp_path: Path) -> None:
+    """As in a notebook, between two calls."""
+    assert catalogue([written(tmp_path, GUST)])["gust"].title == "a gust of air"
+    again = catalogue([written(tmp_path, GUST.replace("a gust of air", "a strong gust of air"))])
+    assert again["gust"].title == "a strong gust of air"
 
 
 def test_a_folder_may_hold_other_files_and_an_init(tmp_path: Path) -> None:
