@@ -25,6 +25,7 @@ class Commands:
         gravity: (n, k, 3) unit vector of gravity in P as the arm reports it; between knots along the great circle.
         rate_rad_s, acceleration_rad_s2: (n, k−1, 3) the plate's angular velocity and acceleration between two knots.
         start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
+        velocity: (n, 3) of the block at the first knot, m/s and rad/s; mostly 0: it lies there.
         rest_s: (n,) how long it had lain there by then.
         run: (n,) number of the run in its session, from 0.
         mass_kg, area_m2, mount_rad, temperature_c, relative_humidity: (n,) as in `Contact`.
@@ -36,6 +37,7 @@ class Commands:
     rate_rad_s: Array
     acceleration_rad_s2: Array
     start: Array
+    velocity: Array
     rest_s: Array
     run: Array
     mass_kg: Array
@@ -176,11 +178,11 @@ _USUAL = {
 
 
 def _circumstances(n: int, given: dict[str, ArrayLike]) -> dict[str, Array]:
-    unknown = sorted(set(given) - {*_USUAL, "run", "start"})
+    unknown = sorted(set(given) - {*_USUAL, "run", "start", "velocity"})
     if unknown:
         raise TypeError(f"unknown circumstances of a run: {', '.join(unknown)}")
     values = {name: np.full(n, usual) for name, usual in _USUAL.items()}
-    values |= {"run": np.arange(n, dtype=float), "start": np.zeros((n, 3))}
+    values |= {"run": np.arange(n, dtype=float), "start": np.zeros((n, 3)), "velocity": np.zeros((n, 3))}
     for name, value in given.items():
         values[name] = np.array(np.broadcast_to(np.asarray(value, dtype=float), values[name].shape))
     return values

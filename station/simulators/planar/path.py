@@ -20,11 +20,10 @@ class Path:
     def creep(self, row: Index, creep: Creep, end_s: Array) -> None:
         """Fills in the way that the runs `row` (a,) crept until `end_s` (a,), where they stay."""
         for number, run in enumerate(row.tolist()):
-            times = self._time_s[run]
-            first = int(np.searchsorted(times, creep.time_s[number, 0]))
-            at = np.minimum(times[first:], end_s[number])
+            after = np.flatnonzero(self._time_s[run] > creep.time_s[number, 0])
+            at = np.minimum(self._time_s[run, after], end_s[number])
             for axis in range(2):
-                self.place[run, first:, axis] = np.interp(at, creep.time_s[number], creep.place[number, :, axis])
+                self.place[run, after, axis] = np.interp(at, creep.time_s[number], creep.place[number, :, axis])
 
     def slide(self, nodes: Nodes, stop: Stop) -> None:
         """Fills in slides: their nodes in the order of time, and where the blocks lie afterwards."""

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from station.physics.contact import Array
-from station.simulators.planar.friction import LimitCurve, facing_to
+from station.physics.contact import Array, Contact
+from station.simulators.planar.friction import LimitCurve, facing_to, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
 
@@ -93,6 +93,7 @@ class Rest:
         self._world, self._curve = world, curve
         self._creeps, self._shakes = bool(world.model.acting("creep")), bool(world.model.acting("shaking"))
         self._grid, self._fine = self._grid_of()
+        self._wary = np.zeros(len(world.commands), dtype=bool)
 
     # --- the grid -----------------------------------------------------------------------------------------------------
 
@@ -151,7 +152,7 @@ class Rest:
             way = np.arctan2(y, x)
         if contact is None or self._curve.is_round:
             facing = None if contact is None else facing_to(contact, way)
-            return np.hypot(x, y) - self._curve.value(facing, blocks.friction) * normal, way
+            return np.hypot(x, y) - self._hold(facing, blocks) * normal, way
         for _ in range(rounds):
             cosine, sine = np.cos(way), np.sin(way)
             curve = self._curve.at(facing_to(contact, way), blocks.friction)
@@ -159,8 +160,20 @@ class Rest:
             bend = x * cosine + y * sine + curve.bend * normal
             turn = np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), np.sign(slope) * _TURN_RAD)
             way = way + np.clip(turn, -_TURN_RAD, _TURN_RAD)
-        value = self._curve.value(facing_to(contact, way), blocks.friction)
+        value = self._hold(facing_to(contact, way), blocks)
         return x * np.cos(way) + y * np.sin(way) - value * normal, way
+
+    def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
+        """What friction can hold (a,): the static limit, or the kinetic one where a slip was seen not to get away."""
+        limit = self._curve.value(contact, blocks.friction)
+        wary = self._wary[blocks.row]
+        if contact is None or not wary.any():
+            return limit
+        return np.where(wary, np.maximum(limit, self._curve.value(setting_off(contact), blocks.friction)), limit)
+
+    def beware(self, row: Index) -> None:
+        """Runs in which a slip ended where it began, because kinetic friction was above static friction."""
+        self._wary[row] = True
 
     # --- the search ---------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from station.physics.contact import Array
 from station.physics.model import Model
@@ -56,7 +56,7 @@ class Motions:
     """What n blocks did.
 
     Attributes:
-        onset_s: (n,) the true time of the first onset; nan if the block never slid.
+        onset_s: (n,) the true time of the first onset from rest; nan without one.
         onset_rad: (n,) the tilt that the arm reports at the time which the camera would give that onset.
         way_rad: (n,) direction in P of the first motion; nan without one.
         slip_end_s: (n,) when the first slide ended.
@@ -138,9 +138,31 @@ class _Batch:
 
     def run(self) -> None:
         """To the end of every run."""
-        left = np.arange(len(self.place))
+        left = self._pushed_off()
         while len(left):
             left = self._round(left)
+
+    def _pushed_off(self) -> Index:
+        """Lets those slide that move from the beginning; gives the runs that go on, which are all the others too."""
+        commands = self._world.commands
+        speed = np.hypot(commands.velocity[:, 0], commands.velocity[:, 1])
+        row = np.flatnonzero(speed > 0)
+        if not len(row):
+            return np.arange(len(speed))
+        time_s, way = self._now_s[row], np.arctan2(commands.velocity[row, 1], commands.velocity[row, 0])
+        blocks = self._world.blocks(row, self._number[row], rest_from_s=self._rest_from_s[row], slid_from_s=time_s)
+        nodes, stop = self._slide.run(
+            blocks, time_s, self.place[row], way=way, speed=speed[row], yaw_rate=commands.velocity[row, 2]
+        )
+        self._path.slide(nodes, stop)
+        self._settle(stop, np.full(len(stop.row), True))
+        return np.flatnonzero(self._now_s < commands.end_s)
+
+    def _settle(self, stop: Stop, moved: NDArray[np.bool_]) -> None:
+        """The blocks lie where they stopped, afresh if they have moved."""
+        self.place[stop.row], self._number[stop.row] = stop.place, stop.number
+        self._now_s[stop.row] = np.where(moved, stop.time_s, stop.time_s + _STUCK_S)
+        self._rest_from_s[stop.row[moved]] = stop.time_s[moved]
 
     def _round(self, row: Index) -> Index:
         """One rest and one slide of the runs `row`; gives those that go on."""
@@ -154,7 +176,7 @@ class _Batch:
             return row[:0]
         row, time_s, way = row[slips], onset.time_s[slips], onset.way[slips]
         blocks = self._world.blocks(row, onset.number[slips], rest_from_s=self._rest_from_s[row], slid_from_s=time_s)
-        nodes, stop = self._slide.run(blocks, time_s, onset.place[slips], way)
+        nodes, stop = self._slide.run(blocks, time_s, onset.place[slips], way=way)
         self._note(row, time_s, way, nodes, stop)
         return stop.row[stop.time_s < self._world.commands.end_s[stop.row]]
 
@@ -163,10 +185,8 @@ class _Batch:
         began[row] = time_s
         moved = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1) > 0
         self._path.slide(nodes, stop)
-        self.place[stop.row], self._number[stop.row] = stop.place, stop.number
-        self._now_s[stop.row] = np.where(moved, stop.time_s, stop.time_s + _STUCK_S)
-        fresh = stop.row[moved]
-        self._rest_from_s[fresh] = stop.time_s[moved]
+        self._settle(stop, moved)
+        self._rest.beware(stop.row[~moved])
         first = moved & np.isnan(self.onset_s[stop.row])
         chosen = stop.row[first]
         ways = np.full(len(self.place), np.nan)

@@ -84,15 +84,17 @@ class Slide:
 
     def __init__(self, world: World, curve: LimitCurve) -> None:
         self._world, self._curve = world, curve
-        self._spins = bool(world.model.acting("spin"))
-        self._needs_rows = world.walled
+        self._spins = bool(world.model.acting("spin")) or bool(world.commands.velocity[:, 2].any())
 
-    def run(self, blocks: Blocks, time_s: Array, place: Array, way: Array) -> tuple[Nodes, Stop]:
-        """From onsets at times (a,) and places (a, 3) in directions (a,), all at rest."""
+    def run(
+        self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,
+        yaw_rate: Array | None = None,
+    ) -> tuple[Nodes, Stop]:  # fmt: skip
+        """From times (a,) and places (a, 3) on in directions (a,); from rest unless speeds (a,) are given."""
         zero = np.zeros(len(time_s))
-        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, way)
+        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero if speed is None else speed, way)
         end = self._world.commands.end_s[blocks.row]
-        state = _State(blocks, time_s, at, zero, np.full(len(time_s), FIRST_S), end)
+        state = _State(blocks, time_s, at, zero if yaw_rate is None else yaw_rate, np.full(len(time_s), FIRST_S), end)
         nodes, stops = [_nodes(state)], list[Stop]()
         while len(state.time_s):
             state, gone = self._step(state)
@@ -182,9 +184,9 @@ class Slide:
         Of a square of side L with even pressure, friction µN/m against a turning ω at speed v gives the angular
         acceleration −µN/m · ω (L²/12) / (v k²), k² = L²/6, to first order in ω L / v.
         """
-        assert second.contact is not None
-        spin = self._world.model.spin(second.contact)
-        side = np.sqrt(second.contact.area_m2)
+        contact = second.contact
+        spin = np.zeros(len(step)) if contact is None else self._world.model.spin(contact)
+        side = 2.0 * self._world.half_m[state.blocks.row]
         speed = np.hypot(half.speed, 0.4 * side * state.yaw_rate)
         decay = 0.5 * second.drag / np.maximum(speed, 1e-9)
         fall = np.exp(-decay * step)
