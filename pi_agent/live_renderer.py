@@ -20,6 +20,7 @@ from pi_agent.rendering.painting import (
     Quality,
     blur,
     exposure_instants,
+    fast_quality,
     mark_coat,
     paint,
     patch_around,
@@ -125,13 +126,14 @@ class LiveRenderer:
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return
         whole = (float(round(sag_px[0])), float(round(sag_px[1])))
+        instants = exposure_instants(scene, pose, quality=FAST)
         light = paint(
             plate_patch(scene.plate, patch, sag_px=whole),
             (*self._coats_near(patch), mark_coat(scene, scene.mark, pose, height_mm=scene.mark_height_mm)),
             scene=scene,
             patch=patch,
-            instants=exposure_instants(scene, pose, quality=FAST),
-            quality=FAST,
+            instants=instants,
+            quality=fast_quality(instants),
             sag_px=sag_px,
         )
         self._expose_into(frame, light, patch)

@@ -16,6 +16,7 @@ from pi_agent.rendering.painting import (
     Patch,
     Quality,
     exposure_instants,
+    fast_quality,
     mark_coat,
     paint,
     patch_around,
@@ -66,13 +67,14 @@ class FastRenderer:
         coats = (*self._coats_near(patch), mark_coat(scene, scene.mark, pose, height_mm=scene.mark_height_mm))
         whole = (float(round(sag_px[0])), float(round(sag_px[1])))
         ground = plate_patch(scene.plate, patch, sag_px=whole)
+        instants = exposure_instants(scene, pose, quality=FAST)
         painted = paint(
             ground,
             (*coats, *occluder_coats(scene)),
             scene=scene,
             patch=patch,
-            instants=exposure_instants(scene, pose, quality=FAST),
-            quality=FAST,
+            instants=instants,
+            quality=fast_quality(instants),
             sag_px=sag_px,
         )
         self._expose_into(frame, painted, patch)

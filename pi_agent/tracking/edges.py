@@ -24,7 +24,9 @@ Matrix = NDArray[np.float32]
 
 STEPS = np.arange(-3.0, 3.01, 0.5)  # places along a fine profile, in blur deviations
 SATURATED = 252.0  # light at which a pixel says no more than "at least this"
-NOISE = 0.018  # of the pixels, in contrasts
+NOISE = 0.009  # of the pixels, in contrasts, as far as it is left in the mean of neighbouring profiles
+DIM_NOISE = 0.02  # the same in dim light
+OTHER_NOISE = 0.06, 0.1  # noise and relative error of the blur for an estimator beside a margin that minds shadows less
 KNOWN_BLUR = 0.02  # relative error of a blur that is taken as known
 REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the estimator's answer is known, in blur deviations
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
@@ -34,26 +36,40 @@ LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, be
 
 
 class StepModel(NamedTuple):
-    """Matrices for `light @ matrix`: `solve` (m, 3) contrast, contrast × e, contrast × dσ; `misfit` (m, m).
+    """Matrices for `light @ matrix`: `solve` (m, 5) and `misfit` (m, m).
 
-    `answers`: e as the estimator gives it for a step at each of `reach`, in blur deviations, both increasing.
+    `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by an estimator that leans on
+    neither side of the edge and is pulled further by the texture. `table` and `other_table`: see `Table`.
     """
 
     solve: Matrix
     misfit: Matrix
+    table: "Table"
+    other_table: "Table"
+
+
+class Table(NamedTuple):
+    """e as an estimator gives it for a step at each of `reach`, in blur deviations, both increasing."""
+
     answers: Floats
     reach: Floats
+
+    def place(self, answer: Floats) -> Floats:
+        """Where the steps lie, in blur deviations."""
+        return np.interp(answer, self.answers, self.reach)
 
 
 class Profiles(NamedTuple):
     """What the profiles (4, n) say.
 
-    Their place on the expected edge, the edge's offset (px), the light in the dark, contrast, contrast × relative blur
-    error, misfit (RMS), and whether a pixel was saturated (None: none was).
+    Their place on the expected edge, the edge's offset (px), how much further out it seems to an estimator that leans
+    on neither side (px), the light in the dark, contrast, contrast × relative blur error, misfit (RMS), and whether a
+    pixel was saturated (None: none was).
     """
 
     base: NDArray[np.complex128]
     offset: Floats
+    pull: Floats
     dark: Matrix
     contrast: Matrix
     blur_change: Matrix
@@ -61,24 +77,34 @@ class Profiles(NamedTuple):
     saturated: NDArray[np.bool_] | None
 
 
-@lru_cache(maxsize=4)
-def step_model(*, textured: bool, known_blur: bool = False) -> StepModel:
+@lru_cache(maxsize=8)
+def step_model(*, textured: bool, known_blur: bool = False, noise: float = NOISE) -> StepModel:
     """The estimator for a mark beside a textured plate, or beside its own white margin.
 
     `known_blur`: e is estimated with the blur as given; its error is estimated all the same, as if it were not.
+    `noise`: of the pixels, in contrasts.
     """
     model = _derivatives(STEPS)
-    covariance = _covariance(STEPS, noise=NOISE, texture=TEXTURE if textured else 0.0)
+    covariance = _covariance(STEPS, noise=noise, texture=TEXTURE if textured else 0.0)
     free = _solution(model, covariance, blur_error=np.inf)
     solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
     plain = np.linalg.pinv(model).T
     misfit = (np.eye(len(STEPS)) - plain @ model.T) / np.sqrt(len(STEPS) - 4)
-    answers, reach = _invertible(solve)
-    wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3]], axis=1)
-    return StepModel(wanted.astype(np.float32), misfit.astype(np.float32), answers, reach)
+    other = _other(textured=textured, noise=noise)
+    wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3], other[:, 1], other[:, 2]], axis=1)
+    return StepModel(wanted.astype(np.float32), misfit.astype(np.float32), _table(solve), _table(other))
 
 
-def _invertible(solve: Floats) -> tuple[Floats, Floats]:
+def _other(*, textured: bool, noise: float) -> Floats:
+    """An estimator that minds uneven light beside the edge less than the one in use, or more where that minds none."""
+    model = _derivatives(STEPS)
+    if textured:
+        return _solution(model, _covariance(STEPS, noise=noise, texture=0.0), blur_error=KNOWN_BLUR)
+    noise, blur_error = OTHER_NOISE
+    return _solution(model, _covariance(STEPS, noise=noise, texture=TEXTURE), blur_error=blur_error)
+
+
+def _table(solve: Floats) -> Table:
     """What the estimator answers to steps away from where it expects them, as far as that tells them apart."""
     steps = np.stack([_derivatives(STEPS - place)[:, 1] for place in REACH])
     answers = (steps @ solve[:, 2]) / (steps @ solve[:, 1])
@@ -86,7 +112,7 @@ def _invertible(solve: Floats) -> tuple[Floats, Floats]:
     left = REACH[flat & (REACH < 0)].max(initial=REACH[0])
     right = REACH[flat & (REACH > 0)].min(initial=REACH[-1])
     told = (left <= REACH) & (right >= REACH)
-    return answers[told], REACH[told]
+    return Table(answers[told], REACH[told])
 
 
 def _derivatives(u: Floats) -> Floats:
@@ -119,13 +145,14 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     points = base.astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
     light = reader.bilinear(points)
     flat = light.reshape(-1, len(STEPS))
-    answer = (flat @ model.solve).reshape(4, count, 3)
+    answer = (flat @ model.solve).reshape(4, count, 5)
     contrast = np.maximum(answer[:, :, 0], 0.5)
     left_over = flat @ model.misfit
     misfit = np.sqrt(np.einsum("ij,ij->i", left_over, left_over)).reshape(4, count)
-    offset = np.interp(answer[:, :, 1] / contrast, model.answers, model.reach) * blur_px[:, None]
+    offset = model.table.place(answer[:, :, 1] / contrast) * blur_px[:, None]
+    other = model.other_table.place(answer[:, :, 4] / np.maximum(answer[:, :, 3], 0.5)) * blur_px[:, None]
     dark = light[:, :, 0] + light[:, :, 1]
-    return Profiles(base, offset, 0.5 * dark, contrast, answer[:, :, 2], misfit, _saturated(light))
+    return Profiles(base, offset, other - offset, 0.5 * dark, contrast, answer[:, :, 2], misfit, _saturated(light))
 
 
 def _saturated(light: Light) -> NDArray[np.bool_] | None:

@@ -29,10 +29,12 @@ class Demand(NamedTuple):
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
-BESIDE_MARGIN = Demand(0.7, 0.036, 0.024)  # even surfaces: anything else at the edge is a disturbance
-WITH_NOTCH = Demand(0.5, 0.036, 0.024)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.7, 0.036, 0.052)  # texture disturbs every frame; noise beside it leaves less room
+BESIDE_MARGIN = Demand(0.7, 0.036, 0.038)  # even surfaces: anything else at the edge is a disturbance
+WITH_NOTCH = Demand(0.5, 0.036, 0.038)  # the notch takes its share of the first edge
+BESIDE_PLATE = Demand(0.7, 0.032, 0.058)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
+CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
+PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
 
@@ -57,11 +59,21 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     ideal = foreshortening(sides, None)
     if ideal < 1.0 - SHAPE_FIRST and shape is None:
         return Verdict(f"not the mark's shape: {_lean(ideal)}")
+    if shape is None and _askew(fit.corners, stretch=ideal):
+        return Verdict("not the mark's shape: its sides converge as no camera makes them")
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
     stretch = ideal if shape is None else max(ideal, foreshortening(sides, shape))
     if shape is not None and stretch < 1.0 - TIPPED:
         return Verdict(f"tipping: {_lean(stretch)}", acos(stretch))
     return Verdict()
+
+
+def _askew(corners: Points, *, stretch: float) -> bool:
+    """Whether opposite sides converge by more than the lean explains that foreshortening tells: an edge is not its."""
+    a, b, c, d = corners.tolist()
+    diagonal = abs(c - a)
+    lean = sqrt(max(1.0 - stretch * stretch, 0.0))
+    return abs(a - b + c - d) > (CONVERGENCE + PERSPECTIVE * lean * diagonal) * diagonal
 
 
 def _lean(stretch: float) -> str:

@@ -115,6 +115,11 @@ def fit_lines(
     return LineFit(middle, rise, current, residual, moments)
 
 
+def weighted(offset: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """The line of each edge by weighted least squares: offset and rise (4,)."""
+    return _weighted_line(offset, weight, _basis(offset.shape[1]))[:2]
+
+
 def _deviation(residual: Floats, weight: Floats) -> Floats:
     """Robust deviation (4,) of the points that count: 1.48 × their median distance from the line."""
     distance = np.where(weight > 0, np.abs(residual), 1e6)

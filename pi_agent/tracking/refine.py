@@ -1,6 +1,7 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
 from dataclasses import dataclass
+from math import hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ SHADED = 0.08  # change of the contrast from one profile to the next but one tha
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
 GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
 LEAST_GLOW = 2.0  # nor is this, of 255
+DIM = 20.0  # contrast (of 255) below which the noise of the pixels is more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
@@ -27,27 +29,45 @@ FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the len
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 BLUR_RANGE_PX = (0.55, 4.0)
 SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
-COMMON_SHARE = 0.25  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
+COMMON_SHARE = 0.15  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
+PULL_SHARE = 0.2  # and in shares of what the texture does to an estimator that minds it less
+PULL_NOISE = 0.8  # disagreement by noise, in shares of the scatter
+SHADOW_SHARE = 3.0  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 
 
 @dataclass(frozen=True)
 class Task:
     """What stays the same from frame to frame.
 
-    The estimators for an unknown and for a known blur (one beside an even margin, where it does not matter), and
-    the part of each edge that is no edge (a notch).
+    The estimators for an unknown and for a known blur, in good and in dim light (all one beside an even margin, where
+    it does not matter), and the part of each edge that is no edge (a notch).
     """
 
     model: edges.StepModel
     known: edges.StepModel
+    dim: edges.StepModel
     left_out: Floats | None = None
 
     @staticmethod
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
         """The task for bare tape on a textured plate, or for a mark with its own margin."""
         model = edges.step_model(textured=textured)
-        known = edges.step_model(textured=True, known_blur=True) if textured else model
-        return Task(model, known, left_out)
+        if not textured:
+            return Task(model, model, model, left_out)
+        known = edges.step_model(textured=True, known_blur=True)
+        dim = edges.step_model(textured=True, known_blur=True, noise=edges.DIM_NOISE)
+        return Task(model, known, dim, left_out)
+
+    @property
+    def even(self) -> bool:
+        """Whether the mark lies in an even margin."""
+        return self.known is self.model
+
+    def estimator(self, *, known_blur: bool, contrast: float) -> edges.StepModel:
+        """The estimator at a contrast (of 255)."""
+        if not known_blur:
+            return self.model
+        return self.known if contrast > DIM else self.dim
 
 
 @dataclass(frozen=True)
@@ -92,6 +112,7 @@ class Fit:
     saturated: float
     moved: float
     blur_change: float
+    pull_px: Floats
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
@@ -124,15 +145,18 @@ def refine(
     """
     blur = np.clip(blur_px, *BLUR_RANGE_PX)
     known = blur_known
-    still = SETTLED_BESIDE_MARGIN if task.known is task.model else SETTLED
+    still = SETTLED_BESIDE_MARGIN if task.even else SETTLED
     limit = still if blur_known else FOUND
     fit: Fit | None = None
+    contrast = np.inf
     for _ in range(most_passes):
-        fit = _one_pass(reader, corners, blur, task=task, shared_blur=known, sweep=sweep)
+        model = task.estimator(known_blur=known, contrast=contrast)
+        fit = _one_pass(reader, corners, blur, task=task, model=model, shared_blur=known, sweep=sweep)
         if fit is None:
             return None
+        contrast = fit.contrast
         blur_right = fit.blur_change < limit[1]
-        settled = blur_right and fit.moved < limit[0]
+        settled = blur_right and fit.moved < limit[0] and task.estimator(known_blur=known, contrast=contrast) is model
         corners, blur = fit.corners, blur if blur_known and blur_right else fit.blur_px
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
@@ -147,10 +171,10 @@ def _one_pass(
     blur: Floats,
     *,
     task: Task,
+    model: edges.StepModel,
     shared_blur: bool,
     sweep: Sweep | None,
 ) -> Fit | None:
-    model = task.known if shared_blur else task.model
     expected = lines.expected_edges(corners, clear_px=1.0 + 3.0 * float(blur.max()))
     if expected.length.min() < 8.0:
         return None
@@ -158,7 +182,7 @@ def _one_pass(
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = _believed(found, typical, blur, even=task.known is task.model)
+    weight = _believed(found, typical, blur, even=task.even)
     if task.left_out is not None:
         _leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
@@ -179,14 +203,16 @@ def _one_pass(
     if shared_blur:
         change = np.full(4, change.mean())
     refined = lines.intersect(expected, line.offset, line.rise)
+    pull = np.abs(_pull(found, line, expected) - corners)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
     agreement = np.add.reduce(line.weight > 0.3, axis=1) / _readable(found)
-    common = SYSTEMATIC_PX if task.known is task.model else COMMON_SHARE * residual_px
+    scatter = lines.corner_sigma(line, expected)
+    common = _common_px(pull, scatter, residual_px, even=task.even)
     return Fit(
         corners=refined,
-        sigma_px=float(np.hypot(lines.corner_sigma(line, expected), common)),
+        sigma_px=hypot(scatter, common),
         residual_px=residual_px,
         agreement=agreement,
         contrast=typical,
@@ -194,7 +220,29 @@ def _one_pass(
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         moved=float(np.max(np.abs(refined - corners) / blur)),
         blur_change=float(np.max(np.abs(change))),
+        pull_px=pull,
     )
+
+
+def _pull(found: edges.Profiles, line: lines.LineFit, expected: lines.Edges) -> Points:
+    """The expected corners moved by the disagreement of two estimators on each edge.
+
+    What all edges have in common is left out: a blur that is a little off, not uneven light.
+    """
+    offset, rise = lines.weighted(found.pull, line.weight)
+    return lines.intersect(expected, offset - np.median(offset), rise)
+
+
+def _common_px(pull: Floats, scatter_px: float, residual_px: float, *, even: bool) -> float:
+    """The error that the points of an edge have in common, which their scatter does not show, by what they do show.
+
+    Two estimators that mind uneven light unlike each other disagree by `pull` (4,) at the corners. Beside an even
+    margin, where they should agree but for noise, a shadow along the edge pulls the one in use further than that.
+    """
+    if not even:
+        return hypot(COMMON_SHARE * residual_px, PULL_SHARE * sqrt(float(np.vdot(pull, pull)) / 4))
+    excess = np.maximum(pull * pull - (PULL_NOISE * scatter_px) ** 2, 0.0)
+    return hypot(SYSTEMATIC_PX, SHADOW_SHARE * sqrt(float(excess.sum()) / 4))
 
 
 def _readable(found: edges.Profiles) -> Floats | float:

@@ -10,6 +10,8 @@ from math import acos
 import numpy as np
 from numpy.typing import NDArray
 
+from pi_agent.tracking.judge import PERSPECTIVE
+
 Points = NDArray[np.complex128]
 
 NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
@@ -19,7 +21,6 @@ STILL_PX = 0.4  # a mark whose middle has moved further since the last frame doe
 SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
 DEVIATIONS = 4.0
-PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
 
 
 class RestingShape:

@@ -18,7 +18,7 @@ from pi_agent.rendering import (
     plate_fiducials,
     surface,
 )
-from pi_agent.rendering.painting import EXACT, FAST, Quality
+from pi_agent.rendering.painting import EXACT, Quality
 from pi_agent.rendering.plates import Plate
 from pi_agent.rendering.projection import corners_px
 from pi_agent.tracking.config import TrackerConfig
@@ -181,7 +181,7 @@ def _adverse(rng: Rng, mark: Mark, disturb: Callable[[Scene, Floats, Rng], Scene
     scene = Scene(PLATES.pick(rng), mark=mark, sensor=Sensor(tone=tone), fiducials=plate_fiducials())
     pose = random_pose(rng)
     disturbed = disturb(scene, corners_px(scene, pose), rng)
-    return still(scene, rng, quality=FAST, disturbed=disturbed, pose=pose)
+    return still(scene, rng, disturbed=disturbed, pose=pose)
 
 
 def glare(rng: Rng, mark: Mark) -> Trial:
