@@ -21,8 +21,7 @@ from station.app.session import Session
 from station.app.twin_wire import DirectWire
 from station.arm.agent import arm_agent
 from station.arm.drivers.simulated import SimulatedArm
-from station.recording.recorder import record_within
-from station.recording.writer import Recording
+from station.recording.recorder import Sink, record_within
 from station.sampling.plan import Plan
 from station.simulators.mujoco.twin import Twin
 from station.simulators.projected_camera import ProjectedCamera, ProjectionSettings
@@ -59,12 +58,13 @@ class Lockstep:
         rig: RigConfig,
         plan: Plan,
         *,
-        recording: Recording | None,
+        recording: Sink | None,
         camera: Callable[[Bus, RigConfig], LockstepCamera] | None = None,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
     ) -> None:
         self.clock = SimulatedClock()
         self.bus = MemoryBus(self.clock)
+        self._recording = recording
         if recording is not None:
             record_within(self.bus, recording)
         twin_seed, camera_seed = np.random.SeedSequence(plan.seed).generate_state(2)
@@ -84,12 +84,13 @@ class Lockstep:
         self._frame_ns = round(SECOND_NS / rig.camera.rate_hz)
 
     def run(self, *, on_sample: Callable[[int], None] = lambda _count: None, limit_s: float = float("inf")) -> Outcome:
-        """Runs until the plan is done, the session stops by itself, or `limit_s` of simulated time are over."""
+        """Runs until plan or `limit_s` (simulated time) are over, or session or recording had to stop."""
         start = SIMULATION_EPOCH_NS
         with _without_garbage_collection():
             samples = self._run(start, on_sample=on_sample, limit_s=limit_s)
         simulated = (self.clock.now_ns() - start) * 1e-9
-        return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault)
+        stopped = self._recording.stopped if self._recording is not None else ""
+        return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault or stopped)
 
     def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float) -> int:
         """The loop: whatever is due first, and of what is due together the one that stands first here."""
@@ -108,9 +109,13 @@ class Lockstep:
             turn(due, (now_ns + period_ns, rank, period_ns, what))
             advance_to(now_ns)
             what(now_ns)
-            if rank == SESSION and machine.samples != samples:
+            if rank != SESSION:
+                continue
+            if machine.samples != samples:
                 samples = machine.samples
                 on_sample(samples)
+            if self._recording is not None and self._recording.stopped:
+                break
         return machine.samples
 
     def _tick_arm(self, now_ns: int) -> None:

@@ -105,6 +105,10 @@ class ReservedFile:
         with contextlib.suppress(OSError):  # some file systems cannot; the bytes are with the kernel in any case
             os.fsync(self._file.fileno())
 
+    def let_go(self) -> None:
+        """Another process, born from this one, goes on with the file: it is closed here alone."""
+        self._file.close()
+
     def close(self) -> None:
         """Closes the file and gives the reserve back."""
         self._file.close()

@@ -7,6 +7,7 @@ import threading
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from shared import foxglove, topics
 from shared.bus import Bus, Missed, Received
@@ -40,7 +41,17 @@ class Counts:
         return values
 
 
-def record_within(bus: Bus, recording: Recording) -> None:
+class Sink(Protocol):
+    """What takes messages one by one: a `Recording`, or one that is written by another process."""
+
+    stopped: str
+
+    def write(self, received: Received) -> None:
+        """Records one message as it came."""
+        ...
+
+
+def record_within(bus: Bus, recording: Sink) -> None:
     """Records every message of a bus within the call that publishes it, for simulated time: nothing is dropped."""
 
     def write(received: Received) -> None:

@@ -224,6 +224,11 @@ class Recording:
         if self._on_stopped is not None:
             self._on_stopped(sentence)
 
+    def let_go(self) -> None:
+        """Another process, born from this one, goes on with the recording: nothing more is written here."""
+        self._closed = True
+        self._file.let_go()
+
     def close(self) -> Path:
         """Finishes the file and gives it its name; closing twice is harmless."""
         if not self._closed:

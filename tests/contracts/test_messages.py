@@ -3,11 +3,12 @@
 import importlib
 import math
 from dataclasses import fields
+from functools import cache
 from typing import Any, get_args, get_origin, get_type_hints
 
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shared import foxglove, topics, wire
@@ -70,6 +71,7 @@ def test_what_is_sent_arrives(cls: type[Message], data: st.DataObject):
     assert payload == wire.encode(message)
 
 
+@cache
 def strangers(cls: type[Message]) -> Any:
     """The class that protobuf itself makes of the schema."""
     files = descriptor_pb2.FileDescriptorSet.FromString(wire.schema(cls))
@@ -85,6 +87,7 @@ def test_a_stranger_can_read_it_with_the_schema_alone(cls: type[Message]):
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
+@settings(deadline=None)
 @given(data=st.data())
 def test_the_bytes_are_those_that_protobuf_writes(cls: type[Message], data: st.DataObject):
     payload = wire.encode(data.draw(messages(cls)))

@@ -1,7 +1,8 @@
 """Runs a session: tilts the plate until the block slides, again and again, and records everything to one MCAP file.
 
 Live, it expects the camera agent, the arm agent (and the twin, on the simulated rig) on the bus; `station rig` starts
-them all. With --lockstep the same state machine, twin and recorder run in simulated time in this one process.
+them all. With --lockstep the same state machine, twin and recorder run in simulated time in this one process; a second
+processor, where there is one, writes the file.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from station.app.live import LiveSession, StopRequest, await_processes, install_
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.summary import print_summary
+from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.repair import repair_folder
 from station.recording.writer import Recording
 from station.sampling.plan import Plan
@@ -61,9 +63,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     begin = time.perf_counter()
     with ExitStack() as stack:
-        recording = stack.enter_context(
-            Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
-        )
+        recording = Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
+        recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
         progress = stack.enter_context(_progress(console))
         task = progress.add_task("samples", total=plan.samples)
         lockstep = Lockstep(

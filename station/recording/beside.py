@@ -1,0 +1,157 @@
+"""A recording that a process of its own writes, so that a simulated session has a processor to itself.
+
+Messages cross a pipe as plain numbers and texts, many at a time: that costs a sixth of encoding and writing them. The
+file is the one that `Recording` writes in the same process, byte for byte; a test compares them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Callable
+from functools import cache
+from multiprocessing.connection import Connection
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+from shared.bus import Received
+from shared.errors import UserError
+from shared.fields import slots
+from shared.messages import Message
+from station.recording.writer import Recording
+
+BATCH = 512
+"""Messages that cross the pipe together: a good second of a session."""
+_OVER = b""
+Row = tuple[str, int, type[Message], tuple[Any, ...]]
+"""Topic, time of receipt, class and the fields of a message, nested ones as tuples again."""
+
+
+def can_write_beside() -> bool:
+    """Whether there is a second processor, and a system on which a process can be split in two safely."""
+    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
+
+
+class RecordingBeside:
+    """Takes over an open `Recording`. Close it, or use it as a context manager: only then the file is complete.
+
+    When this process dies, the other one finishes the file with what it has.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.path: Path = recording.path
+        self.stopped = ""
+        """Why the recording had to stop (disk full), or nothing."""
+        context = multiprocessing.get_context("fork")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_write_all, args=(theirs, self._pipe, recording), daemon=True)
+        self._process.start()
+        theirs.close()
+        recording.let_go()
+        self._rows: list[Row] = []
+        self._closed = False
+
+    def __enter__(self) -> RecordingBeside:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the recording."""
+        self.close()
+
+    def write(self, received: Received) -> None:
+        """Records one message as it came."""
+        message = received.message
+        cls = type(message)
+        self._rows.append((received.topic, received.receive_ns, cls, _reader(cls)(message)))
+        if len(self._rows) >= BATCH:
+            self._send(pickle.dumps(self._rows, pickle.HIGHEST_PROTOCOL))
+            self._rows.clear()
+
+    def _send(self, data: bytes) -> None:
+        """Raises UserError when the other process is gone."""
+        try:
+            if self._pipe.poll():
+                self.stopped = self._pipe.recv()
+            self._pipe.send_bytes(data)
+        except (OSError, EOFError) as error:
+            raise UserError(
+                f"The process that writes {self.path} ended by itself: what it wrote can be saved by `station repair`"
+            ) from error
+
+    def close(self) -> Path:
+        """Waits until everything is written and the file has its name; closing twice is harmless."""
+        if not self._closed:
+            self._closed = True
+            try:
+                self._send(pickle.dumps(self._rows, pickle.HIGHEST_PROTOCOL))
+                self._send(_OVER)
+            finally:
+                self._process.join()
+                with contextlib.suppress(EOFError, OSError):
+                    while self._pipe.poll():
+                        self.stopped = self._pipe.recv() or self.stopped
+                self._pipe.close()
+        return self.path
+
+
+def _write_all(pipe: Connection, other_end: Connection, recording: Recording) -> None:
+    """The other process: writes what comes until it is told that this was all, or nobody is left to say so."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the session, which then closes the recording
+    other_end.close()
+    told = False
+    with contextlib.suppress(EOFError):
+        while (data := pipe.recv_bytes()) != _OVER:
+            for topic, receive_ns, cls, values in pickle.loads(data):
+                recording.write(Received(topic, receive_ns=receive_ns, message=_maker(cls)(values)))
+            if recording.stopped and not told:
+                told = True
+                pipe.send(recording.stopped)
+    recording.close()
+
+
+@cache
+def _reader(cls: type[Message]) -> Callable[[Message], tuple[Any, ...]]:
+    """The fields of a message as a tuple."""
+    specs = slots(cls)
+    if len(specs) == 1:
+        only, read_one = specs[0], attrgetter(specs[0].name)
+        if not only.nested:
+            return lambda message: (read_one(message),)
+        inner = _reader(only.kind)
+        if only.repeated:
+            return lambda message: (tuple(map(inner, read_one(message))),)
+        return lambda message: (inner(read_one(message)),)
+    read = attrgetter(*(spec.name for spec in specs))
+    nested = [(number, spec.repeated, _reader(spec.kind)) for number, spec in enumerate(specs) if spec.nested]
+    if not nested:
+        return read
+
+    def flatten(message: Message) -> tuple[Any, ...]:
+        values = list(read(message))
+        for number, repeated, inner in nested:
+            values[number] = tuple(map(inner, values[number])) if repeated else inner(values[number])
+        return tuple(values)
+
+    return flatten
+
+
+@cache
+def _maker(cls: type[Message]) -> Callable[[tuple[Any, ...]], Message]:
+    """The inverse of `_reader`."""
+    nested = [(k, spec.repeated, _maker(spec.kind)) for k, spec in enumerate(slots(cls)) if spec.nested]
+    if not nested:
+        return lambda values: cls(*values)
+
+    def make(values: tuple[Any, ...]) -> Message:
+        fields = list(values)
+        for number, repeated, inner in nested:
+            fields[number] = tuple(map(inner, fields[number])) if repeated else inner(fields[number])
+        return cls(*fields)
+
+    return make
