@@ -60,6 +60,9 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
+    # As it lay before the slide: a window's own yaw shares the noise of the turning that it is to explain.
+    yaw = np.array([_resting_yaw(track) for track in tracks])
+    middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
     pressing = contact.pressing_m_s2[1::nodes]
     mu = max(float(np.median(np.tan(contact.tilt_rad))), LEAST_MU)
     noise = np.array(
@@ -90,6 +93,11 @@ def _velocity(window: Window) -> Array:
     """The speed of the window in the direction of the whole path (3, 2)."""
     speed = np.hypot(window.node_velocity[:, 0], window.node_velocity[:, 1])
     return speed[:, None] * np.column_stack([np.cos(window.node_way_rad), np.sin(window.node_way_rad)])
+
+
+def _resting_yaw(track: RunTrack) -> float:
+    frames = track.frames(track.level_ns, track.slip_ns)
+    return float(np.median(track.pose[frames, 2])) if frames.stop > frames.start else track.sample.start_yaw_rad
 
 
 def _border(window: Window, recorded: Recorded) -> Array:

@@ -43,9 +43,6 @@ class Scores:
     information: Array
     score: Array
     of_runs: Array
-    white: Array
-    raw: Array
-    tail: Array
     low: Array
     high: Array
     runs: int
@@ -101,9 +98,6 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         information=free_of.T @ free_of,
         score=share.sum(axis=0),
         of_runs=of_runs,
-        white=white,
-        raw=raw,
-        tail=whitening.tail,
         low=np.array(low),
         high=np.array(high),
         runs=evidence.runs,
@@ -115,16 +109,9 @@ def _null_slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dic
 
 
 def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:
-    """Scores (K, draws) of recordings in which the fitted model is the truth."""
-    found = np.empty((scored.raw.shape[1], draws))
-    gauss = scored.tail >= GAUSSIAN
-    tail = np.where(gauss, 30.0, scored.tail)
-    scale = np.where(gauss, 1.0, (tail + 1) / tail)
-    for first in range(0, draws, 200):
-        size = min(200, draws - first)
-        normal = rng.standard_normal((len(tail), size))
-        spread = np.sqrt(tail[:, None] / (2 * rng.standard_gamma(tail[:, None] / 2, (len(tail), size))))
-        white = np.where(gauss[:, None], normal, normal * spread)
-        pull = np.where(gauss[:, None], white, scale[:, None] * white / (1 + white**2 / tail[:, None]))
-        found[:, first : first + size] = scored.raw.T @ pull
-    return found
+    """Scores (K, draws) of recordings in which the fitted model is the truth.
+
+    A score is a sum over hundreds of rows, each of bounded influence: Gaussian, with the information as its covariance.
+    """
+    size, axes = np.linalg.eigh(scored.information)
+    return axes @ (np.sqrt(np.maximum(size, 0.0))[:, None] * rng.standard_normal((len(size), draws)))
