@@ -1,7 +1,9 @@
 """Artefact of the cone: a simulator with a pyramid for the friction cone makes friction depend on the direction.
 
-m = (1 − a) + a max(|cos φ|, |sin φ|), φ the way in the frame's axes: the support function of a curve between the circle
-(a = 0) and the square with its corners on the axes (a = 1), which holds 1/√2 of the force at 45°.
+m = (1 − a) + a q(φ), φ the way in the frame's axes: a curve between the circle (a = 0) and the square with its corners
+on the axes (a = 1). The square's support function max(|cos φ|, |sin φ|) has a kink at 45°, which nothing that follows
+the way of a slide can pass in finite steps: q is its mean over φ ± 0.05 rad, which keeps it convex (a mean of turned
+squares) and holds 0.72 instead of 0.71 of the force at 45°.
 """
 
 from __future__ import annotations
@@ -13,6 +15,8 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+
+ROUNDED_RAD = 0.05
 
 
 class ConeArtifact(Effect):
@@ -30,5 +34,12 @@ class ConeArtifact(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        facing = np.maximum(np.abs(np.cos(contact.way_rad)), np.abs(np.sin(contact.way_rad)))
-        return 1.0 - values["share"] * (1.0 - facing)
+        way = contact.way_rad
+        square = (_integral(way + ROUNDED_RAD) - _integral(way - ROUNDED_RAD)) / (2.0 * ROUNDED_RAD)
+        return 1.0 - values["share"] * (1.0 - square)
+
+
+def _integral(way_rad: Array) -> Array:
+    """Of max(|cos|, |sin|) from 0: √2 for every quarter."""
+    quarter = np.round(way_rad / (np.pi / 2))
+    return np.sqrt(2.0) * quarter + np.sin(way_rad - quarter * (np.pi / 2))

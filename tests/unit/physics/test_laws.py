@@ -67,11 +67,11 @@ def test_the_grain_turns_with_the_plate_and_the_level_error_does_not() -> None:
 
 
 def test_a_pyramid_holds_less_at_45_degrees() -> None:
-    """26.6° on the axes and 19.5° between them, for mu = 0.5."""
+    """26.6° on the axes and 19.5° between them, for mu = 0.5; the rounding of the kink costs half a degree there."""
     state = at_rest(2)
     model = Model(mu_s=0.5, terms=(Term(KNOWN["cone_artifact"], {"share": 1.0}),))
     held = model.friction(replace(state, way_rad=np.radians([0.0, 45.0])))
-    np.testing.assert_allclose(np.degrees(np.arctan(held)), [26.565, 19.471], atol=1e-3)
+    np.testing.assert_allclose(np.degrees(np.arctan(held)), [26.565, 19.471], atol=0.5)
 
 
 # --- load -------------------------------------------------------------------------------------------------------------
