@@ -4,7 +4,8 @@ In P, with the block's place r and velocity v, the plate's rate ω and accelerat
 
     a = g − α × r − ω × (ω × r) − 2 ω × v + pushes,    N/m = −a_z.
 
-The pivot is at the plate's centre, at the height of the block. The foam is a spring and a damper that never pull.
+The pivot is at the plate's centre, at the height of the block. The foam is a spring and a damper that never pull; where
+a run begins with the block in it, it has given way to the block, and pushes only when that goes deeper.
 """
 
 from __future__ import annotations
@@ -77,6 +78,10 @@ class World:
         self.half_m = 0.5 * np.sqrt(commands.area_m2)
         self.walled = bool(np.isfinite(commands.border_m))
         hooks = ("friction", "push", "spin", "creep", "shaking")
+        self._dented_m = np.zeros(len(commands))
+        if self.walled:
+            x, y, yaw = commands.start.T
+            self._dented_m = np.minimum(self._free_m(np.arange(len(commands)), x, y, yaw), 0.0)
         self.needs_contact = any(model.acting(hook) for hook in hooks)
         self.pushed = bool(model.acting("push"))
         self._twists = bool(commands.rate_rad_s[..., 2].any())
@@ -128,8 +133,11 @@ class World:
         """From the square block's outermost corner to the foam (a,); inf without foam."""
         if not self.walled:
             return np.full(len(row), np.inf)
-        cosine, sine, half = np.cos(at.yaw), np.sin(at.yaw), self.half_m[row]
-        along, across = np.abs(cosine * at.x + sine * at.y), np.abs(cosine * at.y - sine * at.x)
+        return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
+
+    def _free_m(self, row: Index, x: Array, y: Array, yaw: Array) -> Array:
+        cosine, sine, half = np.cos(yaw), np.sin(yaw), self.half_m[row]
+        along, across = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
         return self.commands.border_m - np.hypot(along + half, across + half)
 
     def _foam(self, border_m: Array, blocks: Blocks, at: Motion) -> tuple[Array, Array]:
