@@ -17,7 +17,7 @@ module follow OpenCV (the centre of the top-left pixel is (0, 0)); viewers put (
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,7 +48,7 @@ _POINT_FIELDS = (
 
 
 def transform(
-    *, parent: str, child: str, xyz_m: Iterable[float], quaternion_wxyz: Iterable[float], stamp_ns: int
+    *, parent: str, child: str, xyz_m: Sequence[float], quaternion_wxyz: Sequence[float], stamp_ns: int
 ) -> foxglove.FrameTransform:
     """The pose parent_from_child as a message; translation and rotation are always set."""
     x, y, z = xyz_m
@@ -57,8 +57,8 @@ def transform(
         foxglove.Timestamp.from_ns(stamp_ns),
         parent,
         child,
-        foxglove.Vector3(float(x), float(y), float(z)),
-        foxglove.Quaternion(float(qx), float(qy), float(qz), float(qw)),
+        foxglove.Vector3(x, y, z),
+        foxglove.Quaternion(qx, qy, qz, qw),
     )
 
 
@@ -117,7 +117,7 @@ def camera_transform(
     return transform(
         parent=PLATFORM,
         child=CAMERA,
-        xyz_m=place,
+        xyz_m=place.tolist(),
         quaternion_wxyz=quaternion_from_matrix(rotation),
         stamp_ns=geometry.stamp_ns if stamp_ns is None else stamp_ns,
     )

@@ -155,20 +155,21 @@ def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tupl
     """
     a, b, c, d, e, f, g, h, i = geometry.plate_from_pixel
     raised = 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.mark_height_m else 1.0
-    seen: list[tuple[float, float]] = []
-    for u, v in zip(corners_px[0::2], corners_px[1::2], strict=True):
-        w = g * u + h * v + i
-        seen.append(((a * u + b * v + c) / w, (d * u + e * v + f) / w))
-    foot_x, foot_y = geometry.camera_x_m, geometry.camera_y_m
-    # Turning the model's corners by the yaw that fits best makes these two sums parallel to (cos yaw, sin yaw).
-    cosine = sine = 0.0
+    u0, v0, u1, v1, u2, v2, u3, v3 = corners_px
     half_x, half_y = 0.5 * geometry.marker_side_m, 0.5 * geometry.marker_side_m * geometry.marker_aspect
-    mean_x = mean_y = 0.0
-    for (x, y), (model_x, model_y) in zip(
-        seen, ((-half_x, half_y), (half_x, half_y), (half_x, -half_y), (-half_x, -half_y)), strict=True
+    # Turning the model's corners by the yaw that fits best makes the first two sums parallel to (cos yaw, sin yaw).
+    cosine = sine = mean_x = mean_y = 0.0
+    for u, v, model_x, model_y in (
+        (u0, v0, -half_x, half_y),
+        (u1, v1, half_x, half_y),
+        (u2, v2, half_x, -half_y),
+        (u3, v3, -half_x, -half_y),
     ):
+        w = g * u + h * v + i
+        x, y = (a * u + b * v + c) / w, (d * u + e * v + f) / w
         cosine += model_x * x + model_y * y
         sine += model_x * y - model_y * x
         mean_x += 0.25 * x
         mean_y += 0.25 * y
+    foot_x, foot_y = geometry.camera_x_m, geometry.camera_y_m
     return foot_x + (mean_x - foot_x) * raised, foot_y + (mean_y - foot_y) * raised, math.atan2(sine, cosine)

@@ -31,16 +31,17 @@ class _Motion:
     """A motion under way: the plan, when it began (agent's clock), and the command that it answers."""
 
     plan: Plan
-    began_ns: int
     run: int
     step: int
+    began_ns: int = 0
+    end_ns: int = 0
+    """When the last set-point is due."""
     own_order: bool = False
     """Holding or levelling after a lost heartbeat."""
 
-    @property
-    def end_ns(self) -> int:
-        """When the last set-point is due."""
-        return self.began_ns + self.plan.motion.trajectory.duration_ns
+    def begun(self, now_ns: int) -> _Motion:
+        """The same motion, beginning now."""
+        return replace(self, began_ns=now_ns, end_ns=now_ns + self.plan.motion.trajectory.duration_ns)
 
 
 class ArmAgent:
@@ -106,7 +107,7 @@ class ArmAgent:
         plan = self._tilter.plan(command, elapsed_ns=self._elapsed_ns(), rate_rad_s=rate)
         if reason := self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading):
             raise UserError(reason)
-        self._pending = _Motion(plan=plan, began_ns=0, run=command.run, step=command.step)
+        self._pending = _Motion(plan=plan, run=command.run, step=command.step)
 
     def _require_pose(self) -> None:
         """Before the first motion: find out at which tilt the arm stands."""
@@ -137,7 +138,7 @@ class ArmAgent:
         if self._motion is not None:
             why = self._said if self._pending.own_order else REPLACED
             self._report(self._motion, end_ns=self._now_ns, fault=why)
-        self._motion = replace(self._pending, began_ns=self._now_ns)
+        self._motion = self._pending.begun(self._now_ns)
         self._pending = None
         self._tilter.begin(self._motion.plan)
         self._driver.start(self._motion.plan.motion.trajectory, now_ns=self._now_ns)
@@ -196,12 +197,12 @@ class ArmAgent:
             self._halt(fault)
             self._say_once(fault)
         else:
-            self._pending = _Motion(plan=plan, began_ns=0, run=-1, step=0, own_order=True)
+            self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True)
 
     def _finish(self) -> None:
         """End the motion once the arm has arrived and rests, or say that it has not."""
         motion = self._motion
-        if motion is None or self._reading is None or self._now_ns < motion.end_ns:
+        if motion is None or self._now_ns < motion.end_ns or self._reading is None:
             return
         goal = motion.plan.motion.trajectory.position_rad[-1]
         away = float(np.abs(self._reading.position_rad - goal).max())

@@ -167,6 +167,11 @@ class TwinWorld:
         return self._draw
 
     @property
+    def mu_now(self) -> float:
+        """The geometric mean of the present contact's coefficients."""
+        return self._draw.mu
+
+    @property
     def block_at_rest(self) -> bool:
         """Whether the block lies still on the plate."""
         return self._engine is self._welded or self._quiet_s >= REST_S
