@@ -16,7 +16,9 @@ from station.physics.model import Model
 STEP_RAD = 0.02
 """Of the central differences of h: their error is h''' / 15 000, far below any scatter."""
 
-_NEWTON_STEPS = 6
+_STEPS = 14
+_SETTLED_RAD = 1e-4
+_LEAST_BEND = 1e-3
 _FARTHEST_RAD = 1.2
 
 
@@ -31,23 +33,37 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
 def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, Array]:
     """The ratio T/N (n,) that a resting block holds against a load in a direction, and the way (n,) it then takes.
 
-    The smallest over φ of h(φ) / cos(φ − load), by Newton's method from the load's own direction; a model without
-    directions needs none of it.
+    The smallest over φ of h(φ) / cos(φ − load), by Newton's method from the load's own direction, kept in a
+    bracket; a model without directions needs none of it.
     """
     here, slope, bend = support(model, contact, load_rad)
-    way = load_rad.copy()
+    best, best_way = here, load_rad.copy()
     if not np.any(np.abs(slope) > 1e-9):
-        return here, way
-    best, best_way = here, way
-    for _ in range(_NEWTON_STEPS):
-        # d/dφ of ln h − ln cos(φ − load): h′/h + tan = 0.
-        off = way - load_rad
-        first = slope / here + np.tan(off)
-        second = bend / here - (slope / here) ** 2 + 1.0 / np.cos(off) ** 2
-        step = -first / np.maximum(second, 0.2)
-        way = load_rad + np.clip(off + np.clip(step, -0.4, 0.4), -_FARTHEST_RAD, _FARTHEST_RAD)
-        here, slope, bend = support(model, contact, way)
-        held = here / np.cos(way - load_rad)
+        return best, best_way
+    off, low, high = np.zeros(len(here)), np.full(len(here), -_FARTHEST_RAD), np.full(len(here), _FARTHEST_RAD)
+    for _ in range(_STEPS):
+        low, high, wanted = _nearer(off, low, high, (here, slope, bend))
+        settled = np.max(np.abs(wanted - off)) < _SETTLED_RAD
+        off = wanted
+        here, slope, bend = support(model, contact, load_rad + off)
+        held = here / np.cos(off)
         better = held < best
-        best, best_way = np.where(better, held, best), np.where(better, way, best_way)
+        best, best_way = np.where(better, held, best), np.where(better, load_rad + off, best_way)
+        if settled:
+            break
     return best, best_way
+
+
+def _nearer(off: Array, low: Array, high: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    """A narrower bracket of the minimum of h / cos, and the place to look next: Newton's if it is inside.
+
+    In u = tan(off) the function is convex for any convex curve, so the sign of its slope says on which side the minimum
+    lies, also where the curve has a corner or a straight part and Newton's step is worthless.
+    """
+    here, slope, bend = curve
+    first = slope / here + np.tan(off)
+    low, high = np.where(first < 0, off, low), np.where(first < 0, high, off)
+    second = bend / here - (slope / here) ** 2 + 1.0 / np.cos(off) ** 2
+    newton = off - first / np.where(second > _LEAST_BEND, second, np.nan)
+    inside = (newton > low) & (newton < high)
+    return low, high, np.where(inside, newton, 0.5 * (low + high))

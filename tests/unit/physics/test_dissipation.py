@@ -1,0 +1,71 @@
+"""Onset and way of a block on any convex curve, against a search over all ways."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from station.physics.catalogue import catalogue
+from station.physics.contact import Contact
+from station.physics.dissipation import support, threshold
+from station.physics.model import Model, Term
+from tests.contracts.effect_states import contacts, read_only
+
+KNOWN = catalogue()
+LOAD_RAD = np.radians(np.arange(0.0, 360.0, 7.5))
+CURVES = [
+    ("cone_artifact", {"share": 0.3}),
+    ("cone_artifact", {"share": 1.0}),
+    ("plate_anisotropy", {"cos2": 0.1, "sin2": 0.0}),
+    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7}),
+    ("one_way_friction", {"cos1": 0.5, "sin1": 0.5}),
+    ("com_offset", {"x_m": 5e-3, "y_m": 0.0}),
+]
+
+
+def resting() -> Contact:
+    """One block under loads from everywhere."""
+    return contacts(len(LOAD_RAD), moving=False, speed_m_s=0.0, yaw_rad=0.2, mount_rad=0.1, area_m2=1e-4)
+
+
+def model(name: str, values: dict[str, float]) -> Model:
+    """mu 0.3 with one effect."""
+    return Model(mu_s=0.3, terms=(Term(KNOWN[name], values),))
+
+
+@pytest.mark.parametrize(("name", "values"), CURVES)
+def test_threshold_is_the_least_of_all_ways(name: str, values: dict[str, float]) -> None:
+    """Corners and straight parts of the curve included."""
+    state, curve = resting(), model(name, values)
+    held, way = threshold(curve, state, LOAD_RAD)
+    ways = np.linspace(-1.5, 1.5, 3001)
+    each = [curve.friction(replace(state, way_rad=read_only(LOAD_RAD + off))) / np.cos(off) for off in ways]
+    np.testing.assert_allclose(held, np.min(each, axis=0), rtol=2e-4)
+    there = curve.friction(replace(state, way_rad=read_only(way))) / np.cos(way - LOAD_RAD)
+    np.testing.assert_allclose(there, held, rtol=1e-12)
+
+
+def test_a_round_curve_slides_where_it_is_pulled() -> None:
+    """mu itself, along the load."""
+    held, way = threshold(model("kinetic_drop", {"drop": 0.2}), resting(), LOAD_RAD)
+    np.testing.assert_array_equal(held, np.full(len(LOAD_RAD), 0.3))
+    np.testing.assert_array_equal(way, LOAD_RAD)
+
+
+def test_an_ellipse_slides_towards_its_easy_axis() -> None:
+    """Between the load and the axis of the smaller coefficient, here y."""
+    state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
+    load = np.full(len(LOAD_RAD), np.radians(45.0))
+    _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0}), state, load)
+    assert np.all((way > np.radians(46)) & (way < np.radians(90)))
+
+
+def test_support_has_the_derivatives_of_a_known_curve() -> None:
+    """1 + c cos φ: −c sin φ and −c cos φ."""
+    state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
+    here, slope, bend = support(model("one_way_friction", {"cos1": 0.4, "sin1": 0.0}), state, LOAD_RAD)
+    np.testing.assert_allclose(here, 0.3 * (1 + 0.4 * np.cos(LOAD_RAD)))
+    np.testing.assert_allclose(slope, -0.12 * np.sin(LOAD_RAD), atol=1e-4)
+    np.testing.assert_allclose(bend, -0.12 * np.cos(LOAD_RAD), atol=1e-4)
