@@ -55,6 +55,12 @@ class Pose(NamedTuple):
         w, x, y, z = self.quaternion
         return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
+    @property
+    def lean_rad(self) -> float:
+        """The angle between the block's own z axis and the plate's normal."""
+        w, x, y, z = self.quaternion
+        return 2 * math.atan2(math.hypot(x, y), math.hypot(w, z))
+
 
 def standing(pose: Pose, *, half_m: float) -> Pose:
     """The pose that a block on hard feet would have: without the small lean that MuJoCo's soft contact gives it.

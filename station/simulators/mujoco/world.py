@@ -21,7 +21,7 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import Bodies, ContactEngine, Engine
-from station.simulators.mujoco.poses import Joints, PlatePose, Pose, plate_pose, relative_pose, standing
+from station.simulators.mujoco.poses import LEAN_RAD, Joints, PlatePose, Pose, plate_pose, relative_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
@@ -92,7 +92,7 @@ class TwinWorld:
         self._time_ns = self._asked_ns = start_ns
         self._unseen = 0
         self.lost = 0
-        """How often the block left the plate and was put back on its centre."""
+        """How often the block left the plate, or fell over, and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
 
     # -- driving
@@ -266,6 +266,9 @@ class TwinWorld:
 
     def _mind_rest(self, force: grip.Three, used: float) -> None:
         """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
+        if self._seen.lean_rad > 3 * LEAN_RAD and used < LEVEL_ENOUGH:
+            self._pick_up()
+            return
         if math.dist(self._anchor, self._seen.position) >= SLIDE_M:
             self._anchor = self._seen.position
             self._pending = self.friction.draw(self._rng)
@@ -324,7 +327,7 @@ class TwinWorld:
             self._engine = wanted
 
     def _pick_up(self) -> None:
-        """The block has left the plate: somebody puts it back."""
+        """The block has left the plate, or lies on the level plate tipped over or askew: somebody puts it back."""
         self.lost += 1
         self.place_block(0.0, 0.0, 0.0)
 

@@ -1,0 +1,56 @@
+"""What the commands that simulate share: the rig of a recording, a model from its file, a simulator by its name."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from shared.config import Table, load_table
+from shared.errors import UserError
+from shared.rig import RigConfig, load_rig, rig_of_table
+from station.physics.catalogue import catalogue_of_table
+from station.physics.model import Model, model_of_table
+from station.recording.arrays import load_signals
+from station.recording.reader import RecordingReader, open_recording
+from station.simulators.simulator import Elsewhere, Simulator, simulator
+
+
+def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
+    """The rig of a recording: from the file at `path`, or else the one that the recording carries.
+
+    Raises:
+        UserError: if there is none, or it cannot be read.
+    """
+    if path is not None:
+        return load_rig(path)
+    name = f"rig.toml in {reader.path}"
+    text = reader.attachments.get("rig.toml", b"").decode("utf-8", errors="replace")
+    if not text:
+        raise UserError(f"Expected a rig file inside {reader.path}, found none; give one with --rig")
+    try:
+        return rig_of_table(Table(tomllib.loads(text), name, text))
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{name}: expected TOML, got something else: {error}; give a rig file with --rig") from error
+
+
+def model_of(path: Path, *, rig: RigConfig) -> Model:
+    """The model of a model.toml, with the rig's own effects at hand.
+
+    Raises:
+        UserError: if the file or an effect's folder cannot be read, or says something impossible.
+    """
+    try:
+        return model_of_table(load_table(path).values, catalogue_of_table(rig.physics))
+    except UserError as error:
+        raise UserError(f"{path}: {error}") if str(path) not in str(error) else error from None
+
+
+def simulator_of(name: str) -> Simulator:
+    """A simulator by its name, or a recording (.mcap) that another one made.
+
+    Raises:
+        UserError: if there is neither.
+    """
+    if name.endswith(".mcap"):
+        return Elsewhere(load_signals(open_recording(Path(name))))
+    return simulator(name)

@@ -1,0 +1,98 @@
+"""A recorded session again, with the planar simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.rig import RigConfig
+from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.model import Model
+from station.signals.session import Signals
+from station.simulators.planar.commands import Commands, tracks
+from station.simulators.planar.plate import Plate, gravity_at
+from station.simulators.planar.simulate import Chances, simulate
+from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
+from station.simulators.retelling import Outcome, retold
+
+KNOT_S = 0.01
+Integers = NDArray[np.int64]
+
+
+class PlanarSession:
+    """Repeats recorded sessions with the planar simulator."""
+
+    def repeat(
+        self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
+    ) -> Signals:
+        """As `Simulator.repeat` says."""
+        runs = recorded_runs(recorded)
+        commands = commands_of(recorded, runs, rig=rig)
+        chances = Chances.none(len(runs))
+        if rng is not None:
+            chances = Chances.drawn(len(runs), scatter=model.scatter, rng=rng)
+
+        def repeat(row: Integers, time_s: Array) -> Outcome:
+            return _outcome(commands, model, chances, row=row, time_s=time_s)
+
+        return retold(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
+
+
+def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
+    """What the runs were told: the attitude every 10 ms, and the specimen as its sample or else the rig file has it."""
+    size = rig.block.size_m
+    samples = [run.sample for run in runs]
+    times = [_knots_s(run) for run in runs]
+    stamps = [run.begin_ns + np.round(own * 1e9).astype(np.int64) for run, own in zip(runs, times, strict=True)]
+    return tracks(
+        times,
+        [recorded.attitude.gravity_at(own) for own in stamps],
+        border_m=0.5 * rig.plate.opening_m,
+        start=np.stack([run.start for run in runs]),
+        velocity=np.stack([run.velocity for run in runs]),
+        rest_s=[run.rest_s for run in runs],
+        run=numbers(runs),
+        mass_kg=[(sample and sample.block_mass_kg) or rig.block.mass_kg for sample in samples],
+        area_m2=[(sample and sample.block_area_m2) or size[0] * size[1] for sample in samples],
+        mount_rad=[sample.plate_mount_rad if sample else np.radians(rig.plate.mount_deg) for sample in samples],
+        temperature_c=[sample.temperature_c if sample else np.nan for sample in samples],
+        relative_humidity=[sample.relative_humidity if sample else np.nan for sample in samples],
+    )
+
+
+def _knots_s(run: RecordedRun) -> Array:
+    """Times from 0 to the run's end, some 10 ms apart."""
+    length = (run.end_ns - run.begin_ns) * 1e-9
+    return np.linspace(0.0, length, max(2, round(length / KNOT_S) + 1))
+
+
+def _outcome(commands: Commands, model: Model, chances: Chances, *, row: Integers, time_s: Array) -> Outcome:
+    """Simulates the runs once; moments (q,) of runs `row` (q,) in whatever order."""
+    order = np.argsort(row, kind="stable")
+    counts = np.bincount(row, minlength=len(commands))
+    column = np.empty(len(row), dtype=np.int64)
+    column[order] = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    stamps = np.zeros((len(commands), int(counts.max(initial=1))))
+    stamps[row, column] = time_s
+    motions = simulate(commands, model, time_s=stamps, chances=chances)
+    return Outcome(
+        onset_s=motions.onset_s + model.delay_s(),
+        onset_rad=motions.onset_rad,
+        pose=motions.path[row, column],
+        gravity=_true_gravity(commands, model, row, time_s),
+    )
+
+
+def _true_gravity(commands: Commands, model: Model, row: Integers, time_s: Array) -> Array:
+    """Gravity (q, 3) in the plate as it truly stands; after a run's end as it stood then."""
+    plate = Plate(commands, model)
+    time_s = np.clip(time_s, 0.0, commands.end_s[row])
+    number = np.empty(len(row), dtype=np.intp)
+    for run in range(len(commands)):
+        mine = row == run
+        number[mine] = np.searchsorted(commands.time_s[run], time_s[mine], side="right") - 1
+    number = np.clip(number, 0, plate.knots - 2)
+    down = gravity_at(plate.stretch(row, number), time_s)
+    return np.column_stack([down.x, down.y, down.z]) / GRAVITY_M_S2
