@@ -160,6 +160,20 @@ def test_an_absent_block_and_its_return() -> None:
     assert world.block_at_rest
 
 
+def test_a_block_that_fell_over_is_put_back() -> None:
+    world = hinge_world(Friction(mean_angle_rad=1.2))
+    settle(world)
+    fallen = ride(world, ramp(0.5, top_rad=0.9), seconds=2.2)  # a cube tips over at 45 degrees
+    assert world.block_pose().lean_rad > 0.5
+    assert fallen.tilt_rad[-1] > 0.85
+    before = world.lost
+    ride(world, lambda time: (max(0.9 - 0.5 * time, 0.0), 0.0), seconds=4)
+    settle(world)
+    assert world.lost == before + 1
+    assert world.block_pose().position == pytest.approx((0.0, 0.0, 0.005), abs=1e-4)
+    assert world.block_pose().lean_rad < 0.01
+
+
 def test_mistakes_are_refused() -> None:
     world = hinge_world(SURE)
     with pytest.raises(ValueError, match="expected 1 joints"):
