@@ -21,8 +21,8 @@ from tests.recovery.engines.tilt import onset
 from tests.unit.export.pairs import PAIRS, STEEL_ON_WOOD, WOOD_ON_STEEL, WOOD_ON_WOOD, exported
 
 ENGINES = engines()
-WITHIN_DEG = {"MuJoCo": 0.05, "Drake": 0.15, "Bullet": 0.6, "Bullet, 240 Hz": 1.0, "DART": 0.02}
-DIRECTIONS = {"MuJoCo": 24, "Drake": 4, "Bullet": 12, "Bullet, 240 Hz": 12, "DART": 4}
+WITHIN_DEG = {"MuJoCo": 0.05, "Drake": 0.15, "Bullet": 0.6, "Bullet, 240 Hz": 1.0, "DART": 0.02, "PhysX": 0.05}
+DIRECTIONS = {"MuJoCo": 24, "Drake": 4, "Bullet": 12, "Bullet, 240 Hz": 12, "DART": 4, "PhysX": 2}
 CASES = [
     (name, stem)
     for name, engine in sorted(ENGINES.items())

@@ -20,6 +20,9 @@ from station.export.unsaid import always_unsaid, no_kinetic
 NAME = "bullet"
 HELP = "URDF of plate and object for Bullet, with a loader for the cone and anisotropic friction"
 
+_VARIABLES = {"plate": "plate", "object": "object_"}
+"""The bodies in the loader: `object` is a word of Python's."""
+
 
 def export(pairs: Sequence[NamedPair]) -> tuple[ExportedFile, ...]:
     """Plate, object and loader for each pair."""
@@ -84,7 +87,7 @@ def _loader(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
         if pair.isotropic
         else f"""
     # Along the axes of the inertial frame: mu_1 along x, mu_2 = {ratio} mu_1 along y.
-    client.changeDynamics({pair.fixed_in}, -1, anisotropicFriction=[1, {ratio}, 1])"""
+    client.changeDynamics({_VARIABLES[pair.fixed_in]}, -1, anisotropicFriction=[1, {ratio}, 1])"""
     )
     return f'''{hashed(about)}
 """Loads {stem} into Bullet: friction as measured."""
@@ -99,6 +102,6 @@ def load(client):
     plate = client.loadURDF(str(folder / "{stem}_plate.urdf"), useFixedBase=True, flags=inertia)
     object_ = client.loadURDF(str(folder / "{stem}_object.urdf"), flags=inertia)
     # Without it the limit curve is a square that holds up to 41 % more between its axes.
-    client.setPhysicsEngineParameter(enableConeFriction=1){anisotropic.replace("(object,", "(object_,")}
+    client.setPhysicsEngineParameter(enableConeFriction=1){anisotropic}
     return plate, object_
 '''

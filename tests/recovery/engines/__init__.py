@@ -43,8 +43,6 @@ class Engine(Protocol):
     FORMAT: str
     ANISOTROPIC: bool
     """Whether the engine knows friction by direction."""
-    PYRAMID: bool
-    """Whether its limit curve is a rectangle in place of an ellipse."""
 
     def load(self, folder: Path, stem: str, *, object_yaw_rad: float = 0.0) -> Bench:
         """Loads what was exported; the object is turned about z before it is put down."""

@@ -15,7 +15,6 @@ NAME = "Bullet"
 MODULE = "pybullet"
 FORMAT = "bullet"
 ANISOTROPIC = True
-PYRAMID = False
 
 
 class BulletBench:

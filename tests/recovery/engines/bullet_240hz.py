@@ -10,7 +10,6 @@ NAME = "Bullet, 240 Hz"
 MODULE = "pybullet"
 FORMAT = "bullet"
 ANISOTROPIC = True
-PYRAMID = False
 
 
 def load(folder: Path, stem: str, *, object_yaw_rad: float = 0.0) -> BulletBench:

@@ -19,7 +19,6 @@ NAME = "DART"
 MODULE = "dartpy"
 FORMAT = "gazebo"
 ANISOTROPIC = False
-PYRAMID = True
 
 
 class DartBench:

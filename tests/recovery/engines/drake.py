@@ -15,7 +15,6 @@ NAME = "Drake"
 MODULE = "pydrake"
 FORMAT = "drake"
 ANISOTROPIC = False
-PYRAMID = False
 
 
 class DrakeBench:

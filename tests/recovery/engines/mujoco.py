@@ -12,7 +12,6 @@ NAME = "MuJoCo"
 MODULE = "mujoco"
 FORMAT = "mujoco"
 ANISOTROPIC = True
-PYRAMID = False
 
 
 class MujocoBench:
