@@ -42,7 +42,7 @@ def _shape_fault(trajectory: JointTrajectory, *, joints: int) -> str:
     for values in (trajectory.position_rad, trajectory.velocity_rad_s):
         if values.shape != (count, joints):
             return f"the trajectory has the shape {values.shape}, expected {count} samples of {joints} joints"
-        if not np.all(np.abs(values) <= _ABSURD):
+        if not (np.abs(values) <= _ABSURD).all():
             return f"the trajectory holds a number that is not finite, or beyond {_ABSURD:.0f} rad"
     return _time_fault(trajectory.times_ns.tolist())
 
@@ -59,12 +59,12 @@ def _time_fault(times_ns: list[int]) -> str:
 def _position_fault(trajectory: JointTrajectory, *, model: ArmModel, settings: GateSettings) -> str:
     position = trajectory.position_rad
     outside = (position < model.lower_rad) | (position > model.upper_rad)
-    if np.any(outside):
+    if outside.any():
         sample, joint = (int(index) for index in np.argwhere(outside)[0])
         angle = math.degrees(position[sample, joint])
         return f"{model.joints[joint].name} at {angle:.1f} degrees is outside its limits of {_range(model, joint)}"
-    travel = np.ptp(position, axis=0)
-    joint = int(np.argmax(travel))
+    travel = position.max(axis=0) - position.min(axis=0)
+    joint = int(travel.argmax())
     if travel[joint] > math.radians(settings.max_joint_step_deg):
         return (
             f"{model.joints[joint].name} would turn by {math.degrees(travel[joint]):.0f} degrees in one motion "
@@ -79,13 +79,13 @@ def _motion_fault(trajectory: JointTrajectory, *, model: ArmModel, settings: Gat
         ("speed", "degrees/s", speed, model.max_velocity_rad_s * settings.velocity_share),
         ("acceleration", "degrees/s²", acceleration, model.max_acceleration_rad_s2 * settings.acceleration_share),
     ):
-        joint = int(np.argmax(found / limit))
+        joint = int((found / limit).argmax())
         if not found[joint] <= limit[joint] * _SLACK:
             return (
                 f"{model.joints[joint].name} would reach a {what} of {math.degrees(found[joint]):.1f} {unit}, "
                 f"its limit is {math.degrees(limit[joint]):.1f}"
             )
-    if np.max(np.abs(trajectory.velocity_rad_s[-1])) > 1e-6:
+    if np.abs(trajectory.velocity_rad_s[-1]).max() > 1e-6:
         return "the trajectory does not end at rest"
     return ""
 
@@ -98,18 +98,19 @@ def extremes(trajectory: JointTrajectory) -> tuple[Array, Array]:
     vertex = np.where(curved, -second / np.where(curved, 3 * third, 1.0), 0.0)
     vertex = np.minimum(np.maximum(vertex, 0.0), 1.0)
     inner = np.abs(first + vertex * (2 * second + 3 * vertex * third)) / h
-    speed = np.maximum(np.max(inner, axis=0), np.max(np.abs(trajectory.velocity_rad_s), axis=0))
+    speed = np.maximum(inner.max(axis=0), np.abs(trajectory.velocity_rad_s).max(axis=0))
     bends = np.maximum(np.abs(2 * second), np.abs(2 * second + 6 * third)) / (h * h)
-    return speed, np.max(bends, axis=0)
+    return speed, bends.max(axis=0)
 
 
 def _workspace_fault(trajectory: JointTrajectory, *, stage: TiltStage, settings: GateSettings) -> str:
     pose = stage.world_from_base @ pivot_pose(stage.model, trajectory.position_rad)
-    stray = float(np.max(np.linalg.norm(pose[:, :3, 3] - stage.pivot_m, axis=1)))
+    away = pose[:, :3, 3] - stage.pivot_m
+    stray = math.sqrt(float((away * away).sum(axis=1).max()))
     if not stray <= settings.pivot_tolerance_m:
         allowed = settings.pivot_tolerance_m
         return f"the pivot would stray {stray * 1000:.1f} mm from its place (at most {allowed * 1000:.1f})"
-    tilt = math.degrees(math.acos(min(1.0, max(-1.0, float(np.min(pose[:, 2, 2]))))))
+    tilt = math.degrees(math.acos(min(1.0, max(-1.0, float(pose[:, 2, 2].min())))))
     if not tilt <= settings.max_tilt_deg:
         return f"the plate would tilt by {tilt:.1f} degrees (at most {settings.max_tilt_deg:.1f})"
     return ""

@@ -53,8 +53,9 @@ class TiltPath:
 
     def at(self, angles_rad: Array) -> tuple[Array, Array]:
         """Joint angles (m, n) and dq/dangle (m, n) at the angles (m,), which are clipped to the path."""
-        x = np.clip(angles_rad, 0.0, self.reach_rad)
-        k = np.clip(np.searchsorted(self.angles_rad, x, side="right") - 1, 0, max(len(self.angles_rad) - 2, 0))
+        x = np.minimum(np.maximum(angles_rad, 0.0), self.reach_rad)
+        k = self.angles_rad.searchsorted(x, side="right") - 1
+        k = np.minimum(np.maximum(k, 0), max(len(self.angles_rad) - 2, 0))
         if len(self.angles_rad) < 2:
             return np.repeat(self.joints_rad, len(x), axis=0), np.repeat(self.slopes, len(x), axis=0)
         h = (self.angles_rad[k + 1] - self.angles_rad[k])[:, None]

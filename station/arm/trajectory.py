@@ -166,7 +166,7 @@ def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMo
 
 def _refuse_swing(path: TiltPath, *, low: float, high: float, limits: TiltLimits) -> None:
     inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
-    travel = float(np.max(np.abs(path.slopes[inside]), initial=0.0))
+    travel = float(np.abs(path.slopes[inside]).max(initial=0.0))
     if travel > limits.max_travel:
         raise UserError(
             f"The tilt at azimuth {math.degrees(path.azimuth_rad):.1f} degrees would swing the arm round: a joint "
@@ -180,17 +180,17 @@ def _slowest_joint(
     """Rate, acceleration and jerk of the tilt that every joint can follow between two angles."""
     low, high = sorted((start.angle_rad, angle_rad))
     inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
-    slope = np.maximum(np.max(np.abs(path.slopes[inside]), axis=0, initial=0.0), 1e-9)
+    slope = np.maximum(np.abs(path.slopes[inside]).max(axis=0, initial=0.0), 1e-9)
     share = limits.joint_share
-    rate = min(limits.max_rate_rad_s, share * float(np.min(model.max_velocity_rad_s / slope)))
+    rate = min(limits.max_rate_rad_s, share * float((model.max_velocity_rad_s / slope).min()))
     # The joints' acceleration is slope x angular acceleration + curvature x rate^2: each gets its part.
     bend = path.bends[inside] if len(path.angles_rad) > 1 else slope
-    bend = np.maximum(np.max(bend, axis=0, initial=0.0), 1e-9)
-    rate = min(rate, math.sqrt(0.5 * share * float(np.min(model.max_acceleration_rad_s2 / bend))))
+    bend = np.maximum(bend.max(axis=0, initial=0.0), 1e-9)
+    rate = min(rate, math.sqrt(0.5 * share * float((model.max_acceleration_rad_s2 / bend).min())))
     acceleration = min(
-        limits.max_acceleration_rad_s2, 0.5 * share * float(np.min(model.max_acceleration_rad_s2 / slope))
+        limits.max_acceleration_rad_s2, 0.5 * share * float((model.max_acceleration_rad_s2 / slope).min())
     )
-    jerk = min(limits.max_jerk_rad_s3, share * float(np.min(model.max_jerk_rad_s3 / slope)))
+    jerk = min(limits.max_jerk_rad_s3, share * float((model.max_jerk_rad_s3 / slope).min()))
     return rate, acceleration, jerk
 
 
