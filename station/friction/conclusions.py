@@ -9,6 +9,7 @@ import numpy as np
 
 from station.friction.anisotropy import CONFOUNDED, LEAST_SAMPLES, AnisotropyTest, resultant
 from station.friction.pairs import UNNAMED
+from station.friction.report_curves import curve_sentences
 from station.friction.results import PairResult
 
 LEVEL = 0.05
@@ -30,7 +31,7 @@ def conclusions(result: PairResult) -> tuple[Note, ...]:
     if not result.summary.samples:
         return (_all_filtered(result), *_calibration(result), *_mixed(result))
     notes = [_mean(result), _anisotropy(result)]
-    for more in (_plate(result), _few(result), _censored(result), _calibration(result), _mark(result)):
+    for more in (_plate(result), _curve(result), _few(result), _censored(result), _calibration(result), _mark(result)):
         notes += more
     return (*notes, *_mixed(result), *_unresolved(result))
 
@@ -120,6 +121,10 @@ def _plate(result: PairResult) -> list[Note]:
             )
         )
     return notes
+
+
+def _curve(result: PairResult) -> list[Note]:
+    return [Note(sentence) for sentence in curve_sentences(result)]
 
 
 def _few(result: PairResult) -> list[Note]:

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from station.friction.anisotropy import AnisotropyTest
 from station.friction.filters import FILTERS, FilterCounts
+from station.friction.report_curves import curve_tables
+from station.friction.report_table import ReportTable, chance, number
 from station.friction.results import PairResult, Summary
 from station.friction.robust import ALTERNATIVES
-
-
-@dataclass(frozen=True, slots=True)
-class ReportTable:
-    """A table; the first column is text, the others are numbers. `note` stands below it."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
 
 
 def tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
@@ -30,6 +21,7 @@ def tables(results: Sequence[PairResult]) -> tuple[ReportTable, ...]:
         _pairs_table(results),
         _directions_table(results),
         _anisotropy_table(results),
+        *curve_tables(results),
     )
 
 
@@ -53,7 +45,7 @@ def _judging(result: PairResult) -> set[str]:
 
 def _counts_row(name: str, counts: FilterCounts, judging: set[str]) -> tuple[str, ...]:
     share = f"{counts.unique / counts.samples:.1%}" if counts.samples else "–"
-    by_filter = (str(number) if filter_name in judging else "–" for filter_name, number in counts.by_filter.items())
+    by_filter = (str(flagged) if filter_name in judging else "–" for filter_name, flagged in counts.by_filter.items())
     return (name, str(counts.samples), str(counts.unique), share, str(counts.total), *by_filter, str(counts.censored))
 
 
@@ -101,9 +93,9 @@ def _directions_table(results: Sequence[PairResult]) -> ReportTable:
         title="Results by tilting direction (kept slides)",
         columns=("pair, direction", *_SUMMARY),
         rows=tuple(
-            (f"{result.pair.name}, {'free' if number < 0 else number}", *_summary_row(summary))
+            (f"{result.pair.name}, {'free' if direction < 0 else direction}", *_summary_row(summary))
             for result in results
-            for number, summary in result.directions.items()
+            for direction, summary in result.directions.items()
         ),
     )
 
@@ -116,10 +108,10 @@ def _summary_row(summary: Summary) -> tuple[str, ...]:
     degrees = (math.degrees(summary.theta_rad), math.degrees(summary.theta_sd_rad))
     return (
         str(summary.samples),
-        *(_number(value, ".4f") for value in values),
-        *(_number(value, ".2f") for value in degrees),
-        *(_number(value, ".4f") for value in (summary.mu, summary.mu_sd)),
-        _number(summary.scatter, ".1%"),
+        *(number(value, ".4f") for value in values),
+        *(number(value, ".2f") for value in degrees),
+        *(number(value, ".4f") for value in (summary.mu, summary.mu_sd)),
+        number(summary.scatter, ".1%"),
     )
 
 
@@ -158,17 +150,9 @@ def _test_row(test: AnisotropyTest | None) -> tuple[str, ...]:
     chances = (test.p_value, test.p_adjusted, test.p_f, test.p_given_other)
     return (
         str(test.samples),
-        *(_chance(p) for p in chances),
+        *(chance(p) for p in chances),
         f"{test.ratio:.3f}",
         f"{test.ratio_by_chance:.3f}",
         f"{test.omega2:.1%}",
         f"{math.degrees(test.highest_rad) % 360:.0f}",
     )
-
-
-def _number(value: float, form: str) -> str:
-    return "–" if math.isnan(value) else format(value, form)
-
-
-def _chance(p: float) -> str:
-    return "< 1e-99" if p < 1e-99 else _number(p, ".2g")

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from station.friction.anisotropy import AnisotropyTest, Relation, anisotropy_test, can_test, holm
 from station.friction.direction import Array
 from station.friction.filters import FilterCounts, count
+from station.friction.limit_curve.curve import LimitCurveFit
+from station.friction.limit_curve.of_pair import limit_curve_of
 from station.friction.pairs import Pair
 from station.friction.slides import Slides
 
@@ -41,7 +44,10 @@ class Summary:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PairResult:
-    """A pair's results. `directions` are by the tilting direction (−1: free azimuth); tests are None if impossible."""
+    """A pair's results. `directions` are by the tilting direction (−1: free azimuth); tests are None if impossible.
+
+    `with_limit_curves` adds `limit_curve`, or in `no_limit_curve` a sentence that says why there is none.
+    """
 
     pair: Pair
     summary: Summary
@@ -50,6 +56,8 @@ class PairResult:
     robust_counts: FilterCounts
     object_test: AnisotropyTest | None
     plate_test: AnisotropyTest | None
+    limit_curve: LimitCurveFit | None = None
+    no_limit_curve: str = ""
 
 
 def summarise(slides: Slides) -> Summary:
@@ -100,3 +108,35 @@ def _result(pair: Pair, rng: np.random.Generator) -> PairResult:
 
 def _test(kept: Slides, relation: Relation, rng: np.random.Generator) -> AnisotropyTest | None:
     return anisotropy_test(kept, relation, rng=rng) if can_test(kept, relation) else None
+
+
+def with_limit_curves(results: Sequence[PairResult], *, rng: np.random.Generator) -> tuple[PairResult, ...]:
+    """The results with the limit curve of each pair, which takes about as long as everything else together."""
+    found: list[PairResult] = []
+    for result in results:
+        curve, why_not = _limit_curve(result.pair, rng)
+        found.append(replace(result, limit_curve=curve, no_limit_curve=why_not))
+    return tuple(found)
+
+
+def _limit_curve(pair: Pair, rng: np.random.Generator) -> tuple[LimitCurveFit | None, str]:
+    try:
+        return limit_curve_of(pair, rng=rng), ""
+    except ValueError as error:
+        return None, str(error)
+
+
+def limit_curve_table(results: Sequence[PairResult]) -> dict[str, Any]:
+    """What `limit_curves.json` holds: for each pair its fit (`LimitCurveFit.as_dict`), or why there is none."""
+    return {
+        "version": 1,
+        "pairs": [
+            {
+                "object": result.pair.object,
+                "plate": result.pair.plate,
+                "fit": None if result.limit_curve is None else result.limit_curve.as_dict(),
+                "no_fit": result.no_limit_curve,
+            }
+            for result in results
+        ],
+    }

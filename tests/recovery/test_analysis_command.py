@@ -69,10 +69,10 @@ def test_two_files_become_pairs_with_tables_figures_and_a_report_in_one_file(
     page = (out / "report.html").read_text(encoding="utf-8")
     links = Links()
     links.feed(page)
-    assert links.tags.count("img") == 10
+    assert links.tags.count("img") == 12
     assert all(source.startswith("data:image/png;base64,") for source in links.sources)
     assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
-    assert len(list((out / "figures").glob("*.png"))) == len(list((out / "figures").glob("*.pdf"))) == 10
+    assert len(list((out / "figures").glob("*.png"))) == len(list((out / "figures").glob("*.pdf"))) == 12
     written = {one.run: one.flags for one in read_samples(out / "samples.parquet") if one.object == "cube"}
     assert len(written) == 83
     assert {run: flags for run, flags in written.items() if flags} == {901: ("distance",), 902: ("distance",)}

@@ -1,14 +1,16 @@
 """Analyses recordings or tables of samples: filters, results by surface pair, tests of anisotropy, figures, a report.
 
 Every file may hold any surface pairs; what has the same object and plate is put together. Into the folder of --out go
-report.html (self-contained), the figures as PNG and PDF, and samples.csv and samples.parquet with every sample and the
-names of the filters that flagged it. Exit status: 0; 1 when something asked of the data cannot be concluded (a sentence
-says what and why); 2 for a mistake in what was asked.
+report.html (self-contained), the figures as PNG and PDF, samples.csv and samples.parquet with every sample and the
+names of the filters that flagged it, and limit_curves.json with the fitted limit curves and distributions. Exit status:
+0; 1 when something asked of the data cannot be concluded (a sentence says what and why); 2 for a mistake in what was
+asked.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import re
 import sys
@@ -29,7 +31,7 @@ from station.friction.filters import CUTOUT_M, FILTERS, Opening
 from station.friction.pairs import Pair, Session, pairs_of
 from station.friction.report import Picture, html_report
 from station.friction.report_tables import ReportTable, tables
-from station.friction.results import PairResult, analyse
+from station.friction.results import PairResult, analyse, limit_curve_table, with_limit_curves
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples, write_samples
 
@@ -61,7 +63,8 @@ def run(options: argparse.Namespace) -> int:
     if not any(session.samples for session in sessions):
         raise UserError(f"Expected samples in {_listed(options.files)}, but there is none: no run came to its end")
     pairs = pairs_of(sessions, opening=Opening(radius_m=options.cutout_mm * 1e-3))
-    results = analyse(pairs, rng=np.random.default_rng(options.seed))
+    rng = np.random.default_rng(options.seed)
+    results = with_limit_curves(analyse(pairs, rng=rng), rng=rng)
     findings = _present(results, sessions)
     _write(results, options.out, sources=[session.source for session in sessions])
     return 1 if findings else 0
@@ -146,11 +149,17 @@ def _write(results: Sequence[PairResult], folder: Path, *, sources: Sequence[str
     for name in ("samples.csv", "samples.parquet"):
         write_samples(samples, folder / name)
     page = html_report(results, sources=sources, pictures=pictures)
-    try:
-        (folder / "report.html").write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"Expected to write {folder / 'report.html'}, but that failed: {error.strerror}") from error
+    _put(folder / "report.html", page)
+    _put(folder / "limit_curves.json", json.dumps(limit_curve_table(results), indent=1, allow_nan=False))
     print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}\nSamples: {folder / 'samples.csv'}, .parquet")
+    print(f"Limit curves: {folder / 'limit_curves.json'}")
+
+
+def _put(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected to write {path}, but that failed: {error.strerror}") from error
 
 
 def _draw(pair: Pair, folder: Path) -> list[Picture]:

@@ -70,9 +70,8 @@ def choose(observations: Observations) -> Choice:
         tried.append(_from(better, observations, kind="one_way", frame="both"))
     if frames:
         frame = min(tried[1:], key=lambda one: one.bic).layout.frame
-        ellipse = _from(isotropic, observations, kind="ellipse", frame=frame)
         one_way = next(one for one in tried[1:] if one.layout.frame == frame)
-        tried += [ellipse, _from(one_way, observations, kind="general", frame=frame)]
+        tried += [_from(one_way, observations, kind=kind, frame=frame) for kind in ("ellipse", "general")]
     scores = tuple(_score(one, tried) for one in tried)
     tests = [_p_value(one, isotropic) for one in tried if one.layout.kind == "one_way" and one.layout.frame != "both"]
     return Choice(

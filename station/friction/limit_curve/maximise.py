@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from station.friction.direction import Array
+from station.friction.limit_curve.climb import climb
 from station.friction.limit_curve.likelihood import Likelihood
 from station.friction.limit_curve.observations import Observations
 from station.friction.limit_curve.parameters import UNBOUNDED, Layout, extended
 
 _AT_BOUND = 3e-3
+_EASES = (0.95, 0.05)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,25 +59,36 @@ def _spread(values: Array) -> float:
 
 
 def maximise(layout: Layout, observations: Observations, *, start: Array, start_layout: Layout) -> Maximum:
-    """Climbs from the values of another, simpler model."""
+    """Climbs from the values of another model.
+
+    Where that has no ease the climb is made twice: from slides that go by maximum dissipation, and from ones that just
+    go downhill. A block that slides straight though friction depends on the direction is else taken for isotropic.
+    """
+    eases = _EASES if "ease" in layout.names and "ease" not in start_layout.names else _EASES[:1]
     likelihood = Likelihood(layout, observations)
-    bounds = layout.bounds()
-    low, high = (np.array(side) for side in zip(*bounds, strict=True))
-    scale = _scales(layout, start, len(observations))
-    origin = np.clip(extended(start_layout, start, to=layout), low, high)
+    tops = [_top(likelihood, start, start_layout, ease) for ease in eases]
+    values, total = max(tops, key=lambda top: top[1])
+    return Maximum(layout, values, total, _covariance(likelihood, values, start), len(observations))
 
-    def downhill(shifted: Array) -> tuple[float, Array]:
+
+def _top(likelihood: Likelihood, start: Array, start_layout: Layout, ease: float) -> tuple[Array, float]:
+    layout = likelihood.layout
+    low, high = _bounds(layout)
+    scale = _scales(layout, start, len(likelihood.data))
+    origin = np.clip(extended(start_layout, start, to=layout, ease=ease), low, high)
+
+    def height(shifted: Array) -> tuple[float, Array]:
         total, gradient = likelihood(origin + scale * shifted)
-        return -total, -gradient * scale
+        return total, gradient * scale
 
-    found: Any = minimize(
-        downhill, np.zeros(len(origin)), jac=True, method="L-BFGS-B",
-        bounds=list(zip((low - origin) / scale, (high - origin) / scale, strict=True)),
-        options={"maxcor": 20, "maxiter": 300, "ftol": 1e-10, "gtol": 1e-3},
-    )  # fmt: skip
-    values = np.clip(origin + scale * np.asarray(found.x), low, high)
-    total, _ = likelihood(values)
-    return Maximum(layout, values, total, _covariance(likelihood, values, scale, low, high), len(observations))
+    shift = climb(height, np.zeros(len(origin)), low=(low - origin) / scale, high=(high - origin) / scale)
+    values = np.clip(origin + scale * shift, low, high)
+    return values, likelihood(values)[0]
+
+
+def _bounds(layout: Layout) -> tuple[Array, Array]:
+    low, high = zip(*layout.bounds(), strict=True)
+    return np.array(low), np.array(high)
 
 
 def _scales(layout: Layout, start: Array, count: int) -> Array:
@@ -89,7 +100,9 @@ def _scales(layout: Layout, start: Array, count: int) -> Array:
     return np.array([fixed.get(name, 1.4 * scatter if "." in name else scatter) / root for name in layout.names])
 
 
-def _covariance(likelihood: Likelihood, values: Array, scale: Array, low: Array, high: Array) -> Array:
+def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
+    low, high = _bounds(likelihood.layout)
+    scale = _scales(likelihood.layout, start, len(likelihood.data))
     unbounded = np.array([name in UNBOUNDED for name in likelihood.layout.names])
     free = np.flatnonzero(unbounded | ((values > low + _AT_BOUND) & (values < high - _AT_BOUND)))
     curvature = np.zeros((len(free), len(free)))

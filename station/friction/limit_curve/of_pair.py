@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
 
 from station.friction.limit_curve.choice import Choice, choose
-from station.friction.limit_curve.curve import LimitCurveFit
+from station.friction.limit_curve.curve import Estimate, LimitCurveFit
 from station.friction.limit_curve.estimates import band_of, estimates_of
 from station.friction.limit_curve.families import BOOTSTRAPS, Multipliers, choose_family
 from station.friction.limit_curve.likelihood import Likelihood
@@ -16,6 +17,8 @@ from station.friction.limit_curve.observations import Observations, observations
 from station.friction.pairs import Pair
 
 _COARSE = 0.3
+_STRAIGHT = 0.7
+"""An ease that is surely below this is not a pull that exceeds what holds by a little."""
 
 
 @lru_cache(maxsize=8)
@@ -57,7 +60,7 @@ def fit_of(
         censored=int(observations.censored.sum()),
         bracketed=int(bracketed.sum()),
         p_isotropic=choice.p_isotropic,
-        remarks=(*choice.remarks, *_remarks(best, observations)),
+        remarks=(*choice.remarks, *_remarks(best, observations, estimates)),
     )
 
 
@@ -71,12 +74,20 @@ def multipliers(fit: Maximum, observations: Observations) -> Multipliers:
     )
 
 
-def _remarks(fit: Maximum, observations: Observations) -> tuple[str, ...]:
+def _remarks(fit: Maximum, observations: Observations, estimates: Mapping[str, Estimate]) -> list[str]:
+    remarks = list[str]()
+    ease = estimates.get("ease")
+    if ease is not None and ease.high < _STRAIGHT:
+        remarks.append(
+            f"the block slid straighter than maximum dissipation says (it turned aside {max(ease.value, 0.0):.2f} "
+            f"times as far, at most {max(ease.high, 0.0):.2f}), so that the limit by pull is what was measured, and µ "
+            "by the direction of the slide only what follows from the same curve"
+        )
     scatter = float(np.exp(fit.values[fit.layout.index("log_scatter")]))
     error = float(np.median(observations.pull_sigma))
-    if error < _COARSE * scatter:
-        return ()
-    return (
-        f"the error of an onset ({error:.1%} of µ) is not small beside the scatter ({scatter:.1%}), and is part of the "
-        "distribution of the multiplier, though not of the scatter",
-    )
+    if error > _COARSE * scatter:
+        remarks.append(
+            f"the error of an onset ({error:.1%} of µ) is not small beside the scatter ({scatter:.1%}), and is part of "
+            "the distribution of the multiplier, though not of the scatter"
+        )
+    return remarks

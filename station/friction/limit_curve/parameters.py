@@ -23,7 +23,7 @@ _BOUNDS = {
     "tail": (0.0, 0.5),
     "log_direction_scatter": (math.log(1e-4), 0.5),
     "direction_tail": (0.0, 0.5),
-    "ease": (0.3, 1.1),
+    "ease": (0.0, 1.1),
     "turn": (-0.5, 0.5),
     "stretch": (-STEEPEST, STEEPEST),
     "harmonic": (-0.7, 0.7),
@@ -126,8 +126,7 @@ def _stretch_slope(stretch: complex, unit: complex) -> Complex:
     return series
 
 
-def extended(layout: Layout, values: Array, *, to: Layout) -> Array:
-    """The values of a model as a start of one that has more parameters (or other frames): those it lacks are 0."""
+def extended(layout: Layout, values: Array, *, to: Layout, ease: float) -> Array:
+    """The values of a model as a start of another: those that it lacks are 0, but for the ease."""
     known = dict(zip(layout.names, values.tolist(), strict=True))
-    start = [known.get(name, 0.95 if name == "ease" else 0.0) for name in to.names]
-    return np.array(start)
+    return np.array([known.get(name, ease if name == "ease" else 0.0) for name in to.names])

@@ -1,0 +1,31 @@
+"""What a table of the report is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ReportTable:
+    """A table; the first column is text, the others are numbers. `note` stands below it."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def number(value: float, form: str) -> str:
+    """A number, or a dash for none."""
+    return "–" if math.isnan(value) else format(value, form)
+
+
+def chance(p: float) -> str:
+    """A p-value for a table."""
+    return "< 1e-99" if p < 1e-99 else number(p, ".2g")
+
+
+def p_is(p: float) -> str:
+    """A p-value for a sentence."""
+    return f"p {chance(p)}" if p < 1e-99 else f"p = {chance(p)}"
