@@ -67,9 +67,11 @@ class Recording:
         """Opens the file and writes where it comes from.
 
         Raises:
-            UserError: if a recording of this name exists (and `overwrite` is false) or the folder cannot be written.
+            UserError: if a recording of this name exists (and `overwrite` is false), the folder cannot be written, or
+                the disk has less room than `min_free_bytes`, at which the recording would stop at once.
         """
         _refuse_existing(path, overwrite=overwrite)
+        _refuse_full(path, min_free_bytes=min_free_bytes)
         self.path = path
         self.stopped = ""
         self.refused = 0
@@ -255,6 +257,17 @@ def _refuse_existing(path: Path, *, overwrite: bool) -> None:
         raise UserError(
             f"Expected a new name for the recording, but {partial_path(path)} was left by a session that broke off; "
             f"run: station repair {partial_path(path)}"
+        )
+
+
+def _refuse_full(path: Path, *, min_free_bytes: int) -> None:
+    folder = path.parent if path.parent.is_dir() else path.parent.parent
+    if not folder.is_dir():
+        return  # opening the file says it better
+    if (free := free_bytes(folder)) < min_free_bytes + RESERVE_BYTES:
+        raise UserError(
+            f"Expected at least {(min_free_bytes + RESERVE_BYTES) / 1e6:.0f} MB of room to record into {folder}, got "
+            f"{free / 1e6:.0f} MB; free some space or choose another folder"
         )
 
 

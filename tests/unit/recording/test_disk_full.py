@@ -115,14 +115,25 @@ def test_it_stops_before_the_disk_is_full(tmp_path: Path, monkeypatch: pytest.Mo
     def nearly_nothing(folder: Path) -> int:
         return 1000
 
-    monkeypatch.setattr(writer, "free_bytes", nearly_nothing)
     told: list[str] = []
     path = tmp_path / "a.mcap"
     recording = Recording(path, provenance=session.provenance(), on_stopped=told.append)
+    monkeypatch.setattr(writer, "free_bytes", nearly_nothing)
     for receive_ns, topic, message in session.traffic():
         recording.write_message(topic, message, receive_ns=receive_ns)
     assert len(told) == 1
     assert open_recording(path).duration_s == pytest.approx(writer.FLUSH_EVERY_S, abs=0.02)
+
+
+def test_a_nearly_full_disk_is_refused_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+
+    def little(folder: Path) -> int:
+        return writer.MIN_FREE_BYTES
+
+    monkeypatch.setattr(writer, "free_bytes", little)
+    with pytest.raises(UserError, match="at least 71 MB .* got 67 MB"):
+        Recording(tmp_path / "a.mcap", provenance=session.provenance())
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
