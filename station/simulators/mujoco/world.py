@@ -34,12 +34,8 @@ UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
-LEANING = 0.95
-"""The same two, times this, for a block that leans on the foam, whose force is known less exactly.
-
-Held by contact from 0.8 on instead, blocks that lean on the foam start to slide within 0.003° of the same tilt (0.02°
-when they are pressed further into it, where the start is no moment but a creep).
-"""
+LEANING = 0.8
+"""The same two, times this, for a block that leans on the foam, whose force is known less exactly."""
 RESTING = 0.99
 REST_S = 0.05
 QUIET_M = 1e-6
