@@ -93,7 +93,7 @@ class ContactEngine(Engine):
 
     def __init__(self, model: Any, *, joints: int, friction: Friction) -> None:
         super().__init__(model, joints=joints)
-        self._friction = friction
+        self._isotropic = friction.isotropic
         self._carrier = self.block if friction.fixed_in == "object" else self.plate
         self._axis: FLOATS = np.array([math.cos(friction.axis_rad), math.sin(friction.axis_rad), 0.0])
         self._plate_geom = int(model.geom("plate").id)
@@ -105,7 +105,7 @@ class ContactEngine(Engine):
 
     def step(self, count: int) -> None:
         """Advances by `count` time steps."""
-        if self._friction.isotropic:
+        if self._isotropic:
             super().step(count)
             return
         for _ in range(count):
