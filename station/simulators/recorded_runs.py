@@ -20,6 +20,7 @@ from station.signals.session import Signals
 from station.signals.tracks import PoseTrack
 
 _FLAT_RAD, _FLAT_M = math.radians(3.0), 3e-3
+_SLIDING_M_S = 0.02
 _FITTED = 8
 """Frames from which the velocity of a block that comes sliding is taken."""
 
@@ -119,6 +120,8 @@ def _repeated(signals: Signals, poses: Poses, run: int) -> RecordedRun | None:
     tilt_ns = signals.events.first("TILT", run=run)
     sample = next((sample for sample in signals.samples if sample.run == run), None)
     if tilt_ns is None:
+        if signals.events.first("LEVEL", run=run) is None:
+            return None
         return _sliding(poses.between(first_ns, end_ns), run=run, end_ns=end_ns, sample=sample)
     begin_ns = signals.events.first("REFERENCE", run=run) or tilt_ns
     start = _start(poses.between(begin_ns, tilt_ns), sample)
@@ -152,7 +155,7 @@ def _rest_s(signals: Signals, run: int, sample: Sample | None, begin_ns: int) ->
 
 
 def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> RecordedRun | None:
-    """From the first frame after which the block lies flat for good; None if it never moved so."""
+    """From the first frame after which the block lies flat for good; None if it does not slide then."""
     lifted = np.flatnonzero(~seen.flat)
     first = int(lifted[-1]) + 1 if len(lifted) else 0
     lying = Poses(seen.time_ns[first:], seen.pose[first:], seen.flat[first:])
@@ -161,6 +164,8 @@ def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> Re
     begin_ns = int(lying.time_ns[0])
     elapsed = (lying.time_ns[:_FITTED] - begin_ns) * 1e-9
     fit = np.polynomial.polynomial.polyfit(elapsed, lying.pose[:_FITTED], 2)
+    if math.hypot(fit[1, 0], fit[1, 1]) < _SLIDING_M_S:
+        return None
     return RecordedRun(
         run=run,
         begin_ns=begin_ns,

@@ -1,11 +1,7 @@
 """Simulates a recorded session again: the same commands, each run from its recorded pose, with a model of friction.
 
-The model is a file like this; `station diagnose` writes one:
-
-    [friction]
-    mu_s = 0.36
-    [effects.contact_aging]
-    per_decade = 0.031
+The model is a TOML file, such as `station diagnose` writes: mu_s in the table [friction], and a table such as
+[effects.contact_aging] with its parameters for each effect. The result is a recording like the one that was measured.
 """
 
 from __future__ import annotations

@@ -1,0 +1,94 @@
+"""`station simulate`: a recording in, a recording of the same session in simulation out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from shared.messages import Sample
+from station.__main__ import main
+from station.app.commands.simulate import difference
+from station.recording.arrays import load_signals
+from station.recording.reader import RecordingReader, digest, open_recording
+
+GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
+MODEL = "[friction]\nmu_s = 0.3464\n"
+
+
+def simulated(folder: Path, *options: str) -> RecordingReader:
+    (folder / "model.toml").write_text(MODEL)
+    out = folder / f"sim{len(options)}.mcap"
+    words = ["simulate", str(GOLDEN), "--model", str(folder / "model.toml"), "--out", str(out), *options]
+    assert main(words) == 0
+    return open_recording(out)
+
+
+def test_the_same_session_comes_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, source = simulated(tmp_path), open_recording(GOLDEN)
+    assert {name: info.count for name, info in out.topics.items()} == {
+        name: info.count for name, info in source.topics.items() if not name.startswith("truth/")
+    }
+    own, recorded = load_signals(out), load_signals(source)
+    assert np.array_equal(own.corners.time_ns, recorded.corners.time_ns)
+    assert np.array_equal(own.attitude.quaternion, recorded.attitude.quaternion)
+    assert not np.array_equal(own.corners.corner_px, recorded.corners.corner_px)
+    assert [sample.run for sample in own.samples] == [sample.run for sample in recorded.samples]
+    assert all(sample.onset_angle_rad == pytest.approx(np.arctan(0.3464), abs=2e-3) for sample in own.samples)
+    printed = capsys.readouterr().out
+    assert "Onsets of 3 runs: mean difference" in printed
+
+
+def test_it_says_where_it_comes_from(tmp_path: Path) -> None:
+    out = simulated(tmp_path, "--seed", "3")
+    session = out.metadata["session"]
+    assert session["simulated_from"] == "session.mcap"
+    assert session["simulator"] == "planar"
+    assert session["simulation_seed"] == "3"
+    assert out.attachments["model.toml"].decode() == MODEL
+    assert out.attachments["rig.toml"] == open_recording(GOLDEN).attachments["rig.toml"]
+
+
+def test_without_a_seed_it_is_the_same_every_time(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    first, second = (digest(simulated(tmp_path / name)) for name in ("a", "b"))
+    assert first == second
+
+
+@pytest.mark.parametrize(
+    ("model", "word"),
+    [
+        ("[friction]\nmu = 0.3\n", "mu_s"),
+        ("[friction]\nmu_s = 0.3\n[effects.magic]\nsize = 1\n", "magic"),
+        ("[friction\n", "TOML"),
+    ],
+)
+def test_a_wrong_model_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], model: str, word: str) -> None:
+    path, out = tmp_path / "model.toml", tmp_path / "sim.mcap"
+    path.write_text(model)
+    assert main(["simulate", str(GOLDEN), "--model", str(path), "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert word in said
+    assert "model.toml" in said
+    assert not list(tmp_path.glob("sim*"))
+
+
+def test_an_unknown_simulator_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "model.toml").write_text(MODEL)
+    words = ["simulate", str(GOLDEN), "--model", str(tmp_path / "model.toml"), "--out", str(tmp_path / "sim.mcap")]
+    assert main([*words, "--simulator", "bullet"]) == 2
+    assert "planar" in capsys.readouterr().err
+
+
+def test_many_runs_are_summed_up() -> None:
+    runs = [Sample(run=run, onset_angle_rad=0.3) for run in range(40)]
+    again = [Sample(run=run, onset_angle_rad=0.3 + 1e-4 * run) for run in range(39)]
+    again.append(Sample(run=39, censored=True, onset_angle_rad=0.5))
+    lines = difference(runs, again)
+    assert len(lines) == 1 + 20 + 3
+    assert "of 39 runs" in lines[-3]
+    assert lines[1].split()[0] == "19"
+    assert "1 runs slid in the recording only" in lines[-1]
+    assert difference([], []) == ["No run has an onset to compare"]

@@ -1,0 +1,89 @@
+"""Onsets in the planar simulator: where they are looked for, and what they wait for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
+from station.simulators.planar.commands import Commands, ramps, tracks
+from station.simulators.planar.friction import LimitCurve, asks_for_direction
+from station.simulators.planar.simulate import simulate
+from tests.unit.simulators.ellipse import Ellipse
+
+ELLIPSE = Term(Ellipse(), {"ratio": 1.5, "axis_rad": 0.3})
+
+
+def term(name: str, **values: float) -> Term:
+    effect = catalogue()[name]
+    return Term(effect, {**effect.neutral(), **values})
+
+
+def bumpy(times: np.ndarray) -> Commands:
+    """Slowly rising, with a bump of 40 ms that comes and goes between the windows' steepest moments elsewhere."""
+    angles = 0.1 + 0.02 * times + 0.15 * np.exp(-(((times - 4.013) / 0.02) ** 2))
+    return tracks([times], [np.column_stack([np.sin(angles), 0.0 * angles, -np.cos(angles)])])
+
+
+def test_a_short_bump_of_a_recording_is_not_overlooked() -> None:
+    times = np.arange(0.0, 8.0, 0.01)
+    mu = math.tan(0.3)
+    onset = simulate(bumpy(times), Model(mu_s=mu)).onset_s[0]
+    assert 3.9 < onset < 4.02
+
+
+def test_the_first_of_two_bumps_counts() -> None:
+    times = np.arange(0.0, 6.0, 0.01)
+    angles = 0.2 + sum(0.2 * np.exp(-(((times - at) / 0.03) ** 2)) for at in (2.0, 2.08, 4.0))
+    commands = tracks([times], [np.column_stack([np.sin(angles), 0.0 * angles, -np.cos(angles)])])
+    assert simulate(commands, Model(mu_s=math.tan(0.35))).onset_s[0] < 2.0
+
+
+def test_only_effects_that_ask_for_the_direction_make_the_curve_oblong() -> None:
+    assert asks_for_direction(ELLIPSE)
+    assert not asks_for_direction(term("wear"))
+    assert LimitCurve(Model(mu_s=0.3, terms=(term("contact_aging", per_decade=0.1),))).is_round
+    assert not LimitCurve(Model(mu_s=0.3, terms=(ELLIPSE,))).is_round
+
+
+def test_onsets_on_an_ellipse_are_those_of_its_limit_curve() -> None:
+    """(g_along / mu_along)² + (g_across / mu_across)² = (g cos θ)², as for the exact slider."""
+    directions = np.linspace(0.0, 6.2, 40)
+    motions = simulate(ramps((0.0, 10.0), (0.0, 0.8), downhill_rad=directions), Model(mu_s=0.4, terms=(ELLIPSE,)))
+    local = directions - 0.3
+    along, across = 0.4 * math.sqrt(1.5), 0.4 / math.sqrt(1.5)
+    expected = np.arctan(1.0 / np.hypot(np.cos(local) / along, np.sin(local) / across))
+    assert motions.onset_rad == pytest.approx(expected, abs=1e-6)
+
+
+def test_kinetic_friction_above_static_friction_lets_no_slip_get_away() -> None:
+    """A fresh contact holds less than a sliding one: the block waits until it can slide, and does not stutter."""
+    fresh = Model(mu_s=0.36, terms=(term("contact_aging", per_decade=0.2),))
+    motions = simulate(ramps((0.0, 2.0, 3.0), (0.25, 0.45, 0.1), rest_s=0.0), fresh)
+    assert math.tan(motions.onset_rad[0]) == pytest.approx(0.36, abs=1e-6)
+    assert motions.place[0, 0] > 1e-3
+
+
+def test_a_block_that_comes_sliding_stops_where_friction_says() -> None:
+    """v² / (2 mu g) on a level plate, turning or not; the turning ends with the slide."""
+    commands = ramps(np.tile([0.0, 2.0], (2, 1)), [[0.0, 0.0]], velocity=[[0.3, 0.4, 0.0], [0.3, 0.4, 1.0]])
+    motions = simulate(commands, Model(mu_s=0.2), time_s=[1.0, 2.0])
+    way = 0.5**2 / (2.0 * 0.2 * 9.81)
+    assert np.linalg.norm(motions.place[:, :2], axis=1) == pytest.approx(way, rel=1e-6)
+    assert motions.place[0, 2] == 0.0
+    assert 0.0 < motions.place[1, 2] < 0.2
+    assert np.isnan(motions.onset_s).all()
+    assert np.array_equal(motions.path[:, 0], motions.path[:, 1])
+
+
+def test_what_creeps_in_steps_is_what_creeps_in_one() -> None:
+    creeping = Model(mu_s=0.6, terms=(term("solver_creep", time_s=2e-4),))
+    times = np.arange(0.0, 4.005, 0.01)
+    fine = tracks([times], [np.column_stack([np.sin(0.1 * times), 0 * times, -np.cos(0.1 * times)])])
+    coarse = ramps((0.0, 4.0), (0.0, 0.4))
+    ends = [simulate(commands, creeping).place[0, 0] for commands in (fine, coarse)]
+    assert ends[0] == pytest.approx(2e-4 * 9.81 * (1.0 - math.cos(0.4)) / 0.1, rel=1e-3)
+    assert ends[1] == pytest.approx(ends[0], rel=1e-3)
