@@ -16,12 +16,12 @@ import numpy as np
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.statistics.calibration import Calibration, calibrate
-from station.gap.statistics.columns import Scores, Variant, scores
+from station.gap.statistics.columns import Scores, Variant, scores, variants_of
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.gain import gain, overdispersion, p_value
 from station.gap.statistics.places import Place, places_of
 from station.physics.effect import Effect
-from station.physics.model import Model
+from station.physics.model import Model, Term
 
 ALARM = 0.05
 """At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""
@@ -45,7 +45,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Effects (one or two), or a place, with what they gain: twice the log likelihood, its BIC, and p before correction."""
+    """Effects (one or two), or a place: what they gain in twice the log likelihood, their BIC, the uncorrected p."""
 
     effects: tuple[Effect, ...]
     place: Place | None
@@ -63,7 +63,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One look at the residuals of `before`: the corrected p, all candidates by rank, the places, and what was chosen."""
+    """One look at the residuals of `before`: corrected p, candidates by rank, places, and what was chosen."""
 
     before: Fit
     global_p: float
@@ -135,7 +135,7 @@ def _stage(
     count = len(scores_columns(effects))
     places, columns = places_of(evidence, count)
     scored = scores(evidence, current, effects, columns)
-    singles = [candidate for candidate in (_scored(scored, (variant,)) for variant in scored.variants)]
+    singles = [_scored(scored, (variant,)) for variant in scored.variants]
     best = _best_variants(scored, singles)
     pairs = [_scored(scored, pair) for pair in itertools.combinations(best, 2)]
     spots = [_place(scored, place) for place in places]
@@ -164,8 +164,6 @@ def _stage(
 
 def scores_columns(effects: Sequence[Effect]) -> list[str]:
     """Names of the columns that the variants of effects have before those of the places."""
-    from station.gap.statistics.columns import variants_of
-
     return [
         f"{effect.id}.{parameter.name}"
         for effect, _ in variants_of(effects)
@@ -256,9 +254,7 @@ def _fitted(evidence: Evidence, current: Fit, candidate: Candidate) -> Candidate
     return Candidate(candidate.effects, None, twice, candidate.size, candidate.p, bic, found)
 
 
-def _start(effect: Effect, evidence: Evidence, current: Fit):
-    from station.gap.statistics.columns import variants_of
-
+def _start(effect: Effect, evidence: Evidence, current: Fit) -> Term:
     options = [start for known, start in variants_of([effect]) if known is effect]
     if len(options) == 1:
         return options[0]
@@ -269,7 +265,7 @@ def _start(effect: Effect, evidence: Evidence, current: Fit):
     for parameter in effect.parameters:
         if not parameter.is_shape:
             values[parameter.name] = parameter.clipped(parameter.neutral + 0.3 * parameter.typical)
-    return type(best.start)(effect, values)
+    return Term(effect, values)
 
 
 def _channels(evidence: Evidence, candidate: Candidate) -> frozenset[str]:

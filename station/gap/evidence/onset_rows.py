@@ -49,7 +49,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
     )
     tilt = moments.reported.tilt_rad
-    sigma = np.array([_sigma_rad(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
+    sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
     rows = rows_of(
         {
             "run": moments.run,
@@ -76,7 +76,7 @@ def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
     return int(times[int(np.argmax(plate.at(times).tilt_rad))])
 
 
-def _sigma_rad(sample: Sample) -> float:
+def sigma_of(sample: Sample) -> float:
     """Of the onset's angle. An onset that could not be fitted is somewhere within its step."""
     width = abs(sample.step_to_rad - sample.step_from_rad)
     if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 STRETCHES = 6
 LEAST_READINGS = 3
+LEAST_TILT_RAD = 0.07
 
 
 def sensor_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -32,13 +33,16 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
         return None
     rows: list[tuple[int, int, int, float, float]] = []
     reported = recorded.plate.at(track.time_ns)
+    # Near level a noisy sensor reads too steep, as no angle between two vectors is negative.
+    steep = reported.tilt_rad > LEAST_TILT_RAD
+    track, tilt_rad = track.select(steep), reported.tilt_rad[steep]
     for place, run in enumerate(recorded.tracks):
         edges = np.linspace(run.tilt_ns, run.end_ns, STRETCHES + 1).astype(np.int64)
         for begin, end in itertools.pairwise(edges.tolist()):
             first, last = np.searchsorted(track.time_ns, (begin, end))
             if last - first < LEAST_READINGS:
                 continue
-            difference = track.angle_rad[first:last] - reported.tilt_rad[first:last]
+            difference = track.angle_rad[first:last] - tilt_rad[first:last]
             spread = float(np.std(difference, ddof=1)) / np.sqrt(last - first)
             rows.append((place, begin, end, float(difference.mean()), max(spread, 2e-5)))
     if not rows:

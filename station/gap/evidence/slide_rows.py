@@ -12,6 +12,7 @@ from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.slides import Across, Along, Motion, Turn
+from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import WEIGHTS, Window, windows_of
 from station.physics.contact import Array
 

@@ -65,6 +65,10 @@ class Along(_Slides):
         self._typical = max(float(np.median(force)), LEAST_MU)
         self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
 
+    def friction_m_s2(self) -> Array:
+        """The recorded friction of each window per mass (n,)."""
+        return np.exp(self._log_recorded) * self._normal
+
     def residual(self, model: Model) -> Array:
         """See the class."""
         load = self.motion.moments.loads(model)
@@ -74,7 +78,7 @@ class Along(_Slides):
 
 
 class Across(_Slides):
-    """Sideways force over normal force, to the left of the motion: recorded less predicted, over the typical friction."""
+    """Sideways force to the left of the motion: recorded less predicted, over the typical friction."""
 
     name: str = "across"
     unit: str = "relative friction"

@@ -70,7 +70,9 @@ class Course:
     across it: a law that turns the force with the direction would then seem to explain noise.
     """
 
-    def __init__(self, middle: Array, main: Array, fit: Array, inverse: Array, scale_m: float, sigma_m: float) -> None:
+    def __init__(
+        self, *, middle: Array, main: Array, fit: Array, inverse: Array, scale_m: float, sigma_m: float
+    ) -> None:
         self._middle, self._main, self._fit = middle, main, fit
         self._inverse, self._scale, self._sigma = inverse, scale_m, sigma_m
 
@@ -88,7 +90,14 @@ class Course:
         degree = 1 if length < 5 * SHORTEST_M or len(place_m) < 3 * FRAMES else 3
         basis = np.column_stack([(along / length) ** k for k in range(degree + 1)])
         inverse = np.linalg.pinv(basis)
-        return cls(middle, main, inverse @ aside, inverse @ inverse.T, length, sigma_m)
+        return cls(
+            middle=middle,
+            main=main,
+            fit=inverse @ aside,
+            inverse=inverse @ inverse.T,
+            scale_m=length,
+            sigma_m=sigma_m,
+        )
 
     def at(self, place_m: Array) -> tuple[Array, Array]:
         """The direction (m,) at places (m, 2) near the path, and its standard error."""

@@ -1,4 +1,4 @@
-"""Every candidate as columns of slopes around a fitted model, whitened, and freed of what the model can absorb itself."""
+"""Every candidate as columns of slopes around a fitted model, whitened, freed of what the model absorbs."""
 
 from __future__ import annotations
 

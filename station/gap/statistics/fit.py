@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
+from station.gap.evidence.onsets import Onsets
 from station.gap.statistics.noise import Noise, estimate_noise
 from station.gap.statistics.parameters import Free, free_numbers, model_of, vector_of
 from station.gap.statistics.slopes import residuals, slopes
@@ -180,8 +181,10 @@ class _Search:
 
 
 def _bounded(gradient: Array, hessian: Array, vector: Array, low: Array, high: Array) -> tuple[Array, float]:
-    """The Newton step within bounds, and the gain that the quadratic promises: numbers at a bound that would leave it
-    are held, until none would."""
+    """The Newton step within bounds, and the gain that the quadratic promises.
+
+    Numbers at a bound that would leave it are held, until none would.
+    """
     held = np.zeros(len(vector), dtype=np.bool_)
     move = np.zeros(len(vector))
     for _ in range(len(vector) + 1):
@@ -228,7 +231,5 @@ def shaking_of(evidence: Evidence, model: Model) -> Array | None:
     """Standard deviations by the model's random pushes, for the onset's rows; None if there are none."""
     if not model.acting("shaking") or not evidence.channels or evidence.channels[0].name != "onset":
         return None
-    from station.gap.evidence.onsets import Onsets
-
     first = evidence.channels[0]
     return first.shaking(model) if isinstance(first, Onsets) else None

@@ -23,7 +23,7 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     own = scored.score[:, None] if score is None else score
     chosen = np.asarray(columns)
     information = scored.information[np.ix_(chosen, chosen)]
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    size = _sizes(information)
     scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
     part = own[chosen] / size[:, None]
     step = np.linalg.solve(scaled, part)
@@ -40,6 +40,12 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     return total, len(chosen)
 
 
+def _sizes(information: Array) -> Array:
+    """Square roots of the diagonal; a column without information is scaled away to nothing."""
+    diagonal = np.diag(information)
+    return np.where(diagonal > 1e-9, np.sqrt(np.maximum(diagonal, 1e-9)), 1e15)
+
+
 def _held(scored: Scores, chosen: Array, own: Array, outside: Array) -> Array:
     """With the columns that would leave their bounds left out."""
     found = np.zeros(own.shape[1])
@@ -52,14 +58,14 @@ def _held(scored: Scores, chosen: Array, own: Array, outside: Array) -> Array:
 
 
 def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
-    """How much more the runs' shares of the score scatter than the likelihood says (at least 1), the gain itself left out.
+    """How much more the runs' shares of the score scatter than the likelihood says (at least 1), the gain left out.
 
     Guards against dependence within a run that the noise model does not know: a sandwich variance, of which only an
     excess counts, and no more than the number of runs bears.
     """
     chosen = np.asarray(columns)
     information = scored.information[np.ix_(chosen, chosen)]
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    size = _sizes(information)
     scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
     shares = scored.of_runs[:, chosen] / size
     centred = shares - shares.mean(axis=0)

@@ -62,7 +62,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     for name in ("onset", "along"):
         if name in own:
             own[name] = math.sqrt(max(own[name] ** 2 - friction**2, 1e-12))
-    return Noise(friction=friction, own=own, factor=factor, tail={name: GAUSSIAN for name in own})
+    return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
 
 
 def _factor(values: Array, sigma: Array, run: Array) -> float:

@@ -1,3 +1,4 @@
+# ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
 """Turns residuals and their slopes into independent components of unit scale, run by run."""
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ Index = np.ndarray[tuple[int], np.dtype[np.int64]]
 class Whitening:
     """Whitens arrays (rows, …) in the stacked order of the evidence's channels.
 
-    `run`, `channel` (rows,) say where each component belongs; `limit` marks the runs without a slide; `log_scale` (runs,)
-    is each run's ln of the volume that whitening takes, which belongs into a log density.
+    `run`, `channel` (rows,) say where each component belongs; `limit` marks the runs without a slide; `log_scale`
+    (runs,) is each run's ln of the volume that whitening takes, which belongs into a log density.
     """
 
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:

@@ -1,0 +1,134 @@
+"""Says where recordings differ from a plain simulation, which physics that is, and how far modelling it closes the gap.
+
+A recording (.mcap) is judged by its onsets, its slides and its marks; a table of samples (.csv, .parquet) by its onsets
+alone, with whatever covariates it has (the columns of `station samples --csv`; only onset_angle_rad must be there).
+Exit status: 0; 2 for a mistake in what was asked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.metadata
+import json
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from joblib import Parallel, delayed
+from rich.console import Console
+
+from shared.config import Table
+from shared.errors import UserError
+from shared.rig import RigConfig, load_rig
+from station.app.simulating import rig_of
+from station.gap.diagnose import diagnose
+from station.gap.evidence.evidence import Setting
+from station.gap.result import Diagnosis, as_json
+from station.gap.summary import summary
+from station.physics.catalogue import catalogue_of_table
+from station.recording.arrays import load_signals
+from station.recording.reader import open_recording
+from station.recording.tables import read_samples
+
+NAME = "diagnose"
+HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+PACKAGES = ("repose", "numpy", "scipy", "mujoco")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="recordings (.mcap) or tables of samples (.csv, .parquet)"
+    )
+    parser.add_argument("--rig", type=Path, help="rig file; without it the one inside the recording")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON (a list for several files)")
+    parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
+    parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
+    parser.add_argument("--jobs", type=int, default=0, help="files at a time; 0: one for each core")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Diagnoses the files; 0."""
+    files: list[Path] = options.files
+    if options.model and len(files) > 1:
+        raise UserError(f"Expected one file together with --model, got {len(files)}")
+    console = Console(stderr=True, highlight=False)
+    found = _all(files, options, console)
+    if options.json:
+        answers = [as_json(diagnosis) for diagnosis in found]
+        print(json.dumps(answers[0] if len(answers) == 1 else answers, indent=1))
+    else:
+        terminal = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+        for diagnosis in found:
+            terminal.print(summary(diagnosis))
+    if options.model:
+        _write_model(found[0], options.model)
+    return 0
+
+
+def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Diagnosis]:
+    if len(files) == 1:
+        with console.status("reading the recording") as status:
+            return [diagnose_file(files[0], rig=options.rig, seed=options.seed, status=status.update)]
+    jobs = min(options.jobs or os.cpu_count() or 1, len(files))
+    # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
+    work = (delayed(diagnose_file)(path, rig=options.rig, seed=options.seed) for path in files)
+    made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
+    found: list[Diagnosis] = []
+    for path, diagnosis in zip(files, made, strict=True):
+        console.print(f"{path}: {diagnosis.verdict} ({diagnosis.seconds:.0f} s)")
+        found.append(diagnosis)
+    return found
+
+
+def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Any = None) -> Diagnosis:
+    """Diagnoses one file.
+
+    Raises:
+        UserError: if it is missing, damaged or of another kind.
+    """
+    began = time.monotonic()
+    tell = status or (lambda _: None)
+    if path.suffix in (".csv", ".parquet"):
+        config = load_rig(rig) if rig else None
+        recorded = read_samples(path)
+    else:
+        reader = open_recording(path)
+        config = rig_of(reader, path=rig)
+        tell("reading the recording")
+        recorded = load_signals(reader)
+    found = diagnose(
+        recorded,
+        catalogue_of_table(config.physics if config else Table({})),
+        name=str(path),
+        setting=setting_of(config),
+        seed=seed,
+        progress=tell,
+    )
+    return replace(found, seconds=time.monotonic() - began, versions=versions())
+
+
+def setting_of(rig: RigConfig | None) -> Setting:
+    """The sizes that the evidence needs."""
+    if rig is None:
+        return Setting()
+    return Setting(
+        opening_radius_m=0.5 * rig.plate.opening_m, block_side_m=rig.block.size_m[0], block_mass_kg=rig.block.mass_kg
+    )
+
+
+def versions() -> dict[str, str]:
+    """Of the packages that the answer depends on."""
+    return {package: importlib.metadata.version(package) for package in PACKAGES}
+
+
+def _write_model(diagnosis: Diagnosis, path: Path) -> None:
+    try:
+        path.write_text(tomli_w.dumps(dict(diagnosis.model)), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected to write the model to {path}, but that failed: {error.strerror}") from error

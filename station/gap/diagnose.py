@@ -1,0 +1,194 @@
+"""The diagnosis of one recording: locate, name, model, fit, next. Signals or samples in, a `Diagnosis` out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from shared.messages import Sample
+from station.gap.belief import Belief, beliefs
+from station.gap.evidence.build import evidence_of
+from station.gap.evidence.evidence import Evidence, Setting
+from station.gap.evidence.table import table_evidence
+from station.gap.locate import located
+from station.gap.plan import next_experiment
+from station.gap.quality import fit_quality
+from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
+from station.gap.search import Progress, Search, search
+from station.gap.statistics.fit import Fit
+from station.physics.catalogue import Catalogue
+from station.physics.model import Model, table_of_model
+from station.signals.session import Signals
+
+LEAST_RUNS = 20
+"""With fewer runs no scatter can be told, and so no effect from it."""
+
+
+def diagnose(
+    recorded: Signals | Sequence[Sample],
+    catalogue: Catalogue,
+    *,
+    name: str = "",
+    setting: Setting | None = None,
+    mu_s: float = 0.4,
+    seed: int = 1,
+    progress: Progress = lambda _: None,
+) -> Diagnosis:
+    """Diagnoses a session's signals, or a table of samples at the level of onsets.
+
+    Args:
+        recorded: a session, or the rows of a table.
+        catalogue: the effects to consider; `station.physics.catalogue.catalogue()` has them all.
+        name: how the recording is called in the result.
+        setting: sizes of plate and block.
+        mu_s: where the plain model's fit begins.
+        seed: of the null's draws and of the folds; the same seed gives the same answer.
+        progress: is told what is being done.
+    """
+    progress("reading the evidence")
+    chosen = setting or Setting()
+    evidence = evidence_of(recorded, chosen) if isinstance(recorded, Signals) else table_evidence(recorded, chosen)
+    why = _why_not(evidence)
+    if why:
+        return _refusal(evidence, catalogue, why, name=name)
+    rng = np.random.default_rng(seed)
+    # What a simulator's numerics do is looked for in the simulator, not in the recording.
+    effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
+    found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    progress("predicting held-out runs")
+    quality = fit_quality(evidence, found.null, found.model, [term.effect for term in found.model.model.terms], rng)
+    return _answer(evidence, found, quality, name=name)
+
+
+def _why_not(evidence: Evidence) -> str | None:
+    """Why nothing at all can be said, in one sentence."""
+    used = evidence.used()
+    if not evidence.channels or used == 0:
+        reasons = "; ".join(evidence.notes) or "there is no run with a slide"
+        return f"expected runs with an onset or a slide, found none: {reasons}"
+    if used < LEAST_RUNS:
+        return f"expected at least {LEAST_RUNS} runs with an onset or a slide, found {used}: record more runs"
+    return None
+
+
+def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str) -> Diagnosis:
+    belief = beliefs(found)
+    claimed = bool(found.named or found.other)
+    improves = not found.named or quality.log_score_gain > quality.gain_se
+    effects = _effects(found, belief, improves)
+    verdict = _verdict(effects, claimed=claimed and improves)
+    stages = found.stages
+    return Diagnosis(
+        recording=name,
+        total_runs=evidence.total_runs,
+        used_runs=evidence.used(),
+        held_out_runs=evidence.used(),
+        simulator="planar",
+        mu_s=_mu(found.null),
+        scatter=found.null.noise.scatter,
+        global_p=found.global_p,
+        verdict=verdict,
+        located=located(evidence, found),
+        effects=effects,
+        other_probability=belief.other,
+        none_probability=belief.none,
+        fit=quality,
+        next_experiment=next_experiment(found, effects),
+        candidates_tried=sum(stage.tried for stage in stages),
+        candidates=tuple(
+            Candidates(
+                stage=number,
+                ids=candidate.ids,
+                twice_gain=float(candidate.twice_gain),
+                parameters=sum(len(effect.parameters) for effect in candidate.effects),
+                bic=float(candidate.bic),
+                fitted=candidate.fitted is not None,
+            )
+            for number, stage in enumerate(stages)
+            for candidate in stage.candidates[:10]
+        ),
+        untestable=found.untestable,
+        numerics=(),
+        notes=evidence.notes,
+        model=table_of_model(found.model.model),
+    )
+
+
+def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:
+    listed = list[EffectFound]()
+    for term in found.model.model.terms:
+        near = belief.classes[term.effect.id]
+        verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
+        listed.append(
+            EffectFound(
+                id=term.effect.id,
+                title=term.effect.title,
+                class_ids=near,
+                probability=belief.effects[term.effect.id],
+                verdict=verdict if improves else "not supported",
+                parameters={
+                    parameter.name: Value(
+                        value=term.values[parameter.name],
+                        sd=found.model.sd(term.effect.id, parameter.name),
+                        unit=parameter.unit,
+                    )
+                    for parameter in term.effect.parameters
+                },
+                separated_by=term.effect.separated_by,
+            )
+        )
+    for candidate in found.other:
+        place = candidate.place
+        where = f"{place.channel.phase} against {place.covariate}" if place is not None else ""
+        listed.append(
+            EffectFound(
+                id="other",
+                title=f"something outside the catalogue: {where}",
+                class_ids=("other",),
+                probability=belief.other,
+                verdict="supported",
+                parameters={},
+            )
+        )
+    return tuple(sorted(listed, key=lambda effect: -effect.probability))
+
+
+def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
+    if not claimed:
+        return "not supported"
+    clear = [effect for effect in effects if effect.verdict == "supported"]
+    return "supported" if clear else "indistinguishable"
+
+
+def _mu(null: Fit) -> Value:
+    return Value(
+        value=null.model.mu_s, sd=null.model.mu_s * math.sqrt(max(float(null.covariance[0, 0]), 0.0)), unit="1"
+    )
+
+
+def _refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:
+    return Diagnosis(
+        recording=name,
+        total_runs=evidence.total_runs,
+        used_runs=evidence.used(),
+        held_out_runs=0,
+        simulator="planar",
+        mu_s=Value(value=math.nan, sd=math.nan, unit="1"),
+        scatter=math.nan,
+        global_p=1.0,
+        verdict="untestable",
+        located=(),
+        effects=(),
+        other_probability=0.0,
+        none_probability=0.0,
+        fit=FitQuality.unknown(),
+        next_experiment=None,
+        candidates_tried=0,
+        candidates=(),
+        untestable=dict.fromkeys(catalogue, why),
+        numerics=(),
+        notes=(why, *evidence.notes),
+        model={},
+    )

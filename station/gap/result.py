@@ -1,0 +1,246 @@
+"""What a diagnosis says: plain values, in the shape of the `--json` contract and more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+Verdict = Literal["supported", "not supported", "indistinguishable", "untestable"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Value:
+    """A number with its standard error, 90 % interval and unit."""
+
+    value: float
+    sd: float
+    unit: str
+
+    @property
+    def interval90(self) -> tuple[float, float]:
+        """From the standard error."""
+        return self.value - 1.645 * self.sd, self.value + 1.645 * self.sd
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stretch:
+    """A stretch of a recording."""
+
+    run: int
+    from_ns: int
+    to_ns: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Located:
+    """A place where residuals stand out: phase × covariate, with the runs and stretches that stand out most.
+
+    `effect_size` is the root mean square of the smooth part over that of the whole residual; `p` is corrected for the
+    whole search. `curve` are points (covariate, residual, its error) for a plot.
+    """
+
+    phase: str
+    covariate: str
+    channel: str
+    effect_size: float
+    p: float
+    runs: tuple[int, ...]
+    windows: tuple[Stretch, ...]
+    summary: str
+    curve: tuple[tuple[float, float, float], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffectFound:
+    """An effect of the catalogue, or `other`, and what is said of it. `class_ids` cannot be told from each other."""
+
+    id: str
+    title: str
+    class_ids: tuple[str, ...]
+    probability: float
+    verdict: Verdict
+    parameters: Mapping[str, Value]
+    separated_by: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quality:
+    """How well held-out runs are predicted; nan where the recording has no such thing."""
+
+    log_score: float
+    onset_rmse_deg: float
+    path_rmse_mm: float
+    coverage90: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitQuality:
+    """Before and after, on runs that were held out; `floor` is the spread between equal runs."""
+
+    before: Quality
+    after: Quality
+    log_score_gain: float
+    gain_se: float
+    floor_onset_deg: float
+    gap_closed: float
+    simulator_rerun: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    @classmethod
+    def unknown(cls) -> FitQuality:
+        """Of a recording that says nothing."""
+        nan = math.nan
+        nothing = Quality(log_score=nan, onset_rmse_deg=nan, path_rmse_mm=nan, coverage90=nan)
+        return cls(before=nothing, after=nothing, log_score_gain=nan, gain_se=nan, floor_onset_deg=nan, gap_closed=nan)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextExperiment:
+    """The cheapest plan that separates what the recording cannot."""
+
+    separates: tuple[tuple[str, ...], ...]
+    plan: str
+    runs: int
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidates:
+    """One row of the comparison table: what it gains over the plain model of its stage."""
+
+    stage: int
+    ids: tuple[str, ...]
+    twice_gain: float
+    parameters: int
+    bic: float
+    fitted: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """The whole answer."""
+
+    recording: str
+    total_runs: int
+    used_runs: int
+    held_out_runs: int
+    simulator: str
+    mu_s: Value
+    scatter: float
+    global_p: float
+    verdict: Verdict
+    located: tuple[Located, ...]
+    effects: tuple[EffectFound, ...]
+    other_probability: float
+    none_probability: float
+    fit: FitQuality
+    next_experiment: NextExperiment | None
+    candidates_tried: int
+    candidates: tuple[Candidates, ...]
+    untestable: Mapping[str, str]
+    numerics: tuple[Mapping[str, Any], ...]
+    notes: tuple[str, ...]
+    model: Mapping[str, Any]
+    seconds: float = math.nan
+    versions: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Ids of the effects that are claimed."""
+        return tuple(effect.id for effect in self.effects if effect.verdict in ("supported", "indistinguishable"))
+
+
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The `--json` contract; a number that does not exist is null."""
+    fit = diagnosis.fit
+    plan = diagnosis.next_experiment
+    return _finite(
+        {
+            "recording": diagnosis.recording,
+            "runs": {
+                "total": diagnosis.total_runs,
+                "used": diagnosis.used_runs,
+                "held_out": diagnosis.held_out_runs,
+            },
+            "baseline": {"simulator": diagnosis.simulator, "parameters": {"mu_s": _value(diagnosis.mu_s)}},
+            "global_p": diagnosis.global_p,
+            "located": [_located(place) for place in diagnosis.located],
+            "verdict": diagnosis.verdict,
+            "effects": [_effect(effect) for effect in diagnosis.effects],
+            "other_probability": diagnosis.other_probability,
+            "none_probability": diagnosis.none_probability,
+            "fit": {
+                "held_out": True,
+                "before": _quality(fit.before),
+                "after": _quality(fit.after),
+                "log_score_gain": fit.log_score_gain,
+                "gain_se": fit.gain_se,
+                "floor": {"onset_rmse_deg": fit.floor_onset_deg},
+                "gap_closed": fit.gap_closed,
+                "simulator_rerun": dict(fit.simulator_rerun) or {"engine": "", "before": {}, "after": {}},
+            },
+            "next_experiment": None
+            if plan is None
+            else {
+                "separates": [list(group) for group in plan.separates],
+                "plan": plan.plan,
+                "runs": plan.runs,
+                "why": plan.why,
+            },
+            "candidates_tried": diagnosis.candidates_tried,
+            "seconds": diagnosis.seconds,
+            "versions": dict(diagnosis.versions),
+            "untestable": [{"id": name, "reason": why} for name, why in diagnosis.untestable.items()],
+            "numerics": [dict(check) for check in diagnosis.numerics],
+            "notes": list(diagnosis.notes),
+            "model": dict(diagnosis.model),
+        }
+    )
+
+
+def _value(value: Value) -> dict[str, Any]:
+    return {"value": value.value, "sd": value.sd, "unit": value.unit, "interval90": list(value.interval90)}
+
+
+def _located(place: Located) -> dict[str, Any]:
+    return {
+        "phase": place.phase,
+        "covariate": place.covariate,
+        "channel": place.channel,
+        "effect_size": place.effect_size,
+        "p": place.p,
+        "runs": list(place.runs),
+        "windows": [{"run": one.run, "from_ns": one.from_ns, "to_ns": one.to_ns} for one in place.windows],
+        "summary": place.summary,
+    }
+
+
+def _effect(effect: EffectFound) -> dict[str, Any]:
+    return {
+        "id": effect.id,
+        "class": list(effect.class_ids),
+        "probability": effect.probability,
+        "verdict": effect.verdict,
+        "parameters": {name: _value(value) for name, value in effect.parameters.items()},
+    }
+
+
+def _quality(quality: Quality) -> dict[str, float]:
+    return {
+        "log_score": quality.log_score,
+        "onset_rmse_deg": quality.onset_rmse_deg,
+        "path_rmse_mm": quality.path_rmse_mm,
+        "coverage90": quality.coverage90,
+    }
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no nan and no infinity."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(name): _finite(part) for name, part in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_finite(part) for part in value]
+    return value.item() if hasattr(value, "item") else value

@@ -1,0 +1,83 @@
+"""The summary for the terminal: what a tired person understands in ten seconds."""
+
+from __future__ import annotations
+
+import math
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from station.gap.result import Diagnosis, EffectFound, Value
+
+MOST_PLACES = 4
+_COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
+
+
+def summary(diagnosis: Diagnosis) -> RenderableType:
+    """Verdict first, then what, where, how much better, and what to do next."""
+    parts: list[RenderableType] = [_headline(diagnosis)]
+    if diagnosis.verdict == "untestable":
+        return Group(*parts, *(Text(f"  {note}") for note in diagnosis.notes))
+    if diagnosis.effects:
+        parts.append(_effects(diagnosis))
+    if diagnosis.located:
+        parts.append(Text("Where:"))
+        parts += [Text(f"  {place.summary} (p = {place.p:.2g})") for place in diagnosis.located[:MOST_PLACES]]
+    parts.append(_fit(diagnosis))
+    if diagnosis.next_experiment is not None:
+        parts.append(Text(f"Next: {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"))
+    if diagnosis.untestable:
+        parts.append(Text(f"Untestable with this recording: {', '.join(sorted(diagnosis.untestable))}"))
+    parts += [Text(f"Note: {note}") for note in diagnosis.notes]
+    return Group(*parts)
+
+
+def _headline(diagnosis: Diagnosis) -> Text:
+    line = Text()
+    line.append(f"{diagnosis.recording}: ")
+    line.append(_sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
+    line.append(f"  ({diagnosis.used_runs} of {diagnosis.total_runs} runs, global p = {diagnosis.global_p:.2g})")
+    return line
+
+
+def _sentence(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict == "untestable":
+        return "nothing can be tested with this recording"
+    if diagnosis.verdict == "not supported":
+        return "no missing effect is supported; the plain model explains this recording"
+    names = [_name(effect) for effect in diagnosis.effects if effect.verdict != "not supported"]
+    return "left out of the simulation: " + " and ".join(names)
+
+
+def _name(effect: EffectFound) -> str:
+    return effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
+
+
+def _effects(diagnosis: Diagnosis) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for column in ("What", "probability", "verdict", "how much"):
+        table.add_column(column)
+    for effect in diagnosis.effects:
+        values = ", ".join(f"{name} = {_value(value)}" for name, value in effect.parameters.items())
+        table.add_row(", ".join(effect.class_ids), f"{effect.probability:.2f}", effect.verdict, values)
+    return table
+
+
+def _value(value: Value) -> str:
+    unit = "" if value.unit == "1" else f" {value.unit}"
+    if not math.isfinite(value.sd) or value.sd == 0:
+        return f"{value.value:.3g}{unit}"
+    digits = max(0, 1 - math.floor(math.log10(value.sd)))
+    return f"{value.value:.{digits}f} ± {value.sd:.{digits}f}{unit}"
+
+
+def _fit(diagnosis: Diagnosis) -> Text:
+    fit = diagnosis.fit
+    before, after = fit.before, fit.after
+    return Text(
+        f"Fit on held-out runs: log score {fit.log_score_gain:+.2f} ± {fit.gain_se:.2f} a run; onset error "
+        f"{before.onset_rmse_deg:.2f}° to {after.onset_rmse_deg:.2f}° (floor {fit.floor_onset_deg:.2f}°); path error "
+        f"{before.path_rmse_mm:.2f} to {after.path_rmse_mm:.2f} mm; 90 % intervals hold "
+        f"{100 * before.coverage90:.0f} % to {100 * after.coverage90:.0f} %"
+    )
