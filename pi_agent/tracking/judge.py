@@ -29,9 +29,9 @@ class Demand(NamedTuple):
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
-BESIDE_MARGIN = Demand(0.7, 0.036, 0.038)  # even surfaces: anything else at the edge is a disturbance
-WITH_NOTCH = Demand(0.5, 0.036, 0.038)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.7, 0.032, 0.058)  # texture disturbs every frame; noise beside it leaves less room
+BESIDE_MARGIN = Demand(0.7, 0.036, 0.045)  # even surfaces: anything else at the edge is a disturbance
+WITH_NOTCH = Demand(0.5, 0.036, 0.045)  # the notch takes its share of the first edge
+BESIDE_PLATE = Demand(0.7, 0.032, 0.052)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
 PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
@@ -92,6 +92,8 @@ def _pixels_reason(fit: Fit, demand: Demand) -> str:
     share = fit.agreement.tolist()
     if min(share) < demand.agreement or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
+    if fit.bent:
+        return "outline bent: the edge of something else lies along it"
     if not fit.sigma_px < demand.limit_px(fit.contrast):
         return f"edges too uncertain: sigma {fit.sigma_px:.2f} px"
     return ""
