@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from station.rig.arm_model import ArmModel
 from station.simulators.mujoco import grip, model
-from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
-from station.simulators.mujoco.engine import Bodies, ContactEngine, Engine
+from station.simulators.mujoco.engine import Bodies, Engine
+from station.simulators.mujoco.engines import Engines
 from station.simulators.mujoco.poses import LEAN_RAD, Joints, PlatePose, Pose, plate_pose, relative_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
@@ -74,13 +74,11 @@ class TwinWorld:
         self.block, self.plate = block or Block(), plate or Plate()
         base = np.eye(4) if world_from_base is None else world_from_base
         scene = model.Scene(arm=arm, world_from_base=base, block=self.block, plate=self.plate, contact=contact)
-        n = self._n = len(arm.joints)
-        self._welded = Engine(model.build(scene, welded=True), joints=n)
-        self._free = ContactEngine(model.build(scene, welded=False), joints=n, friction=friction)
-        self._bordered = ContactEngine(model.build(scene, welded=False, bordered=True), joints=n, friction=friction)
-        self._engine: Engine = self._welded
+        self._n = len(arm.joints)
         start = np.array(joint_start_rad, dtype=np.float64)
-        self._welded.qpos[:] = self._welded.act[:] = start
+        self._engines = Engines(scene, friction=friction, joint_start_rad=start)
+        self._welded = self._engines.welded
+        self._engine: Engine = self._welded
         self._servo = Servo(start, now_ns=start_ns)
         self._reach = model.reach_m(arm)
         self._motion = grip.PlateMotion()
@@ -146,7 +144,7 @@ class TwinWorld:
     def remove_block(self) -> None:
         """Takes the block off the plate; `place_block` brings it back."""
         self._weld()
-        self._welded.model.body_mass[self._welded.block] = 1e-9
+        self._engines.make_absent()
         self._held, self.block_present = True, False
         self._seen = self._rel = Pose((0.0, 0.0, ABSENT_M), (1.0, 0.0, 0.0, 0.0))
 
@@ -269,7 +267,7 @@ class TwinWorld:
             self._anchor = self._seen.position
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
-        self._leaning = self._foam_force()
+        self._leaning = self._engines.foam_push(self._engine)
         used = max(used, self._utilisation(force, self._draw))
         if self._savings and used < self._limit(GRIPS):
             self._weld()
@@ -300,8 +298,7 @@ class TwinWorld:
 
     def _use(self, draw: FrictionDraw) -> None:
         self._draw = draw
-        self._free.set_friction(draw)
-        self._bordered.set_friction(draw)
+        self._engines.set_friction(draw)
 
     def _follow(self) -> None:
         """Takes note of where a free block is, whether it lies still, and whether it can reach the foam."""
@@ -317,10 +314,8 @@ class TwinWorld:
         reach = math.hypot(x, y) + self.block.side_m * math.sqrt(0.5) + 2 * moved + 1e-3
         if reach > self.plate.side_m or z < 0:
             self._pick_up()
-        elif (wanted := self._bordered if reach > self.plate.cutout_radius_m else self._free) is not self._engine:
-            wanted.take(self._engine)
-            wanted.update_poses()
-            self._engine = wanted
+        else:
+            self._engine = self._engines.within_reach(self._engine, reach_m=reach)
 
     def _pick_up(self) -> None:
         """The block has left the plate, or lies on the level plate tipped over or askew: somebody puts it back."""
@@ -329,40 +324,12 @@ class TwinWorld:
 
     def _weld(self) -> None:
         """Makes the block a part of the plate where it is."""
-        welded = self._welded
-        if self._engine is not welded:
-            welded.take(self._engine)
-            self._engine = welded
-        welded.model.body_mass[welded.block] = self.block.mass_kg
-        welded.model.body_pos[welded.block] = self._rel.position
-        welded.model.body_quat[welded.block] = self._rel.quaternion
-        welded.update_poses()
+        self._engine = self._engines.weld(self._engine, self._rel)
         self._seen = standing(self._rel, half_m=self.block.side_m / 2)
         self._quiet_s, self._slack = REST_S, 0.0
         self._resting, self._poses = False, None
 
     def _unweld(self) -> None:
         """Makes the block a body of its own again, moving with the plate."""
-        welded, free = self._welded, self._free
-        data, n = welded.data, self._n
-        mj.mj_fwdPosition(welded.model, data)
-        mj.mj_comVel(welded.model, data)
-        speed = np.empty(6)
-        mj.mj_objectVelocity(welded.model, data, mj.mjtObj.mjOBJ_XBODY, welded.block, speed, 0)
-        free.take(welded)
-        free.qpos[n : n + 3] = data.xpos[welded.block]
-        free.qpos[n + 3 : n + 7] = data.xquat[welded.block]
-        free.qvel[n : n + 3] = speed[3:]
-        free.qvel[n + 3 : n + 6] = data.xmat[welded.block].reshape(3, 3).T @ speed[:3]
-        free.data.qacc_warmstart[n:] = 0.0
-        self._engine, self._quiet_s, self._poses = free, 0.0, None
-        if math.hypot(*self._rel.position[:2]) + self.block.side_m + 1e-3 > self.plate.cutout_radius_m:
-            self._bordered.take(free)
-            self._engine = self._bordered
-
-    def _foam_force(self) -> tuple[float, float]:
-        """What the foam pushes the block with, per mass, along the plate (m/s², plate frame)."""
-        if self._engine is not self._bordered:
-            return (0.0, 0.0)
-        push = self._bordered.force_from_foam() / self.block.mass_kg
-        return (float(push[0]), float(push[1]))
+        self._engine = self._engines.unweld(self._rel)
+        self._quiet_s, self._poses = 0.0, None
