@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.friction.limit_curve.choice import Choice, choose
@@ -68,6 +69,16 @@ def test_one_way_friction_of_the_plate_is_recovered_and_is_not_the_objects():
     against = {(score.kind, score.frame): score.p_value for score in choice.scores}
     assert against["one_way", "plate"] < 1e-6
     assert against["one_way", "both"] > 1e-3
+
+
+def test_a_curve_that_is_no_ellipse_is_recovered_in_every_direction():
+    def uneven(phi: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 0.36 * np.exp(0.1 * np.cos(2 * (phi - 0.5)) + 0.06 * np.cos(phi - 1.0) + 0.03 * np.cos(3 * phi))
+
+    choice, _ = chosen(Rig(mu=uneven, excess=0.08))
+    assert (choice.best.layout.kind, choice.best.layout.frame) == ("general", "object")
+    for phi in np.linspace(0, 5.5, 12):
+        holds(friction_at(choice.best, float(phi)), float(uneven(phi)), share=0.05)
 
 
 def test_a_circle_is_seldom_called_anything_else():
