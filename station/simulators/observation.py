@@ -8,7 +8,7 @@ import numpy as np
 
 from shared.geometry import apply_homography, mark_corners, pixels_of_mark
 from shared.messages import CameraGeometry
-from station.physics.contact import Array, View
+from station.physics.contact import Array, Bools, View
 from station.physics.model import Model
 
 
@@ -50,11 +50,10 @@ class Camera:
         everywhere = np.broadcast_to(corners_m, (len(seen.tilt_rad), 4, 2))
         return self._pixels(everywhere, seen, model, on_block=False)
 
-    def inside(self, corner_px: Array) -> Array:
+    def inside(self, corner_px: Array) -> Bools:
         """Whether all corners (n, 4, 2) are in the picture (n,)."""
-        width, height = self.size_px
-        inside = (corner_px >= 0).all(axis=(1, 2))
-        return inside & (corner_px[..., 0] < width).all(axis=1) & (corner_px[..., 1] < height).all(axis=1)
+        limit = np.array(self.size_px, dtype=float)
+        return np.all((corner_px >= 0.0) & (corner_px < limit), axis=(1, 2), keepdims=True)[:, 0, 0]
 
     def _pixels(self, corners_m: Array, seen: Seen, model: Model, *, on_block: bool) -> Array:
         if model.acting("seen"):

@@ -17,7 +17,7 @@ from shared.errors import UserError
 from shared.messages import Sample
 from station.physics.contact import Array
 from station.signals.session import Signals
-from station.signals.tracks import PoseTrack
+from station.signals.tracks import Booleans, PoseTrack, Times
 
 _FLAT_RAD, _FLAT_M = math.radians(3.0), 3e-3
 _SLIDING_M_S = 0.02
@@ -54,9 +54,9 @@ class RecordedRun:
 class Poses:
     """Where the block was seen: `time_ns` (n,), `pose` (n, 3) x, y, yaw, and whether it lay `flat` (n,)."""
 
-    time_ns: Array
+    time_ns: Times
     pose: Array
-    flat: Array
+    flat: Booleans
 
     def between(self, from_ns: int, to_ns: int) -> Poses:
         """Those with from_ns ≤ time ≤ to_ns."""

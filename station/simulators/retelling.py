@@ -66,7 +66,7 @@ class _Moments:
         """Moments (q,), all of them in a run; gives their place in the answer."""
         row = self.run_of(time_ns)
         self._rows.append(row)
-        self._times.append((time_ns - self._begin[row]) * 1e-9 + later_s)
+        self._times.append(np.asarray((time_ns - self._begin[row]) * 1e-9 + later_s, dtype=float))
         self._count += len(row)
         return slice(self._count - len(row), self._count)
 
@@ -252,8 +252,8 @@ class _Sensor:
         angle, gravity = self._recorded.angle_rad.copy(), self._recorded.gravity.copy()
         true = outcome.gravity[self._asked]
         angle[self._chosen] = np.arctan2(np.hypot(true[:, 0], true[:, 1]), -true[:, 2])
-        known = gravity[self._chosen].any(axis=1)
-        gravity[self._chosen] = np.where(known[:, None], true, 0.0)
+        known = np.any(gravity[self._chosen] != 0.0, axis=1, keepdims=True)
+        gravity[self._chosen] = np.where(known, true, 0.0)
         return replace(self._recorded, angle_rad=angle, gravity=gravity)
 
 

@@ -80,11 +80,10 @@ def simulator(name: str) -> Simulator:
     if name not in names():
         raise UserError(f"Expected a simulator ({', '.join(names())}) or a recording made by another one, got '{name}'")
     module = importlib.import_module(f"{__package__}.{name}.session")
-    found = [
-        value
-        for value in vars(module).values()
-        if inspect.isclass(value) and value.__module__ == module.__name__ and hasattr(value, "repeat")
+    classes = [
+        value for value in vars(module).values() if inspect.isclass(value) and value.__module__ == module.__name__
     ]
+    found = [value for value in classes if issubclass(value, Simulator)]
     if len(found) != 1:
         raise UserError(f"Expected one class with `repeat` in {module.__file__}, found {len(found)}")
     return found[0]()

@@ -61,11 +61,18 @@ class Blocks:
     slid_from_s: Array
     """When the present slide began; inf at rest."""
 
-    def select(self, chosen: Array | Index) -> Blocks:
+    def select(self, chosen: Index) -> Blocks:
         """Fewer of them."""
-        rows = (self.row, self.number, self.stretch, self.own, self.friction, self.shake)
-        since = (self.rest_from_s, self.slid_from_s)
-        return Blocks(*(values[..., chosen] for values in (*rows, *since)))
+        return Blocks(
+            self.row[chosen],
+            self.number[chosen],
+            self.stretch[:, chosen],
+            self.own[:, chosen],
+            self.friction[chosen],
+            self.shake[chosen],
+            self.rest_from_s[chosen],
+            self.slid_from_s[chosen],
+        )
 
 
 class World:
