@@ -14,6 +14,7 @@ from station.gap.evidence.image_rows import plate_channel, rest_channel, shape_c
 from station.gap.evidence.moments import RunFacts
 from station.gap.evidence.onset_rows import onset_channel
 from station.gap.evidence.plate import PlateMotion
+from station.gap.evidence.rested import rested_s
 from station.gap.evidence.sensor_rows import sensor_channel
 from station.gap.evidence.slide_rows import slide_channels
 from station.gap.evidence.tracks import RunTrack, run_tracks
@@ -28,6 +29,7 @@ class Recorded:
         self.plate = PlateMotion(signals.attitude, signals.motions)
         self.tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
         self.facts = facts_of([track.sample for track in self.tracks], setting)
+        self.rested_s = rested_s(self.tracks, self.facts.rest_ns, self.plate)
 
     def _usable(self, track: RunTrack) -> bool:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)

@@ -35,7 +35,11 @@ class Load:
 
 
 class Moments:
-    """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier."""
+    """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier.
+
+    `rested_s` (n,), where it is given, stands for the time at rest. It has to be what the protocol made of it: the time up
+    to the slip itself is longer where friction happens to be high, and friction would seem to grow with it.
+    """
 
     def __init__(
         self,
@@ -50,11 +54,12 @@ class Moments:
         moving: Bools,
         slip_ns: Times,
         border_m: Array,
+        rested_s: Array | None = None,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
         self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
-        self._moving, self._slip_ns, self._border = moving, slip_ns, border_m
+        self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
         self._contact = self._contact_with(attitude(0.0))
 
     def __len__(self) -> int:
@@ -103,7 +108,7 @@ class Moments:
             x_m=self._place[:, 0],
             y_m=self._place[:, 1],
             yaw_rad=self._yaw,
-            rest_s=np.maximum(since * 1e-9, 1e-3),
+            rest_s=np.maximum(since * 1e-9 if self._rested is None else self._rested, 1e-3),
             slid_s=np.where(self._moving, np.maximum((self.time_ns - self._slip_ns) * 1e-9, 0.0), 0.0),
             tilt_rad=plate.tilt_rad,
             down_rad=plate.down_rad,

@@ -47,6 +47,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         moving=np.zeros(len(tracks), dtype=np.bool_),
         slip_ns=time_ns,
         border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
+        rested_s=recorded.rested_s[[place for place, _ in chosen]],
     )
     tilt = moments.reported.tilt_rad
     sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)

@@ -53,6 +53,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=np.concatenate([_border(window, recorded) for window in windows]),
+        rested_s=np.repeat(recorded.rested_s[runs], nodes),
     )
     motion = Motion(
         moments,

@@ -35,8 +35,9 @@ def table_evidence(samples: Sequence[Sample], setting: Setting) -> Evidence:
     if len(set(numbered)) < len(numbered):
         usable = [replace(sample, run=place) for place, sample in enumerate(usable)]
     facts = facts_of(usable, setting)
+    typical = float(np.median([sample.onset_angle_rad for sample in usable]))
     time_ns = np.array([_time_ns(sample, place) for place, sample in enumerate(usable)], dtype=np.int64)
-    rest_s = np.array([_rest_s(sample) for sample in usable])
+    rest_s = np.array([_rest_s(sample, typical) for sample in usable])
     facts = replace(facts, rest_ns=time_ns - np.round(rest_s * 1e9).astype(np.int64))
     place_m = np.array([(sample.start_x_m, sample.start_y_m) for sample in usable])
     moments = Moments(
@@ -77,12 +78,12 @@ def _time_ns(sample: Sample, place: int) -> int:
     return sample.slip_ns or sample.detect_ns or (place + 1) * APART_NS
 
 
-def _rest_s(sample: Sample) -> float:
-    """Under load until the onset: from when it came to rest, or its dwell and the time that the tilt took."""
-    if sample.rest_ns and sample.slip_ns > sample.rest_ns:
-        return (sample.slip_ns - sample.rest_ns) * 1e-9
+def _rest_s(sample: Sample, typical_rad: float) -> float:
+    """Under load until the tilt reaches the typical onset: the run's own would be longer where friction is high."""
     rate = abs(sample.tilt_rate_rad_s)
-    return max(sample.dwell_s + (sample.onset_angle_rad / rate if rate > 0 else 0.0), 1e-3)
+    ramp = typical_rad / rate if rate > 0 else 0.0
+    waited = (sample.start_ns - sample.rest_ns) * 1e-9 if sample.start_ns > sample.rest_ns > 0 else 0.0
+    return max(sample.dwell_s + waited + ramp, 1e-3)
 
 
 def _attitude(samples: Sequence[Sample], delay_s: float) -> Attitude:

@@ -22,6 +22,7 @@ from station.physics.contact import Array
 
 GAUSSIAN = 200.0
 TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, GAUSSIAN)
+LEAST_RUNS = 8
 _CLIP = 3.0
 
 
@@ -45,7 +46,8 @@ class Noise:
 
 def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     """The noise of residuals by channel, by robust moments: within runs, between runs, and between channels."""
-    own, factor, means = dict[str, float](), dict[str, float](), dict[str, Array]()
+    own, factor = dict[str, float](), dict[str, float]()
+    means, errors = dict[str, Array](), dict[str, Array]()
     for channel in evidence.channels:
         values, rows = residuals[channel.name], channel.rows
         known = ~rows.limit
@@ -53,15 +55,12 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         mean, error = _run_means(
             values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs
         )
-        means[channel.name] = mean
+        means[channel.name], errors[channel.name] = mean, error
         own[channel.name] = _between(mean, error)
     if "onset" in own:
         # Runs without a slide say that the tail goes on: without them the scatter would read too small.
         own["onset"] *= _censoring(evidence, residuals["onset"])
-    friction = _shared(means, own)
-    for name in ("onset", "along"):
-        if name in own:
-            own[name] = math.sqrt(max(own[name] ** 2 - friction**2, 1e-12))
+    friction = _share(means, errors, own)
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
 
 
@@ -114,20 +113,20 @@ def _censoring(evidence: Evidence, residual: Array) -> float:
     return 1.0 + 1.5 * min(share, 0.3)
 
 
-def _shared(means: Mapping[str, Array], own: Mapping[str, float]) -> float:
-    """The part of the runs' friction that onset and slide have in common."""
+def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
+    """The friction that onset and slide have in common; what each has besides is left in `own`.
+
+    The difference of the two in the same run says sharply how much they do not share, where a covariance of two large
+    scatters would not.
+    """
     if "onset" not in means or "along" not in means:
         return 0.0
     both = np.isfinite(means["onset"]) & np.isfinite(means["along"])
-    if both.sum() < 8:
+    if both.sum() < LEAST_RUNS:
         return 0.0
-    first, second = (_clipped(means[name][both]) for name in ("onset", "along"))
-    covariance = float(np.mean((first - first.mean()) * (second - second.mean())))
-    ceiling = 0.999 * min(own["onset"], own["along"])
-    return min(math.sqrt(max(covariance, 0.0)), ceiling)
-
-
-def _clipped(values: Array) -> Array:
-    middle = np.median(values)
-    reach = _CLIP * 1.4826 * float(np.median(np.abs(values - middle)))
-    return np.clip(values, middle - reach, middle + reach) if reach > 0 else values
+    apart = _robust_sd(means["onset"][both] - means["along"][both]) ** 2
+    apart = max(apart - float(np.median(errors["along"][both])) ** 2, 1e-10)
+    first, second = own["onset"] ** 2, own["along"] ** 2
+    of_onset = min(max(0.5 * (first - second + apart), 0.02 * apart), 0.98 * apart, first)
+    own["onset"], own["along"] = math.sqrt(of_onset), math.sqrt(max(apart - of_onset, 1e-12))
+    return math.sqrt(max(first - of_onset, 0.0))
