@@ -21,9 +21,8 @@ def displacements_px(corners_px: tuple[float, ...], reference_px: tuple[float, .
 
 def within(corners_px: tuple[float, ...], reference_px: tuple[float, ...], *, limit_px: float) -> bool:
     """Whether every corner is surely within `limit_px` of its reference: a quick answer for a block that lies still."""
-    steps = tuple(map(sub, corners_px, reference_px))
     # 0.7 is below the root of one half, with room for rounding.
-    return max(steps) < 0.7 * limit_px and min(steps) > -0.7 * limit_px
+    return max(map(abs, map(sub, corners_px, reference_px))) < 0.7 * limit_px
 
 
 def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tuple[float, ...], tilt_rad: float) -> bool:
