@@ -1,12 +1,12 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
 from dataclasses import dataclass
-from math import ceil, hypot, sqrt
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import edges, lines
+from pi_agent.tracking import doubts, edges, lines
 from pi_agent.tracking.pixels import PixelReader
 
 Floats = NDArray[np.float64]
@@ -21,10 +21,6 @@ GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a
 LEAST_GLOW = 2.0  # nor is this, of 255
 DIM = 20.0  # contrast (of 255) below which the noise of the pixels is more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
-AGREES = 0.3  # weight from which a profile agrees with its line
-BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
-BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
-_ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
@@ -32,11 +28,6 @@ FAR = 0.6  # in blur deviations
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 BLUR_RANGE_PX = (0.55, 4.0)
-SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
-COMMON_SHARE = 0.15  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
-PULL_SHARE = 0.2  # and in shares of what the texture does to an estimator that minds it less
-PULL_NOISE = 0.8  # disagreement by noise, in shares of the scatter
-SHADOW_SHARE = 3.5  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 
 
 @dataclass(frozen=True)
@@ -208,13 +199,13 @@ def _one_pass(
     if shared_blur:
         change = np.full(4, change.mean())
     refined = lines.intersect(expected, line.offset, line.rise)
-    pull = np.abs(_pull(found, line, expected) - corners)
+    pull = np.abs(doubts.corner_pull(found.pull, line, expected) - corners)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
-    agreement = np.add.reduce(line.weight > AGREES, axis=1) / _readable(found)
+    agreement = np.add.reduce(line.weight > doubts.AGREES, axis=1) / _readable(found)
     scatter = lines.corner_sigma(line, expected)
-    common = _common_px(pull, scatter, residual_px, even=task.even)
+    common = doubts.common_px(pull, scatter, residual_px, even=task.even)
     return Fit(
         corners=refined,
         sigma_px=hypot(scatter, common),
@@ -225,45 +216,8 @@ def _one_pass(
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         moved=float(np.max(np.abs(refined - corners) / blur)),
         blur_change=float(np.max(np.abs(change))),
-        bent=_bent(line, weight, shortest_px=float(expected.free.min())),
+        bent=doubts.bent(line, weight, shortest_px=float(expected.free.min())),
     )
-
-
-def _bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
-    """Whether neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its."""
-    profiles, length_px = BENT
-    run = max(profiles, ceil(PROFILES * length_px / shortest_px))
-    if run >= PROFILES:
-        return False
-    disagree = (believed > 0) & (line.weight < AGREES)
-    at_ends = line.residual[:, _ENDS] * disagree[:, _ENDS]
-    if max(at_ends.min(axis=2).max(), -at_ends.max(axis=2).min()) > BENT_END_PX:
-        return True
-    beside = np.sign(line.residual) * disagree
-    total = np.add.accumulate(beside, axis=1)
-    return bool(np.abs(total[:, run:] - total[:, :-run]).max() >= run)
-
-
-def _pull(found: edges.Profiles, line: lines.LineFit, expected: lines.Edges) -> Points:
-    """The expected corners moved by the disagreement of two estimators on each edge.
-
-    What all edges have in common is left out: a blur that is a little off, not uneven light.
-    """
-    offset, rise = lines.weighted(found.pull, line.weight)
-    _, low, high, _ = np.sort(offset)  # np.median takes ten times as long
-    return lines.intersect(expected, offset - 0.5 * (low + high), rise)
-
-
-def _common_px(pull: Floats, scatter_px: float, residual_px: float, *, even: bool) -> float:
-    """The error that the points of an edge have in common, which their scatter does not show, by what they do show.
-
-    Two estimators that mind uneven light unlike each other disagree by `pull` (4,) at the corners. Beside an even
-    margin, where they should agree but for noise, a shadow along the edge pulls the one in use further than that.
-    """
-    if not even:
-        return hypot(COMMON_SHARE * residual_px, PULL_SHARE * sqrt(float(np.vdot(pull, pull)) / 4))
-    excess = np.maximum(pull * pull - (PULL_NOISE * scatter_px) ** 2, 0.0)
-    return hypot(SYSTEMATIC_PX, SHADOW_SHARE * sqrt(float(excess.sum()) / 4))
 
 
 def _readable(found: edges.Profiles) -> Floats | float:
