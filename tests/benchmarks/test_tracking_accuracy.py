@@ -1,9 +1,9 @@
 """How exact the tracker is: prints a table, and holds it to the figures that are promised.
 
 `pytest -m benchmark tests/benchmarks/test_tracking_accuracy.py -s`; TRACKING_FRAMES sets the frames a condition,
-TRACKING_CONDITIONS (names between semicolons) takes only some. Each condition is measured twice: at first sight of its
-last frame, and following from the frames before it. Every gate is printed with what was measured; those that are known
-to be missed (`MISSED`) are not asserted.
+TRACKING_CONDITIONS (names between semicolons) takes only some, TRACKING_SEED other frames. Each condition is measured
+twice: at first sight of its last frame, and following from the frames before it. Every gate is printed with what was
+measured; those that are known to be missed (`MISSED`) are not asserted.
 """
 
 import os
@@ -20,7 +20,7 @@ from tests.benchmarks.tracking_rivals.scores import HEAD, Scores, measure
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(3600)]
 
 TRIALS = int(os.environ.get("TRACKING_FRAMES", "200"))
-SEED = 20261121
+SEED = int(os.environ.get("TRACKING_SEED", "730411"))
 
 RMS_PX = {
     "clean": 0.015,
@@ -43,14 +43,11 @@ ENOUGH = 30  # answers from which a variance is told
 Measured = tuple[Scores, Scores]
 
 MISSED = {
-    # The plate's grain beside bare tape moves a corner by more than 0.15 px in 0 to 10 of 1000 frames (2 ms of a fast
-    # slide: in more than 100).
+    # The plate's grain along the edges of bare tape moves a corner by more than 0.15 px in 0 to 4 of 1000 frames (2 ms
+    # of a fast slide: in about 80), within three of the sigmas that are said.
     *((name, "wrong") for name in (*ADVERSE_TAPE, "nominal tape", "tape, linear", "rectangle tape", "sliding tape")),
     ("sliding tape", "missed"),
     ("sliding tape", "variance"),
-    # The soft edge of a shadow bends an edge of the outline by more than its points scatter.
-    ("shadow", "variance"),
-    ("occlusion, tape", "variance"),
 }
 
 
