@@ -76,12 +76,8 @@ def _log_likelihood(member: Multiplier, runs: Multipliers) -> float:
     total = float(member.log_density(runs.value[known]).sum())
     if known.all():
         return total
-    chance = _below(member, runs.below[~known]) - member.below(runs.above[~known])
+    chance = member.between(runs.above[~known], runs.below[~known])
     return total + float(np.log(np.maximum(chance, 1e-300)).sum())
-
-
-def _below(member: Multiplier, values: Array) -> Array:
-    return np.where(np.isposinf(values), 1.0, member.below(np.where(np.isposinf(values), 1.0, values)))
 
 
 def choose_family(
@@ -130,7 +126,7 @@ def _a2(member: Multiplier, runs: Multipliers, rng: np.random.Generator) -> floa
     known = runs.known
     p = np.empty(len(known))
     p[known] = member.below(runs.value[known])
-    low, high = member.below(runs.above[~known]), _below(member, runs.below[~known])
+    low, high = member.below(runs.above[~known]), member.below(runs.below[~known])
     p[~known] = low + rng.random(int((~known).sum())) * (high - low)
     p = np.clip(np.sort(p), _SURE, 1 - _SURE)
     rank = np.arange(1, len(p) + 1)

@@ -108,11 +108,11 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
     curvature = np.zeros((len(free), len(free)))
     for row, place in enumerate(free):
         room = np.inf if unbounded[place] else 0.5 * min(values[place] - low[place], high[place] - values[place])
-        step = min(0.05 * scale[place], room)
-        ahead, behind = values.copy(), values.copy()
-        ahead[place] += step
-        behind[place] -= step
-        curvature[row] = (likelihood(behind)[1] - likelihood(ahead)[1])[free] / (2 * step)
+        # First a step that is surely short, then one of a tenth of the standard error that it makes out.
+        sharp = -_slope_of_slope(likelihood, values, place, min(1e-3 * scale[place], room))[place]
+        step = min(0.1 / math.sqrt(sharp) if sharp > 0 else scale[place], scale[place], room)
+        curvature[row] = -_slope_of_slope(likelihood, values, place, step)[free]
+        scale[place] = min(scale[place], 10 * step)
     curvature = 0.5 * (curvature + curvature.T) * np.outer(scale[free], scale[free])
     size, ways = np.linalg.eigh(curvature)
     # Where the likelihood hardly falls nothing is known: very wide, but not endless.
@@ -120,3 +120,11 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
     covariance = np.zeros((len(values), len(values)))
     covariance[np.ix_(free, free)] = inverse * np.outer(scale[free], scale[free])
     return covariance
+
+
+def _slope_of_slope(likelihood: Likelihood, values: Array, place: int, step: float) -> Array:
+    """How the gradient (k) changes with one parameter."""
+    ahead, behind = values.copy(), values.copy()
+    ahead[place] += step
+    behind[place] -= step
+    return (likelihood(ahead)[1] - likelihood(behind)[1]) / (2 * step)

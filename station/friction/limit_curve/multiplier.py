@@ -70,6 +70,24 @@ class Multiplier:
             z = np.log(x / first) / second
         return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
 
+    def above(self, values: ArrayLike) -> Array:
+        """Probability (n) of a larger value, with its digits where it is small."""
+        x = np.asarray(values, dtype=np.float64)
+        first, second = self.parameters[:2]
+        if self.family == "gamma":
+            return _SPECIAL.gammaincc(first, x / second)
+        if self.family == "weibull":
+            return np.exp(-((x / second) ** first))
+        with np.errstate(divide="ignore"):
+            z = -np.log(x / first) / second
+        return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
+
+    def between(self, low: ArrayLike, high: ArrayLike) -> Array:
+        """Probability (n) of a value between two (n), from whichever end is nearer."""
+        return np.maximum(
+            np.where(self.below(low) > 0.5, self.above(low) - self.above(high), self.below(high) - self.below(low)), 0.0
+        )
+
     def quantile(self, probability: ArrayLike) -> Array:
         """The value (n) that is not reached with this probability (n)."""
         p = np.asarray(probability, dtype=np.float64)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.friction.direction import Array
+from station.friction.filters import GRAZE_RAD, Opening, touching
 from station.friction.pairs import Pair
 from station.friction.slides import Bools, Slides
 
@@ -75,7 +76,7 @@ class Observations:
 
 
 def observations_of(pair: Pair) -> Observations:
-    """The runs of a pair whose block was seen, without those that the filters of `LEFT_OUT` flagged."""
+    """The runs of a pair whose block was seen, but for those that `LEFT_OUT` flagged and those that the foam held."""
     slides, samples = pair.slides, pair.samples
     mount = _column(samples, "plate_mount_rad")
     # The yaw is known where the slide is not: a censored run has none.
@@ -101,11 +102,26 @@ def observations_of(pair: Pair) -> Observations:
         slide_sigma_rad=_slide_sigma_rad(slides, samples),
         place=np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(count),
     )
-    return every.where(np.isfinite(yaw) & ~wrong & np.isfinite(every.slide_sigma_rad))
+    leaning = _leaning(slides, pair.opening)
+    return every.where(np.isfinite(yaw) & ~wrong & ~leaning & np.isfinite(every.slide_sigma_rad))
 
 
 def _column(samples: tuple[Sample, ...], name: str) -> Array:
     return np.array([float(getattr(sample, name)) for sample in samples])
+
+
+def _leaning(slides: Slides, opening: Opening) -> Bools:
+    """Blocks (n) that touched the foam and were not pulled away from it: it held them, or turned them aside.
+
+    By the direction of the pull, which is known beforehand, and not by what the block then did.
+    """
+    centre = np.array([opening.x_m, opening.y_m])
+    before = slides.pre_m - centre
+    middle = before.mean(axis=1)
+    downhill = np.column_stack([np.sin(slides.azimuth_rad), -np.cos(slides.azimuth_rad)])
+    reach = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
+    outward = (middle * downhill).sum(axis=1) / reach
+    return np.isfinite(before).all(axis=(1, 2)) & touching(before, opening.radius_m) & (outward > -math.sin(GRAZE_RAD))
 
 
 def _pull(tilt_rad: Array) -> Array:

@@ -217,6 +217,16 @@ def test_wrong_measurements_are_left_out_and_high_friction_is_not():
     assert len(observations_of(pair)) == 61
 
 
+def test_a_block_that_the_foam_holds_is_left_out_by_its_pull_and_not_by_its_slide():
+    held, freed = ((0.0, -0.042), 0.0), ((0.0, -0.042), math.pi)  # tilted about x the plate slopes down towards −y
+    samples = [
+        replace(sample(run=run, start_m=start, azimuth_rad=azimuth), censored=censored)
+        for run, ((start, azimuth), censored) in enumerate([(held, True), (freed, False), (freed, True)])
+    ]
+    runs = observed([*samples, sample(run=9)])
+    assert runs.censored.tolist() == [False, True, False]
+
+
 def test_what_cannot_be_fitted_is_said():
     with pytest.raises(ValueError, match=r"No limit curve can be fitted to 12 slides .*; 25 are needed\."):
         choose(observed(session(12, rng=np.random.default_rng(1))))
