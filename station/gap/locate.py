@@ -47,15 +47,8 @@ def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
 
 def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:
     channel, rows = place.channel, place.channel.rows
-    residual = channel.residual(before.model)
+    residual, smooth, size = smooth_part(before, place)
     known = ~rows.limit
-    residual = np.where(known, residual, 0.0)
-    residual = residual - np.median(residual[known]) if place.covariate != "all" else residual
-    weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)
-    if channel.shares_friction:
-        weight = np.ones(len(rows))
-    smooth = place.basis @ np.linalg.lstsq(place.basis * weight[:, None], residual * weight, rcond=None)[0]
-    size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(residual**2)), 1e-12))
     out = np.flatnonzero(np.abs(smooth) >= np.quantile(np.abs(smooth), STANDS_OUT))
     ranked = out[np.argsort(-np.abs(smooth[out]), kind="stable")]
     runs = list(dict.fromkeys(evidence.run_number[rows.run[ranked]].astype(int).tolist()))[:MOST_RUNS]
@@ -74,13 +67,28 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
         phase=channel.phase,
         covariate=place.covariate,
         channel=channel.name,
-        effect_size=min(size, 1.0),
+        effect_size=size,
         p=p,
         runs=tuple(sorted(runs)),
         windows=windows,
         summary=summary,
         curve=_curve(rows.covariates.get(place.covariate), residual, known),
     )
+
+
+def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
+    """A place's residuals (n,), their smooth part over the covariate (n,), and its share of their size (0 … 1)."""
+    channel, rows = place.channel, place.channel.rows
+    residual = channel.residual(before.model)
+    known = ~rows.limit
+    residual = np.where(known, residual, 0.0)
+    residual = residual - np.median(residual[known]) if place.covariate != "all" else residual
+    weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)
+    if channel.shares_friction:
+        weight = np.ones(len(rows))
+    smooth = place.basis @ np.linalg.lstsq(place.basis * weight[:, None], residual * weight, rcond=None)[0]
+    size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(residual**2)), 1e-12))
+    return residual, smooth, min(size, 1.0)
 
 
 def _what(channel: str) -> str:

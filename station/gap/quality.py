@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm
@@ -25,12 +26,16 @@ FOLDS = 5
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Of every run (r,), by fits without it: log density, onset error (rad), whether within 90 %; path errors (m)."""
+    """Of every run (r,), by fits without it: log density, onset error (rad), whether within 90 %; path errors (m).
+
+    `rank` is the share of the predicted distribution below the recorded onset: uniform where the spread is right.
+    """
 
     log_run: Array
     onset_rad: Array
     within: Array
     path_m: Array
+    rank: Array
 
     def quality(self) -> Quality:
         """The summary."""
@@ -46,9 +51,21 @@ def fit_quality(
     evidence: Evidence, before: Fit, after: Fit, effects: Sequence[Effect], rng: np.random.Generator
 ) -> FitQuality:
     """Compares the plain model with the one that has `effects`, by cross-validation over runs."""
+    return compared(evidence, before, after, both_held_out(evidence, before, after, effects, rng))
+
+
+def both_held_out(
+    evidence: Evidence, before: Fit, after: Fit, effects: Sequence[Effect], rng: np.random.Generator
+) -> tuple[HeldOut, HeldOut]:
+    """The predictions of the plain model and of the one that has `effects`, over the same folds."""
     fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
     plain = held_out(evidence, before, (), fold)
-    full = held_out(evidence, after, effects, fold) if effects else plain
+    return plain, held_out(evidence, after, effects, fold) if effects else plain
+
+
+def compared(evidence: Evidence, before: Fit, after: Fit, both: tuple[HeldOut, HeldOut]) -> FitQuality:
+    """Sums up the predictions of both."""
+    plain, full = both
     used = np.isfinite(plain.log_run) & np.isfinite(full.log_run)
     gain = full.log_run[used] - plain.log_run[used]
     se = float(np.std(gain, ddof=1)) / math.sqrt(max(len(gain), 1)) if len(gain) > 1 else math.nan
@@ -67,32 +84,34 @@ def fit_quality(
 def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
     """Fits anew without each fold, from the whole fit as a start, and predicts it."""
     runs = evidence.runs
-    log_run, onset, within, path = (np.full(runs, np.nan) for _ in range(4))
+    log_run, onset, within, path, rank = (np.full(runs, np.nan) for _ in range(5))
     for number in range(FOLDS):
         left_out: Bools = fold == number
         part = fit(evidence, whole.model, effects, noise=whole.noise, runs=~left_out)
         log_run[left_out] = part.log_run[left_out]
         for channel in evidence.channels:
             if isinstance(channel, Onsets):
-                _onsets(channel, part, left_out, onset, within)
+                _onsets(channel, part, left_out, onset=onset, within=within, rank=rank)
             elif isinstance(channel, Along):
                 _paths(channel, part, left_out, path, drawn=_drawn(evidence, part))
     present = np.zeros(runs, dtype=np.bool_)
     for channel in evidence.channels:
         present[channel.rows.run] = True
     log_run[~present] = np.nan
-    return HeldOut(log_run, onset, within, path)
+    return HeldOut(log_run, onset, within, path, rank)
 
 
-def _onsets(channel: Onsets, part: Fit, left_out: Bools, onset: Array, within: Array) -> None:
+def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within: Array, rank: Array) -> None:
     rows = channel.rows
     residual, tilt = channel.residual(part.model), channel.angle_rad()
     chosen = left_out[rows.run] & ~rows.limit
     onset[rows.run[chosen]] = (residual * np.sin(tilt) * np.cos(tilt))[chosen]
     spread = np.sqrt(part.noise.scatter**2 + rows.sigma**2 + channel.shaking(part.model) ** 2)
     tail = part.noise.tail[channel.name]
-    reach = float(norm.ppf(0.95)) if tail >= GAUSSIAN else float(student.ppf(0.95, tail))
-    within[rows.run[chosen]] = (np.abs(residual / spread) <= reach)[chosen]
+    law: Any = norm if tail >= GAUSSIAN else student(tail)
+    pull = residual / spread
+    within[rows.run[chosen]] = (np.abs(pull) <= float(law.ppf(0.95)))[chosen]
+    rank[rows.run[chosen]] = law.cdf(pull)[chosen]
 
 
 def _drawn(evidence: Evidence, part: Fit) -> Array:
