@@ -34,7 +34,7 @@ def packer(cls: type[Message]) -> Packer:
     names = "".join(f"{slot.name}, " for slot in ordered)
     read = attrgetter(*(slot.name for slot in ordered)) if len(ordered) > 1 else _alone(ordered[0].name)
     body = f"    {names}= _read(message)\n    return _join(({''.join(f'{part}, ' for part in parts)}))"
-    scope = {**source.scope, "_read": read, "_join": b"".join}
+    scope: dict[str, Any] = {**source.scope, "_read": read, "_join": b"".join}
     exec(compile(f"def pack(message):\n{body}", f"<packer of {cls.__name__}>", "exec"), scope)
     return scope["pack"]
 
@@ -66,6 +66,8 @@ class _Source:
             "_text": text,
             "_texts": _texts,
             "_size": _size,
+            "_doubles": _doubles,
+            "_integers": _integers,
         }
 
     def parts(self, group: list[Slot]) -> list[str]:
@@ -111,8 +113,7 @@ class _Source:
             return f"_join([{tag!r} + _size({pack}(item)) for item in {name}])"
         if slot.wire_kind == "string":
             return f"_texts({tag!r}, {name})"
-        numbers = "_doubles" if slot.wire_kind == "double" else "_varints"
-        self.scope[numbers] = globals()[numbers]
+        numbers = "_doubles" if slot.wire_kind == "double" else "_integers"
         return f"({tag!r} + {numbers}({name}) if {name} else b'')"
 
 
@@ -189,5 +190,5 @@ def _doubles(values: tuple[float, ...]) -> bytes:
 
 
 @lru_cache(maxsize=256)
-def _varints(values: tuple[int, ...]) -> bytes:
+def _integers(values: tuple[int, ...]) -> bytes:
     return _size(b"".join(map(varint, values)))
