@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,10 +15,12 @@ from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
 from station.gap.locate import located
 from station.gap.plan import next_experiment
-from station.gap.quality import fit_quality
+from station.gap.picture_data import PictureData, picture_data
+from station.gap.quality import both_held_out, compared
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
 from station.gap.search import Progress, Search, search
 from station.gap.statistics.fit import Fit
+from station.gap.statistics.systematic import without_nuisances
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, table_of_model
 from station.signals.session import Signals
@@ -36,7 +39,29 @@ def diagnose(
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
-    """Diagnoses a session's signals, or a table of samples at the level of onsets.
+    """Diagnoses a session's signals, or a table of samples at the level of onsets; arguments as in `examined`."""
+    return examined(recorded, catalogue, name=name, setting=setting, mu_s=mu_s, seed=seed, progress=progress).diagnosis
+
+
+@dataclass(frozen=True, kw_only=True)
+class Examined:
+    """A diagnosis, and what its figures are drawn from."""
+
+    diagnosis: Diagnosis
+    pictures: PictureData
+
+
+def examined(
+    recorded: Signals | Sequence[Sample],
+    catalogue: Catalogue,
+    *,
+    name: str = "",
+    setting: Setting | None = None,
+    mu_s: float = 0.4,
+    seed: int = 1,
+    progress: Progress = lambda _: None,
+) -> Examined:
+    """The diagnosis, with what a report's figures need.
 
     Args:
         recorded: a session, or the rows of a table.
@@ -52,14 +77,16 @@ def diagnose(
     evidence = evidence_of(recorded, chosen) if isinstance(recorded, Signals) else table_evidence(recorded, chosen)
     why = _why_not(evidence)
     if why:
-        return _refusal(evidence, catalogue, why, name=name)
+        return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())
     rng = np.random.default_rng(seed)
     # What a simulator's numerics do is looked for in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     progress("predicting held-out runs")
-    quality = fit_quality(evidence, found.null, found.model, [term.effect for term in found.model.model.terms], rng)
-    return _answer(evidence, found, quality, name=name)
+    both = both_held_out(evidence, found.null, found.model, [term.effect for term in found.model.model.terms], rng)
+    answer = _answer(evidence, found, compared(evidence, found.null, found.model, both), name=name)
+    pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
+    return Examined(diagnosis=answer, pictures=pictures)
 
 
 def _why_not(evidence: Evidence) -> str | None:
@@ -112,13 +139,13 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str
         untestable=found.untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(found.model.model),
+        model=table_of_model(without_nuisances(found.model.model)),
     )
 
 
 def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:
     listed = list[EffectFound]()
-    for term in found.model.model.terms:
+    for term in without_nuisances(found.model.model).terms:
         near = belief.classes[term.effect.id]
         verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
         listed.append(

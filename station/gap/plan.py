@@ -23,6 +23,7 @@ from station.gap.search import Search
 from station.gap.statistics.columns import scores
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.noise import GAUSSIAN, Noise
+from station.gap.statistics.systematic import without_nuisances
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -100,7 +101,7 @@ DESIGNS = (
 
 def next_experiment(found: Search, effects: Sequence[EffectFound]) -> NextExperiment | None:
     """For the first class that the recording could not split, or the strongest suspicion; None if there is neither."""
-    known = {term.effect.id: term.effect for term in found.model.model.terms}
+    known = {term.effect.id: term.effect for term in without_nuisances(found.model.model).terms}
     known |= {effect.id: effect for stage in found.stages for one in stage.candidates for effect in one.effects}
     for effect in effects:
         if len(effect.class_ids) > 1:

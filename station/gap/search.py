@@ -20,13 +20,14 @@ from station.gap.statistics.columns import Scores, Variant, scores, variants_of
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.gain import gain, overdispersion, p_value
 from station.gap.statistics.places import Place, places_of
+from station.gap.statistics.systematic import without_nuisances
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
 
-ALARM = 0.05
+ALARM = 0.04
 """At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""
 
-NEXT = 0.01
+NEXT = 0.005
 MOST_STAGES = 4
 FULL_FITS = 7
 """How many singles, and how many pairs, are fitted in full in each stage."""
@@ -94,7 +95,7 @@ class Search:
     @property
     def named(self) -> tuple[str, ...]:
         """Ids of the effects in the model."""
-        return tuple(term.effect.id for term in self.model.model.terms)
+        return tuple(term.effect.id for term in without_nuisances(self.model.model).terms)
 
 
 def search(
@@ -285,6 +286,7 @@ def _untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dic
     reasons: dict[str, str] = {}
     scored = scores(evidence, null, effects)
     onset = evidence.channel("onset")
+    sensed = any(channel.name.startswith("sensor") for channel in evidence.channels)
     for effect in effects:
         columns = [column for variant in scored.variants if variant.effect is effect for column in variant.columns]
         hooks = effect.acts_through()
@@ -293,7 +295,7 @@ def _untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dic
             continue
         contact = getattr(getattr(onset, "moments", None), "reported", None)
         why = effect.why_untestable(contact) if contact is not None else None
-        if why:
+        if why and not (sensed and "attitude" in hooks):
             reasons[effect.id] = why
             continue
         reach = np.array([_reach(scored, column) for column in columns])

@@ -37,8 +37,8 @@ class Load:
 class Moments:
     """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier.
 
-    `rested_s` (n,), where it is given, stands for the time at rest. It has to be what the protocol made of it: the time up
-    to the slip itself is longer where friction happens to be high, and friction would seem to grow with it.
+    `rested_s` (n,), where it is given, stands for the time at rest. It has to be what the protocol made of it: the time
+    up to the slip itself is longer where friction happens to be high, and friction would seem to grow with it.
     """
 
     def __init__(

@@ -15,7 +15,8 @@ from station.gap.evidence.plate import Times
 from station.signals.session import Signals
 from station.signals.tracks import CornerTrack, PoseTrack
 
-STILL_M_S = 2e-3
+SLOW_M_S, FAST_M_S = 5e-3, 1e-2
+NOISE_SPEEDS = 3.0
 _STOP_FRAMES = 4
 
 
@@ -139,7 +140,7 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
         level_ns=level_ns,
         tilt_ns=tilt_ns,
         slip_ns=slip_ns,
-        stop_ns=_stop(time_ns, pose, slip_ns),
+        stop_ns=_stop(time_ns, pose, slip_ns, sigma[0]),
         end_ns=end_ns,
         sigma_m=sigma[0],
         sigma_rad=sigma[1],
@@ -147,17 +148,19 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
     )
 
 
-def _stop(time_ns: Times, pose: Array, slip_ns: int) -> int:
-    """When the block, having moved, came to rest: the first of some frames in a row without motion; else the end."""
+def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
+    """When the block, having moved, was slow again; else the end of the run."""
     if not slip_ns or len(time_ns) < 3 * _STOP_FRAMES:
         return 0
     step = np.hypot(*(pose[_STOP_FRAMES:, :2] - pose[:-_STOP_FRAMES, :2]).T)
     passed = (time_ns[_STOP_FRAMES:] - time_ns[:-_STOP_FRAMES]) * 1e-9
     speed, middle = step / passed, (time_ns[_STOP_FRAMES:] + time_ns[:-_STOP_FRAMES]) // 2
     after = middle > slip_ns
-    fast = after & (speed > 5 * STILL_M_S)
+    fast = after & (speed > FAST_M_S)
     if not np.any(fast):
         return 0
     began = int(np.argmax(fast))
-    still = np.flatnonzero(speed[began:] < STILL_M_S)
-    return int(middle[began + still[0]]) if len(still) else int(time_ns[-1])
+    # A noisy track hardly ever stands still: slow, as far as its noise lets one tell, is where the slide ends.
+    slow = max(SLOW_M_S, NOISE_SPEEDS * math.sqrt(2) * sigma_m / float(np.median(passed)))
+    ended = np.flatnonzero(speed[began:] < slow)
+    return int(middle[began + ended[0]]) if len(ended) else int(time_ns[-1])

@@ -20,8 +20,9 @@ from station.physics.contact import Array
 FRAMES = 9
 LEAST_FRAMES = 7
 SLOWEST_SIGMAS = 6.0
-SLOWEST_M_S = 2e-3
+SLOWEST_M_S = 8e-3
 SHORTEST_M = 1e-3
+MARGIN_NS = 30_000_000
 _roots, _weights = roots_jacobi(3, 2.0, 2.0)
 NODES: Array = np.asarray(_roots, dtype=np.float64)
 WEIGHTS: Array = np.asarray(_weights / np.sum(_weights), dtype=np.float64)
@@ -46,14 +47,15 @@ class Window:
     frames: slice
 
 
-def windows_of(track: RunTrack, *, margin_ns: int = 0) -> Iterator[Window]:
-    """The windows of a slide, side by side from the onset to the stop; those in which the block hardly moves are not.
+def windows_of(track: RunTrack) -> Iterator[Window]:
+    """The windows of a slide, side by side, some frames away from onset and stop.
 
-    `margin_ns` is left out at the stop.
+    A window that holds a moment of rest would show too little acceleration. Those in which the block hardly moves are
+    left out.
     """
     if not track.slid:
         return
-    part = track.frames(track.slip_ns, track.stop_ns - margin_ns)
+    part = track.frames(track.slip_ns + MARGIN_NS, track.stop_ns - MARGIN_NS)
     course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
     if course is None:
         return
@@ -127,8 +129,11 @@ def _window(track: RunTrack, frames: slice, course: Course) -> Window | None:
     node = np.column_stack([np.ones_like(NODES), NODES, NODES**2]) @ fit
     velocity = np.column_stack([np.zeros_like(NODES), np.ones_like(NODES), 2 * NODES]) @ fit / half_s
     velocity_factor = float(np.linalg.norm(inverse[1])) / half_s
-    speed = np.hypot(velocity[:, 0], velocity[:, 1])
-    if float(speed.min()) < max(SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m):
+    # The speed at the middle is free of the curvature's noise: to choose windows by the speed at their ends would
+    # choose accelerations.
+    if float(np.hypot(velocity[1, 0], velocity[1, 1])) < max(
+        SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m
+    ):
         return None
     way, way_sigma = course.at(node[:, :2])
     return Window(

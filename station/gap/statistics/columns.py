@@ -87,7 +87,8 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     expected = np.where(whitening.tail >= GAUSSIAN, 1.0, (whitening.tail + 1) / (whitening.tail + 3))
     counted = np.sqrt(expected)[:, None] * table
     nuisance, candidates = counted[:, : len(fit.free)], counted[:, len(fit.free) :]
-    projection = np.linalg.pinv(nuisance) @ candidates
+    prior = np.diag([number.precision for number in fit.free])
+    projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
     free_of = candidates - nuisance @ projection
     raw = table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection
     share = raw * -slope[:, None]

@@ -13,6 +13,7 @@ from station.gap.statistics.noise import Noise, estimate_noise
 from station.gap.statistics.parameters import Free, free_numbers, model_of, vector_of
 from station.gap.statistics.slopes import residuals, slopes
 from station.gap.statistics.student import fitted_tail, log_density, pulls
+from station.gap.statistics.systematic import is_nuisance, nuisances
 from station.gap.statistics.whitening import Whitening, stack
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -83,7 +84,8 @@ def fit(
         runs: (runs,) those that count; all by default. The log densities are of all runs.
         steps: how many Newton steps at most.
     """
-    free = free_numbers(effects)
+    named = [effect for effect in effects if not is_nuisance(effect)]
+    free = free_numbers([*nuisances(evidence), *named])
     search = _Search(evidence, start, free, noise=noise, runs=runs)
     converged = search.climb(steps)
     for _ in range(NOISE_ROUNDS if refine else 0):
@@ -102,6 +104,7 @@ class _Search:
         self.vector = vector_of(start, free)
         self.low = np.array([number.low for number in free])
         self.high = np.array([number.high for number in free])
+        self.precision = np.array([number.precision for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
         self.noise = noise or self._noise()
@@ -116,10 +119,11 @@ class _Search:
         self.whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, self.model))
         self.white = self.whitening(stack(self.evidence, self.at))
 
-    def _total(self, white: Array, whitening: Whitening) -> float:
+    def _total(self, white: Array, whitening: Whitening, vector: Array) -> float:
         density = log_density(white, whitening.tail, whitening.limit)
         counted = self.counts[whitening.run]
-        return float(density[counted].sum() - whitening.log_scale[self.counts].sum())
+        prior = -0.5 * float(self.precision @ vector**2)
+        return float(density[counted].sum() - whitening.log_scale[self.counts].sum()) + prior
 
     def climb(self, steps: int) -> bool:
         """Newton steps until there is nothing to gain; False if `steps` were not enough."""
@@ -127,10 +131,10 @@ class _Search:
 
     def renew_noise(self) -> bool:
         """Estimates the noise anew and keeps it where that makes the recording more likely; whether it did."""
-        before, kept = self._total(self.white, self.whitening), (self.noise, self.whitening, self.white)
+        before, kept = self._total(self.white, self.whitening, self.vector), (self.noise, self.whitening, self.white)
         self.noise = self._noise()
         self._whiten()
-        if self._total(self.white, self.whitening) > before + WORTH_RENEWING:
+        if self._total(self.white, self.whitening, self.vector) > before + WORTH_RENEWING:
             return True
         self.noise, self.whitening, self.white = kept
         return False
@@ -140,13 +144,13 @@ class _Search:
         counted = self.counts[self.whitening.run]
         slope = self.whitening(stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at)))[counted]
         pull, curve = pulls(self.white[counted], self.whitening.tail[counted], self.whitening.limit[counted])
-        gradient = slope.T @ pull
-        hessian = (slope * curve[:, None]).T @ slope
+        gradient = slope.T @ pull + self.precision * self.vector
+        hessian = (slope * curve[:, None]).T @ slope + np.diag(self.precision)
         move, gain = _bounded(gradient, hessian, self.vector, self.low, self.high)
         self.hessian = hessian
         if gain < CONVERGED:
             return True
-        before = self._total(self.white, self.whitening)
+        before = self._total(self.white, self.whitening, self.vector)
         for shrink in (1.0, 0.5, 0.2, 0.05, 0.01):
             vector = np.clip(self.vector + shrink * move, self.low, self.high)
             model = model_of(vector, self.free, base=self.model)
@@ -155,7 +159,7 @@ class _Search:
             if model.acting("shaking"):
                 whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
             white = whitening(stack(self.evidence, at))
-            if self._total(white, whitening) > before:
+            if self._total(white, whitening, vector) > before:
                 self.vector, self.model, self.at, self.white, self.whitening = vector, model, at, white, whitening
                 return False
         return gain < 0.5  # no way up from here: as good as converged only if little was to be gained

@@ -32,6 +32,11 @@ class Free:
         return math.inf if self.parameter is None else self.parameter.high / self.scale
 
     @property
+    def precision(self) -> float:
+        """Of the prior, scaled: 1 for a nuisance, whose typical size is its prior's standard deviation; else 0."""
+        return 1.0 if self.effect is not None and self.effect.id.startswith("_") else 0.0
+
+    @property
     def scale(self) -> float:
         """The size of a step of 1."""
         return 1.0 if self.parameter is None else self.parameter.typical

@@ -70,7 +70,11 @@ def _bases(channel: Channel) -> dict[str, Array]:
         )
         if basis is not None:
             bases[name] = basis
-    if not channel.shares_friction and channel.name not in ("across", "turn"):
+    if (
+        not channel.shares_friction
+        and channel.name not in ("across", "turn", "shape")
+        and not channel.name.startswith("sensor")
+    ):
         bases["all"] = np.ones((len(channel), 1))
     return bases
 
