@@ -51,8 +51,10 @@ class Twin:
         """The truth of this moment; a block that is not there is said to be a metre below the plate."""
         world = self.world
         plate, block = world.plate_pose(), world.block_pose()
+        (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot_m
+        (x, y, z), (bw, bx, by, bz) = block.position, block.quaternion
         # By position, in the order of the class: it is made a hundred times a second.
-        return TwinScene(now_ns, *plate.quaternion, *plate.pivot_m, *block.position, *block.quaternion, world.mu_now)
+        return TwinScene(now_ns, qw, qx, qy, qz, px, py, pz, x, y, z, bw, bx, by, bz, world.mu_now)
 
     def _take_target(self, received: Received) -> None:
         target = received.message
