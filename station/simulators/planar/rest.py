@@ -8,7 +8,7 @@ it takes the steepest moment of every tenth of a second, and each knot only wher
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ _BLOCK = 2048
 _NEWTON = 4
 _TURN_RAD = 0.35
 _ROUNDS = 60
+_LEAST_MARGIN_M_S2, _MOST_MARGIN_M_S2 = 1e-3, 0.1
 _CLOSE_S, _LEAST_M_S2 = 1e-9, 1e-12
 
 Excess = Callable[[Array, Array | None], tuple[Array, Array]]
@@ -94,6 +95,7 @@ class Rest:
         self._creeps, self._shakes = bool(world.model.acting("creep")), bool(world.model.acting("shaking"))
         self._grid, self._fine = self._grid_of()
         self._wary = np.zeros(len(world.commands), dtype=bool)
+        self._margin = np.zeros(len(world.commands))
 
     # --- the grid -----------------------------------------------------------------------------------------------------
 
@@ -152,7 +154,7 @@ class Rest:
             way = np.arctan2(y, x)
         if contact is None or self._curve.is_round:
             facing = None if contact is None else facing_to(contact, way)
-            return np.hypot(x, y) - self._hold(facing, blocks) * normal, way
+            return np.hypot(x, y) - self._hold(facing, blocks) * normal - self._margin[blocks.row], way
         for _ in range(rounds):
             cosine, sine = np.cos(way), np.sin(way)
             curve = self._curve.at(facing_to(contact, way), blocks.friction)
@@ -161,7 +163,7 @@ class Rest:
             turn = np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), np.sign(slope) * _TURN_RAD)
             way = way + np.clip(turn, -_TURN_RAD, _TURN_RAD)
         value = self._hold(facing_to(contact, way), blocks)
-        return x * np.cos(way) + y * np.sin(way) - value * normal, way
+        return x * np.cos(way) + y * np.sin(way) - value * normal - self._margin[blocks.row], way
 
     def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
         """What friction can hold (a,): the static limit, or the kinetic one where a slip was seen not to get away."""
@@ -172,7 +174,12 @@ class Rest:
         return np.where(wary, np.maximum(limit, self._curve.value(setting_off(contact), blocks.friction)), limit)
 
     def beware(self, row: Index) -> None:
-        """Runs in which a slip ended where it began, because kinetic friction was above static friction."""
+        """Runs (a,) in which a slip ended where it began: kinetic friction is above static friction, or it stutters.
+
+        From the second time on, the next slip must lack ever more, up to 1 % of gravity, so that time goes on.
+        """
+        more = np.clip(2.0 * self._margin[row], _LEAST_MARGIN_M_S2, _MOST_MARGIN_M_S2)
+        self._margin[row] = np.where(self._wary[row], more, 0.0)
         self._wary[row] = True
 
     # --- the search ---------------------------------------------------------------------------------------------------
@@ -266,13 +273,18 @@ class Rest:
     def _creeping(self, lying: Lying, grid: Grid) -> Creep:
         """The way crept at the grid's times, by the trapezium rule."""
         a, c = grid.time_s.shape
-        velocity, zero = np.empty((a, c, 2)), np.zeros(a)
-        at = Motion(lying.place[:, 0], lying.place[:, 1], lying.place[:, 2], zero, zero)
-        for column in range(c):
-            blocks = self._world.blocks(lying.row, grid.number[:, column], rest_from_s=lying.rest_from_s)
-            contact = self._world.pull(blocks, grid.time_s[:, column], at).contact
+        velocity, width = np.empty((a, c, 2)), max(1, _BLOCK // a)
+        for column in range(0, c, width):
+            columns = slice(column, min(column + width, c))
+            many = lying.select(np.repeat(np.arange(a), columns.stop - column))
+            blocks = self._world.blocks(many.row, grid.number[:, columns].ravel(), rest_from_s=many.rest_from_s)
+            zero = np.zeros(len(many.row))
+            at = Motion(many.place[:, 0], many.place[:, 1], many.place[:, 2], zero, zero)
+            contact = self._world.pull(blocks, grid.time_s[:, columns].ravel(), at).contact
             assert contact is not None
-            velocity[:, column] = self._world.model.creep(replace(contact, way_rad=contact.down_rad))
+            crept = self._world.model.creep(facing_to(contact, contact.down_rad))
+            held = contact.border_m[:, None] < 0.0  # the foam carries what would drive the creep
+            velocity[:, columns] = np.where(held, 0.0, crept).reshape(a, -1, 2)
         lengths = np.diff(grid.time_s, axis=1)[..., None]
         steps = 0.5 * lengths * (velocity[:, 1:] + velocity[:, :-1])
         moved = np.concatenate([np.zeros((a, 1, 2)), np.cumsum(steps, axis=1)], axis=1)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
@@ -13,7 +14,7 @@ from station.physics.model import Model
 from station.signals.session import Signals
 from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.plate import Plate, gravity_at
-from station.simulators.planar.simulate import Chances, simulate
+from station.simulators.planar.simulate import Chances, Motions, simulate
 from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
 from station.simulators.retelling import Outcome, retold
 
@@ -28,16 +29,36 @@ class PlanarSession:
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
         """As `Simulator.repeat` says."""
-        runs = recorded_runs(recorded)
-        commands = commands_of(recorded, runs, rig=rig)
-        chances = Chances.none(len(runs))
-        if rng is not None:
-            chances = Chances.drawn(len(runs), scatter=model.scatter, rng=rng)
+        return repeated(recorded, model, rig=rig, rng=rng)
 
-        def repeat(row: Integers, time_s: Array) -> Outcome:
-            return _outcome(commands, model, chances, row=row, time_s=time_s)
 
-        return retold(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
+class Simulate(Protocol):
+    """Follows a batch of runs: `planar.simulate.simulate`, or another engine's that takes the same."""
+
+    def __call__(self, commands: Commands, model: Model, *, time_s: ArrayLike, chances: Chances) -> Motions:
+        """As `planar.simulate.simulate`."""
+        ...
+
+
+def repeated(
+    recorded: Signals,
+    model: Model,
+    *,
+    rig: RigConfig,
+    rng: np.random.Generator | None = None,
+    simulated: Simulate = simulate,
+) -> Signals:
+    """The session again, as `Simulator.repeat` says, with the engine `simulated`."""
+    runs = recorded_runs(recorded)
+    commands = commands_of(recorded, runs, rig=rig)
+    chances = Chances.none(len(runs))
+    if rng is not None:
+        chances = Chances.drawn(len(runs), scatter=model.scatter, rng=rng)
+
+    def repeat(row: Integers, time_s: Array) -> Outcome:
+        return _outcome(commands, model, chances, row=row, time_s=time_s, simulated=simulated)
+
+    return retold(recorded, runs, model, rig=rig, repeat=repeat, rng=rng)
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
@@ -68,7 +89,15 @@ def _knots_s(run: RecordedRun) -> Array:
     return np.linspace(0.0, length, max(2, round(length / KNOT_S) + 1))
 
 
-def _outcome(commands: Commands, model: Model, chances: Chances, *, row: Integers, time_s: Array) -> Outcome:
+def _outcome(
+    commands: Commands,
+    model: Model,
+    chances: Chances,
+    *,
+    row: Integers,
+    time_s: Array,
+    simulated: Simulate,
+) -> Outcome:
     """Simulates the runs once; moments (q,) of runs `row` (q,) in whatever order."""
     order = np.argsort(row, kind="stable")
     counts = np.bincount(row, minlength=len(commands))
@@ -76,7 +105,7 @@ def _outcome(commands: Commands, model: Model, chances: Chances, *, row: Integer
     column[order] = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     stamps = np.zeros((len(commands), int(counts.max(initial=1))))
     stamps[row, column] = time_s
-    motions = simulate(commands, model, time_s=stamps, chances=chances)
+    motions = simulated(commands, model, time_s=stamps, chances=chances)
     return Outcome(
         onset_s=motions.onset_s + model.delay_s(),
         onset_rad=motions.onset_rad,

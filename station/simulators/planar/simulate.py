@@ -19,8 +19,8 @@ from station.simulators.planar.slide import Nodes, Slide, Stop
 
 CHUNK = 4096
 """Runs that are followed together: few enough that their arrays stay in the processor's cache."""
-_STUCK_S = 1e-3
-"""A slip that ends where it began is not tried again before this."""
+_STUTTER_M, _STUCK_S = 1e-6, 1e-3
+"""A slip no longer than this is no slip; the next one is not tried earlier than so much later."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -183,7 +183,7 @@ class _Batch:
     def _note(self, row: Index, time_s: Array, way: Array, nodes: Nodes, stop: Stop) -> None:
         began = np.full(len(self.place), np.nan)
         began[row] = time_s
-        moved = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1) > 0
+        moved = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1) > _STUTTER_M
         self._path.slide(nodes, stop)
         self._settle(stop, moved)
         self._rest.beware(stop.row[~moved])

@@ -23,6 +23,8 @@ from station.simulators.planar.plate import Column, Index
 SLOW_M_S = 5e-3
 LONGEST_S, FIRST_S, SHORTEST_S = 20e-3, 2e-3, 2e-5
 TOLERANCE_M_S = 1e-5
+_ACROSS = 0.2
+"""Share of the error across the way that counts: friction turns the way back, and the rule's own error is smaller."""
 _STOPPED_M_S = 1e-8
 _CORNER = 15.0
 """Change of G per radian, in units of the friction, beyond which a limit curve has a facet (2 : 1 ellipse: 4)."""
@@ -231,7 +233,7 @@ def _kutta(at: Motion, stages: _Stages, step: Array, slow: NDArray[np.bool_]) ->
     other = np.where(early, second.way, third.way)
     reach = np.where(early, 0.5 * step * first.way, step * (2.0 * second.way - first.way))
     abrupt = np.maximum(at.speed, SLOW_M_S) * np.abs(first.way - other) > _CORNER * first.drag * np.abs(reach)
-    held = (first.way * other < 0) & (sixth * across > TOLERANCE_M_S) & abrupt
+    held = (first.way * other < 0) & (sixth * _ACROSS * across > TOLERANCE_M_S) & abrupt
     if held.any():
         balance = first.way / np.where(held, first.way - other, 1.0)
         way, across = np.where(held, at.way + reach * balance, way), np.where(held, 0.0, across)
@@ -242,7 +244,7 @@ def _kutta(at: Motion, stages: _Stages, step: Array, slow: NDArray[np.bool_]) ->
         at.speed + sixth * (first.speed + 4.0 * second.speed + third.speed),
         np.where(slow, at.way + third.moved, way),
     )
-    return after, sixth * np.maximum(along, across) / TOLERANCE_M_S
+    return after, sixth * np.maximum(along, _ACROSS * across) / TOLERANCE_M_S
 
 
 def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array, slow: NDArray[np.bool_]) -> Array:

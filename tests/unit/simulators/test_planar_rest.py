@@ -87,3 +87,20 @@ def test_what_creeps_in_steps_is_what_creeps_in_one() -> None:
     ends = [simulate(commands, creeping).place[0, 0] for commands in (fine, coarse)]
     assert ends[0] == pytest.approx(2e-4 * 9.81 * (1.0 - math.cos(0.4)) / 0.1, rel=1e-3)
     assert ends[1] == pytest.approx(ends[0], rel=1e-3)
+
+
+def test_foam_carries_a_block_that_would_creep_on() -> None:
+    """A block that lies in the foam neither creeps deeper nor stutters."""
+    creeping = Model(mu_s=0.3, terms=(term("solver_creep", time_s=2e-4),))
+    commands = ramps((0.0, 3.0, 20.0), (0.1, 0.4, 0.4), downhill_rad=[0.2, 1.0], border_m=0.045)
+    path = simulate(commands, creeping, time_s=[1.0, 10.0, 20.0]).path
+    assert (np.linalg.norm(path[:, 0, :2], axis=1) > 1e-5).all()
+    assert path[:, 1] == pytest.approx(path[:, 2], abs=1e-6)
+    assert (np.linalg.norm(path[:, 2, :2], axis=1) > 0.03).all()
+
+
+def test_runs_begun_in_the_foam_rest_there() -> None:
+    commands = ramps((0.0, 3.0), (0.0, 0.2), start=[[0.041, 0.0, 0.0]], border_m=0.045)
+    motions = simulate(commands, Model(mu_s=0.3), time_s=[3.0])
+    assert np.isnan(motions.onset_s[0])
+    assert motions.path[0, 0, 0] == 0.041
