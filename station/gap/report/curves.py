@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from station.gap.picture_data import PictureData
 from station.gap.report import scales
 from station.gap.report.drawing import MARKED, new_figure
 from station.gap.report.html import p_value
@@ -22,19 +23,21 @@ def drawable(places: Sequence[Located]) -> tuple[Located, ...]:
     return tuple(place for place in places if len(place.curve) > 1)[:MOST]
 
 
-def curves(places: Sequence[Located]) -> Any:
+def curves(places: Sequence[Located], pictures: PictureData) -> Any:
     """A small drawing for each of `drawable` places."""
     across = min(3, len(places))
     down = math.ceil(len(places) / across)
     figure = new_figure(width_in=3.1 * across + 0.2, height_in=2.6 * down)
     for number, place in enumerate(places):
-        _draw(figure.add_subplot(down, across, number + 1), place)
+        channel = pictures.channel(place.channel)
+        unit = channel.unit if channel is not None else ""
+        _draw(figure.add_subplot(down, across, number + 1), place, unit=unit)
     return figure
 
 
-def _draw(axes: Any, place: Located) -> None:
+def _draw(axes: Any, place: Located, *, unit: str) -> None:
     points = np.array(place.curve)
-    factor, unit = scales.residual(place.unit)
+    factor, shown = scales.residual(unit)
     x, label = scales.covariate(place.covariate, points[:, 0])
     axes.axhline(0.0, color="0.75", lw=0.8)
     axes.errorbar(
@@ -42,4 +45,4 @@ def _draw(axes: Any, place: Located) -> None:
     )
     axes.set_title(f"{place.phase}: {scales.channel(place.channel)}\np {p_value(place.p)}", loc="left", fontsize=8.5)
     axes.set_xlabel(label)
-    axes.set_ylabel(f"recorded − simulated ({unit})", fontsize=8)
+    axes.set_ylabel(f"recorded − simulated ({shown})", fontsize=8)

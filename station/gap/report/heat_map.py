@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.patches import Rectangle
 
+from station.gap.evidence.covariates import TITLES
 from station.gap.picture_data import Spot
 from station.gap.report import scales
 from station.gap.report.drawing import MARKED, new_figure
 
 _PHASES = ("camera at rest", "pre-slip", "onset", "slide", "stop")
+_COLUMNS = ("all", *TITLES)
 _CLEAR = 0.05
 _DARK = 0.6
 
@@ -23,7 +25,8 @@ def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
     A frame marks what is beyond chance in the whole search (p < 0.05); empty cells cannot be looked at.
     """
     rows = sorted({(_order(spot.phase), spot.phase, spot.channel) for spot in spots})
-    columns = list(dict.fromkeys(spot.covariate for spot in sorted(spots, key=lambda spot: spot.covariate)))
+    there = {spot.covariate for spot in spots}
+    columns = [name for name in _COLUMNS if name in there] + sorted(there - set(_COLUMNS))
     figure = new_figure(width_in=max(6.0, 2.6 + 0.62 * len(columns)), height_in=1.7 + 0.46 * len(rows))
     axes = figure.add_subplot()
     sizes = np.full((len(rows), len(columns)), np.nan)

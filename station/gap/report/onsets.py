@@ -22,13 +22,15 @@ def onsets(before: HeldOutPicture, after: HeldOutPicture, *, both: bool) -> Any:
     known = np.concatenate([_known(held.onset_error_deg) for _, held, _ in shown])
     edges = np.histogram_bin_edges(known, bins=min(24, max(8, len(known) // 12)))
     for word, held, colour in shown:
-        errors.hist(_known(held.onset_error_deg), bins=edges, histtype="stepfilled", alpha=0.45, color=colour, label=word)
+        errors.hist(
+            _known(held.onset_error_deg), bins=edges, histtype="stepfilled", alpha=0.45, color=colour, label=word
+        )
         _quantiles(quantiles, held.rank, colour)
         _ranks(ranks, held.rank, colour)
     errors.set_xlabel("onset: recorded − predicted (°)")
     errors.set_ylabel("runs")
     errors.legend()
-    quantiles.plot([-3, 3], [-3, 3], color="0.6", lw=0.8)
+    quantiles.axline((0.0, 0.0), slope=1.0, color="0.6", lw=0.8)
     quantiles.set_xlabel("expected (predicted spreads)")
     quantiles.set_ylabel("recorded")
     ranks.set_xlabel("rank in the predicted distribution")

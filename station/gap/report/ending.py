@@ -1,0 +1,45 @@
+"""The last two sections: what to do next, and where all this comes from."""
+
+from __future__ import annotations
+
+from html import escape
+
+from station.gap.report import html
+from station.gap.result import Diagnosis
+
+
+def next_step(diagnosis: Diagnosis) -> str:
+    """The next experiment as a plan that `station run --plan` takes, and the model as a file."""
+    plan = diagnosis.next_experiment
+    parts: list[str] = []
+    if plan is None:
+        parts.append(html.paragraph("No further experiment is called for."))
+    else:
+        pairs = "; ".join(" from ".join(group) for group in plan.separates)
+        parts.append(html.paragraph(f"{plan.runs} runs to tell {pairs}: {plan.why}."))
+        parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
+        parts.append(f"<pre>{escape(plan.plan)}</pre>")
+    advice = [
+        f"<li>{escape(', '.join(one.class_ids))}: {escape(one.separated_by)}</li>"
+        for one in diagnosis.effects
+        if one.separated_by and len(one.class_ids) > 1
+    ]
+    if advice:
+        parts.append(f"<p>What separates a class:</p><ul>{''.join(advice)}</ul>")
+    return html.section("What to do next", *parts, name="next")
+
+
+def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
+    """File, versions, seed, time and notes."""
+    rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
+    rows.append(["runs", f"{diagnosis.used_runs} used of {diagnosis.total_runs}; {diagnosis.held_out_runs} held out"])
+    rows.append(["plain simulation", escape(diagnosis.simulator)])
+    if seed is not None:
+        rows.append(["seed", str(seed)])
+    rows.append(["seconds", html.number(diagnosis.seconds, 1)])
+    rows += [[escape(name), escape(version)] for name, version in diagnosis.versions.items()]
+    rows += [
+        ["numerics", escape(", ".join(f"{key}: {value}" for key, value in one.items()))] for one in diagnosis.numerics
+    ]
+    rows += [["note", escape(note)] for note in diagnosis.notes]
+    return html.section("Where this comes from", html.table(("", ""), rows), name="provenance")

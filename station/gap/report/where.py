@@ -1,0 +1,70 @@
+"""The section that says where recording and simulation differ."""
+
+from __future__ import annotations
+
+from html import escape
+
+from station.gap.picture_data import PictureData
+from station.gap.report import html
+from station.gap.report.curves import curves, drawable
+from station.gap.report.drawing import inline_svg
+from station.gap.report.heat_map import heat_map
+from station.gap.report.plate_map import channels_on_plate, plate_map
+from station.gap.result import Diagnosis, Located
+
+_MOST_RUNS = 15
+
+
+def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
+    """Residual maps over phase and covariate, the located curves, the plate, and the list of places."""
+    parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
+    parts.append(_places(diagnosis.located))
+    return html.section("Where they differ", *parts, name="where")
+
+
+def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    if not pictures.spots_before:
+        return []
+    first = heat_map(pictures.spots_before, title="Plain model: recorded − simulated")
+    caption = (
+        "Every kind of evidence (rows, in the order of a run) against everything that could explain it (columns). The "
+        "effect size is the share of the residuals that a smooth curve over the covariate takes up; p is corrected for "
+        "the whole search. Framed: beyond chance (p < 0.05)."
+    )
+    parts = [html.figure(inline_svg(first, name="map1", alt="map of residuals before"), caption)]
+    if diagnosis.names:
+        second = heat_map(pictures.spots_after, title="With what was found")
+        svg = inline_svg(second, name="map2", alt="map of residuals after")
+        parts.append(html.figure(svg, "The same map for the model that was found: what it explains should be pale."))
+    return parts
+
+
+def _curves(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    places = drawable(diagnosis.located)
+    if not places:
+        return []
+    svg = inline_svg(curves(places, pictures), name="curves", alt="residuals over what explains them")
+    return [html.figure(svg, "The clearest places: mean residual in ten bins, with 90 % intervals.")]
+
+
+def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    if not channels_on_plate(pictures):
+        return []
+    svg = inline_svg(plate_map(pictures, after=bool(diagnosis.names)), name="plate", alt="residuals on the plate")
+    caption = "Residuals where the block was on the plate (less the plain model's median); dotted: the foam's opening."
+    return [html.figure(svg, caption)]
+
+
+def _places(places: tuple[Located, ...]) -> str:
+    if not places:
+        return html.paragraph("No place stands out beyond chance.")
+    head = ("phase", "place", "effect size", "p", "runs", "longest stretches")
+    return html.table(head, [_row(place) for place in places], caption="Places by rank")
+
+
+def _row(place: Located) -> list[str]:
+    runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
+    windows = sorted(place.windows, key=lambda one: one.from_ns - one.to_ns)[:3]
+    spans = "; ".join(f"run {one.run}, {(one.to_ns - one.from_ns) * 1e-9:.2f} s" for one in windows)
+    size, p = html.number(place.effect_size), html.p_value(place.p)
+    return [escape(place.phase), escape(place.summary), size, p, runs, spans]
