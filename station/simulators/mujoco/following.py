@@ -1,0 +1,150 @@
+"""The runs that are stepped now: their blocks, what acts on them at each step, and the path that comes of it.
+
+Every run has its own time. All are taken one step further together, so that the effects are asked once for all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.physics.contact import Array
+from station.simulators.mujoco.osculating import osculating
+from station.simulators.mujoco.tilted import Load, TiltedBlock
+from station.simulators.planar.friction import LimitCurve, facing_to, setting_off
+from station.simulators.planar.load import Blocks, Motion, World
+from station.simulators.planar.plate import Index
+from station.simulators.planar.rest import Rest
+
+GOES_M_S, STOPS_M_S = 3e-6, 2e-5
+"""Who gets faster slides from the first speed on, and a slower one than the second lies; it creeps with less."""
+SETTLES_S, UNSETTLED = 0.02, 20.0
+"""For so long after it is laid down, it slides from so many times that speed on only."""
+LATEST_S = 0.03
+"""A slide that is noticed is not said to have begun earlier than this before."""
+QUIET_S = 0.03
+"""So long it must lie before it may be left alone."""
+SLIP_M = 5e-5
+"""A slip that ends sooner is none: the block settles."""
+
+Bools = NDArray[np.bool_]
+
+
+class Places(NamedTuple):
+    """One moment of each run that is followed: run, time and x, y, yaw (a, 3)."""
+
+    row: Index
+    time_s: Array
+    place: Array
+
+
+@dataclass(eq=False)
+class Followed:
+    """The runs being stepped, (a,) each; `place` and `rates` (a, 3) are x, y, yaw and their changes."""
+
+    row: Index
+    number: Index
+    time_s: Array
+    step_s: Array
+    place: Array
+    rates: Array
+    way: Array
+    slid_from_s: Array
+    rest_from_s: Array
+    since_s: Array
+    """How long each has been stepped."""
+    from_place: Array
+    """Where the present slide began, (a, 2)."""
+    bodies: list[TiltedBlock]
+
+    def select(self, chosen: Index) -> Followed:
+        """Fewer of them."""
+        arrays = (self.row, self.number, self.time_s, self.step_s, self.place, self.rates, self.way)
+        since = (self.slid_from_s, self.rest_from_s, self.since_s, self.from_place)
+        bodies = [self.bodies[number] for number in chosen.tolist()]
+        return Followed(*(values[chosen] for values in (*arrays, *since)), bodies)
+
+    @property
+    def moving(self) -> Bools:
+        """Whether each slides."""
+        return np.isfinite(self.slid_from_s)
+
+
+class Follower:
+    """Steps runs of a world."""
+
+    def __init__(self, world: World, curve: LimitCurve) -> None:
+        self._world, self._curve = world, curve
+        self._rest = Rest(world, curve)
+        model = world.model
+        self._creeps, self._spins = bool(model.acting("creep")), bool(model.acting("spin"))
+        self._shakes = bool(model.acting("shaking"))
+
+    def step(self, runs: Followed) -> Array:
+        """One step of every run; gives by how much friction exceeds the load, as a share (a,): below 0 it slides."""
+        moving, middle = runs.moving, runs.time_s + 0.5 * runs.step_s
+        blocks = self._blocks(runs)
+        speed = np.where(moving, np.hypot(runs.rates[:, 0], runs.rates[:, 1]), 0.0)
+        way = np.where(moving, np.arctan2(runs.rates[:, 1], runs.rates[:, 0]), runs.way)
+        if not moving.all():
+            _, resting = self._rest.excess(blocks, middle, runs.place, way=runs.way)
+            way = np.where(moving, way, resting)
+        at = Motion(runs.place[:, 0], runs.place[:, 1], runs.place[:, 2], speed, way)
+        x, y, normal, contact = self._world.pull(blocks, middle, at)
+        contact = None if contact is None else facing_to(contact, way)
+        hold = self._curve.at(contact, blocks.friction)
+        if contact is not None and not moving.all():
+            # Friction may be greater in motion than at rest: such a slip could not get away.
+            kinetic = self._curve.at(setting_off(contact), blocks.friction)
+            more = ~moving & (kinetic.value > hold.value)
+            hold = hold._make(np.where(more, there, here) for there, here in zip(kinetic, hold, strict=True))
+        turn = np.zeros(len(way))
+        if contact is not None and self._spins:
+            turn = turn + self._world.model.spin(contact)
+        if contact is not None and self._shakes:
+            push = np.where(moving, 0.0, blocks.shake * self._world.model.shaking(contact))
+            x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
+        ellipse = osculating(hold, way)
+        for body, fx, fy, fn, spin, along, across, axis in zip(
+            runs.bodies, *(part.tolist() for part in (x, y, normal, turn, *ellipse)), strict=True
+        ):
+            body.step(Load(pull=(fx, fy, -fn), turn=spin, friction=(along, across), axis_rad=axis))
+        if contact is not None and self._creeps:
+            crept = self._world.model.creep(replace(contact, way_rad=contact.down_rad)) * runs.step_s[:, None]
+            for body, (dx, dy), slides in zip(runs.bodies, crept.tolist(), moving.tolist(), strict=True):
+                if not slides:
+                    body.shift(dx, dy)
+        self._take_note(runs, way)
+        held = hold.value * normal
+        return 1.0 - (x * np.cos(way) + y * np.sin(way)) / np.where(held > 0, held, 1e-12)
+
+    def _blocks(self, runs: Followed) -> Blocks:
+        return self._world.blocks(runs.row, runs.number, rest_from_s=runs.rest_from_s, slid_from_s=runs.slid_from_s)
+
+    def _take_note(self, runs: Followed, way: Array) -> None:
+        """Where the blocks are after the step, and which of them have begun to slide."""
+        before = runs.place
+        runs.place = np.array([body.pose for body in runs.bodies])
+        turned = runs.place[:, 2] - before[:, 2]
+        runs.place[:, 2] = before[:, 2] + (turned + np.pi) % (2.0 * np.pi) - np.pi
+        slower = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
+        runs.rates = np.array([body.rates for body in runs.bodies])
+        speed = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
+        runs.way, runs.time_s = way, runs.time_s + runs.step_s
+        runs.since_s = runs.since_s + runs.step_s
+        least = np.where(runs.since_s < SETTLES_S, UNSETTLED * GOES_M_S, GOES_M_S)
+        begins = ~runs.moving & (speed > least) & (speed > slower)
+        # Load above the limit grows evenly at first, and the speed with the square of the time: it began 2 v / a ago.
+        since = 2.0 * runs.step_s * speed / np.maximum(speed - slower, 1e-9)
+        runs.slid_from_s[begins] = (runs.time_s - np.minimum(since, LATEST_S))[begins]
+        runs.from_place[begins] = before[begins, :2]
+        ends = self._world.commands.time_s
+        last = ends.shape[1] - 2
+        while True:
+            over = (runs.time_s >= ends[runs.row, runs.number + 1]) & (runs.number < last)
+            if not over.any():
+                return
+            runs.number = runs.number + over

@@ -1,0 +1,175 @@
+"""A block on a plate, in the plate's own frame: gravity turns instead of the plate, so that no joint has to carry it.
+
+What the plate's motion does to the block (inertial forces) acts per mass and is added to gravity. A plate that is moved
+as a mocap body would not do: MuJoCo gives it no velocity in contact.
+
+Two kinds of block. The *even* one stands on four feet that share the load alike, its mass in their plane: it resists
+turning as a sole with even pressure does (the feet's mean square distance is a square's, L²/6) and cannot lean. The
+*solid* one is what a user writes down first: a box on a plane, its mass in its middle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.simulators.mujoco.bindings import mj
+from station.simulators.mujoco.contact import EXACT, Contact
+from station.simulators.mujoco.engine import set_tangents, step_in_stages
+
+FLOATS = NDArray[np.float64]
+FOOT_RADIUS_M = 0.0005
+STEP_S = 0.002
+_SETTLE_S = 0.5
+_GRAVITY = 9.81
+_MEMORY = 1 << 18
+"""Bytes for the contacts of one block; MuJoCo's own choice is many times that, and there are hundreds of blocks."""
+
+
+HOLDING = replace(EXACT, impratio=2e5)
+"""The twin's contact, and a block that holds better still: the first millisecond of a slide is seen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """How MuJoCo is set: contact, time step, iterations of its noslip solver, and which kind of block."""
+
+    contact: Contact = HOLDING
+    step_s: float = STEP_S
+    noslip: int = 0
+    solid: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """What acts on one block in one step: force per mass (m/s², plate frame), turning (rad/s²) and friction.
+
+    `friction` along and across the axis at `axis_rad`; both alike: no axis is needed.
+    """
+
+    pull: tuple[float, float, float]
+    turn: float
+    friction: tuple[float, float]
+    axis_rad: float = 0.0
+
+
+def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
+    """The compiled model of one block on a plate."""
+    spec = mj.MjSpec()
+    spec.modelname, spec.memory = "block on a tilting plate", _MEMORY
+    contact, option = setup.contact, spec.option
+    option.timestep, option.noslip_iterations = setup.step_s, setup.noslip
+    option.cone = mj.mjtCone.mjCONE_ELLIPTIC if contact.elliptic else mj.mjtCone.mjCONE_PYRAMIDAL
+    option.impratio, option.tolerance = contact.impratio, contact.tolerance
+    spec.worldbody.add_geom(name="plate", type=mj.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.01], contype=0, conaffinity=0)
+    block = spec.worldbody.add_body(name="block", pos=[0, 0, 0])
+    block.add_freejoint(name="block")
+    block.mass, block.inertia = mass_kg, [mass_kg * side_m**2 / 6] * 3
+    block.iquat, block.explicitinertial = [1, 0, 0, 0], True
+    block.ipos = [0, 0, side_m / 2 if setup.solid else 0.0]
+    for name in _add_shape(block, setup, side_m):
+        pair = spec.add_pair(geomname1="plate", geomname2=name, condim=3)
+        pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
+    return spec.compile()
+
+
+def _add_shape(block: Any, setup: Setup, side_m: float) -> list[str]:
+    """The geoms that touch the plate; the body's origin is in the sole."""
+    half = side_m / 2
+    plain: dict[str, Any] = {"mass": 0.0, "contype": 0, "conaffinity": 0}
+    if setup.solid:
+        block.add_geom(name="box", type=mj.mjtGeom.mjGEOM_BOX, size=[half] * 3, pos=[0, 0, half], **plain)
+        return ["box"]
+    apart, names = half / math.sqrt(3), list[str]()
+    for number, (x, y) in enumerate(((-1, -1), (1, -1), (1, 1), (-1, 1))):
+        names.append(f"foot {number}")
+        place, size = [x * apart, y * apart, FOOT_RADIUS_M], [FOOT_RADIUS_M, 0, 0]
+        block.add_geom(name=names[-1], type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=place, **plain)
+    return names
+
+
+class Plate:
+    """One compiled model, in which any number of blocks of one kind are stepped one after another."""
+
+    def __init__(self, setup: Setup, *, side_m: float, mass_kg: float) -> None:
+        self.setup = setup
+        self.model = build(setup, side_m=side_m, mass_kg=mass_kg)
+        self._gravity: FLOATS = self.model.opt.gravity
+        self._friction: FLOATS = self.model.pair_friction
+        self._inertia = mass_kg * side_m**2 / 6
+        self.sunk_m = self._settled()
+
+    def _settled(self) -> float:
+        """How deep a block sinks into the level plate."""
+        data = mj.MjData(self.model)
+        self._gravity[:] = (0.0, 0.0, -_GRAVITY)
+        mj.mj_step(self.model, data, round(_SETTLE_S / self.setup.step_s))
+        return -float(data.qpos[2])
+
+    def block(self) -> TiltedBlock:
+        """Another block."""
+        return TiltedBlock(self)
+
+    def set_load(self, load: Load) -> None:
+        """What acts on the block that is stepped next."""
+        self._gravity[:] = load.pull
+        self._friction[:, 0], self._friction[:, 1] = load.friction
+
+    @property
+    def inertia(self) -> float:
+        """The block's moment of inertia about the normal, kg m²."""
+        return self._inertia
+
+
+class TiltedBlock:
+    """The state of one block: `qpos` is x, y, z of its sole and its quaternion, `qvel` the velocities of both."""
+
+    def __init__(self, plate: Plate) -> None:
+        self._plate = plate
+        self.data = mj.MjData(plate.model)
+        self.qpos: FLOATS = self.data.qpos
+        self.qvel: FLOATS = self.data.qvel
+
+    def lay(self, place: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
+        """Lays it down at x, y, yaw (3,) with their rates (3,), sunk in as the normal load has it."""
+        x, y, yaw = place.tolist()
+        self.qpos[:] = (x, y, -self._plate.sunk_m * normal_m_s2 / _GRAVITY, math.cos(yaw / 2), 0, 0, math.sin(yaw / 2))
+        self.qvel[:] = (velocity[0], velocity[1], 0.0, 0.0, 0.0, velocity[2])
+        self.data.qacc_warmstart[:] = 0.0
+
+    def step(self, load: Load) -> None:
+        """One time step."""
+        plate = self._plate
+        plate.set_load(load)
+        self.data.qfrc_applied[5] = load.turn * plate.inertia
+        if load.friction[0] == load.friction[1]:
+            mj.mj_step(plate.model, self.data)
+            return
+        axis = np.array([math.cos(load.axis_rad), math.sin(load.axis_rad), 0.0])
+
+        def turn_ellipse() -> None:
+            for frame in self.data.contact.frame:
+                set_tangents(frame, axis)
+
+        step_in_stages(plate.model, self.data, turn_ellipse)
+
+    def shift(self, x_m: float, y_m: float) -> None:
+        """Moves it along the plate without a velocity: it creeps."""
+        self.qpos[0] += x_m
+        self.qpos[1] += y_m
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """x, y (m) and yaw (rad, within ± π) in the plate."""
+        x, y, _, w, a, b, z = self.qpos.tolist()
+        return x, y, math.atan2(2 * (w * z + a * b), 1 - 2 * (b * b + z * z))
+
+    @property
+    def rates(self) -> tuple[float, float, float]:
+        """The changes of x and y (m/s) and of the yaw (rad/s)."""
+        vx, vy, _, _, _, spin = self.qvel.tolist()
+        return vx, vy, spin
