@@ -90,7 +90,7 @@ def onsets(commands: Commands, of: Model) -> Array:
 
 
 def slow(**circumstances: object) -> Commands:
-    return ramps((0.0, 60.0), (0.0, 1.0), **circumstances)  # pyright: ignore[reportArgumentType] (one of several kinds of array)
+    return ramps((0.0, 30.0), (0.0, 0.5), **circumstances)  # pyright: ignore[reportArgumentType] (one of several kinds of array)
 
 
 def test_wear_lets_later_runs_slip_earlier() -> None:

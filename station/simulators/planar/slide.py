@@ -86,6 +86,7 @@ class Slide:
 
     def __init__(self, world: World, curve: LimitCurve) -> None:
         self._world, self._curve = world, curve
+        self._shakes = bool(world.model.acting("shaking"))
         self._spins = bool(world.model.acting("spin")) or bool(world.commands.velocity[:, 2].any())
 
     def run(
@@ -164,6 +165,10 @@ class Slide:
     ) -> _Rates:  # fmt: skip
         """What changes how fast; h″ hardly changes in a step, so that its later stages may take it from the first."""
         x, y, normal, contact = self._world.pull(blocks, time_s, at)
+        if contact is not None and self._shakes:
+            # A push that sets a block off lasts as long as the slide; else no slip before its time would get away.
+            push = np.maximum(blocks.shake, 0.0) * self._world.model.shaking(contact)
+            x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
         h = self._curve.at(contact, blocks.friction, bends=bend is None and bool(slow.any()))
         h = h if bend is None else h._replace(bend=bend)
         cosine, sine = np.cos(at.way), np.sin(at.way)
