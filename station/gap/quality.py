@@ -47,13 +47,6 @@ class HeldOut:
         )
 
 
-def fit_quality(
-    evidence: Evidence, before: Fit, after: Fit, effects: Sequence[Effect], rng: np.random.Generator
-) -> FitQuality:
-    """Compares the plain model with the one that has `effects`, by cross-validation over runs."""
-    return compared(evidence, before, after, both_held_out(evidence, before, after, effects, rng))
-
-
 def both_held_out(
     evidence: Evidence, before: Fit, after: Fit, effects: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[HeldOut, HeldOut]:

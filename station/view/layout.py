@@ -17,8 +17,12 @@ _ASIDE_DEG = -35.0
 _DISPLACEMENT_RANGE_PX = (0.0, 80.0)
 
 
-def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.Blueprint:
-    """The blueprint for a session with these topics; `live` follows the present and shows the last 30 s of curves."""
+def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnosed: bool = False) -> rrb.Blueprint:
+    """The blueprint for a session with these topics.
+
+    `live` follows the present and shows the last 30 s of curves; `diagnosed` has a page for the diagnosis, and the
+    block's slide beside the simulated ones.
+    """
     camera = "camera/corners" in topics or "camera/image" in topics
     upper: list[rrb.View | rrb.Container] = [_scene(setup, arm="arm/joints" in topics)]
     if camera:
@@ -27,13 +31,15 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False) -> rrb.
     curves: list[rrb.View] = []
     if camera:
         curves.append(_displacement(window))
-    if "block/pose" in topics:
+    if "block/pose" in topics or diagnosed:
         curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
     curves.insert(0, _curves("plots/tilt", "Tilt (°)", window))
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
     lower = rrb.Vertical(*curves, states, row_shares=[1] * (len(curves) + 1))
+    runs = rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs")
+    told = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
     words = rrb.Vertical(
-        rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs"),
+        rrb.Tabs(told, runs) if diagnosed else runs,
         rrb.Tabs(
             rrb.TextLogView(
                 origin="log", name="Log", columns=rrb.TextLogColumns(text_log_columns=["loglevel", "body"])

@@ -11,6 +11,7 @@ import rerun as rr
 from shared.errors import UserError
 from shared.messages import Message
 from station.view.layout import layout
+from station.view.overlay import Overlay, draw_overlay
 from station.view.part import Rates
 from station.view.scene import SceneLogger
 from station.view.setup import Setup
@@ -46,10 +47,11 @@ def write_rrd(
     setup: Setup,
     name: str,
     rates: Rates | None = None,
+    overlay: Overlay | None = None,
 ) -> Drawn:
     """Draws (topic, message, publish time in ns) into the file `path` as they come.
 
-    `topics` decide the layout. Memory does not grow with the length of the session.
+    `topics` decide the layout. Memory does not grow with the length of the session. `overlay` is drawn over it.
 
     Raises:
         UserError: if the file cannot be written.
@@ -65,7 +67,9 @@ def write_rrd(
     recording = new_recording(gather_s=_GATHER_S)
     recording.set_sinks(rr.FileSink(path))
     # Active, not only default: the viewer keeps the last layout of an application and would show this one's camera.
-    recording.send_blueprint(layout(topics, setup=setup), make_active=True, make_default=True)
+    recording.send_blueprint(
+        layout(topics, setup=setup, diagnosed=overlay is not None), make_active=True, make_default=True
+    )
     recording.send_recording_name(name)
     logger = SceneLogger(recording, setup=setup, rates=rates)
     count = 0
@@ -73,6 +77,8 @@ def write_rrd(
         logger.log(topic, message, publish_ns)
         count += 1
     logger.flush()
+    if overlay is not None:
+        draw_overlay(recording, overlay, setup=setup, start_ns=logger.start_ns)
     recording.flush(timeout_sec=60.0)
     recording.disconnect()
     return Drawn(count=count, start_ns=logger.start_ns, refused=dict(logger.refused))

@@ -25,9 +25,11 @@ from rich.console import Console
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
+from station.app.overlaid import write_overlay
 from station.app.simulating import rig_of
-from station.gap.diagnose import diagnose
+from station.gap.diagnose import Examined, examined
 from station.gap.evidence.evidence import Setting
+from station.gap.report.page import html_page
 from station.gap.result import Diagnosis, as_json
 from station.gap.summary import summary
 from station.physics.catalogue import catalogue_of_table
@@ -37,6 +39,7 @@ from station.recording.tables import read_samples
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+_TABLES = (".csv", ".parquet")
 PACKAGES = ("repose", "numpy", "scipy", "mujoco")
 
 
@@ -48,6 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", type=Path, help="rig file; without it the one inside the recording")
     parser.add_argument("--json", action="store_true", help="print the result as JSON (a list for several files)")
     parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
+    parser.add_argument("--report", type=Path, metavar="PATH", help="write it as one HTML page with figures")
+    parser.add_argument(
+        "--overlay", type=Path, metavar="PATH.rrd", help="write recording and simulations, marked, for the Rerun viewer"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
     parser.add_argument("--jobs", type=int, default=0, help="files at a time; 0: one for each core")
 
@@ -55,10 +62,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnoses the files; 0."""
     files: list[Path] = options.files
-    if options.model and len(files) > 1:
-        raise UserError(f"Expected one file together with --model, got {len(files)}")
+    for name in ("model", "report", "overlay"):
+        if getattr(options, name) and len(files) > 1:
+            raise UserError(f"Expected one file together with --{name}, got {len(files)}")
+    if options.overlay and files[0].suffix in _TABLES:
+        raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
     console = Console(stderr=True, highlight=False)
-    found = _all(files, options, console)
+    everything = _all(files, options, console)
+    found = [one.diagnosis for one in everything]
     if options.json:
         answers = [as_json(diagnosis) for diagnosis in found]
         print(json.dumps(answers[0] if len(answers) == 1 else answers, indent=1))
@@ -67,11 +78,16 @@ def run(options: argparse.Namespace) -> int:
         for diagnosis in found:
             terminal.print(summary(diagnosis))
     if options.model:
-        _write_model(found[0], options.model)
+        _write(options.model, tomli_w.dumps(dict(found[0].model)), what="model")
+    if options.report:
+        _write(options.report, html_page(found[0], everything[0].pictures, seed=options.seed), what="report")
+    if options.overlay:
+        with console.status("simulating the recording before and after"):
+            _overlay(files[0], found[0], options)
     return 0
 
 
-def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Diagnosis]:
+def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:
     if len(files) == 1:
         with console.status("reading the recording") as status:
             return [diagnose_file(files[0], rig=options.rig, seed=options.seed, status=status.update)]
@@ -79,22 +95,22 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
     work = (delayed(diagnose_file)(path, rig=options.rig, seed=options.seed) for path in files)
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
-    found: list[Diagnosis] = []
-    for path, diagnosis in zip(files, made, strict=True):
-        console.print(f"{path}: {diagnosis.verdict} ({diagnosis.seconds:.0f} s)")
-        found.append(diagnosis)
+    found: list[Examined] = []
+    for path, one in zip(files, made, strict=True):
+        console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
+        found.append(one)
     return found
 
 
-def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Any = None) -> Diagnosis:
-    """Diagnoses one file.
+def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Any = None) -> Examined:
+    """Diagnoses one file; with what its report's figures need.
 
     Raises:
         UserError: if it is missing, damaged or of another kind.
     """
     began = time.monotonic()
     tell = status or (lambda _: None)
-    if path.suffix in (".csv", ".parquet"):
+    if path.suffix in _TABLES:
         config = load_rig(rig) if rig else None
         recorded = read_samples(path)
     else:
@@ -102,7 +118,7 @@ def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status:
         config = rig_of(reader, path=rig)
         tell("reading the recording")
         recorded = load_signals(reader)
-    found = diagnose(
+    found = examined(
         recorded,
         catalogue_of_table(config.physics if config else Table({})),
         name=str(path),
@@ -110,7 +126,8 @@ def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status:
         seed=seed,
         progress=tell,
     )
-    return replace(found, seconds=time.monotonic() - began, versions=versions())
+    answer = replace(found.diagnosis, seconds=time.monotonic() - began, versions=versions())
+    return replace(found, diagnosis=answer)
 
 
 def setting_of(rig: RigConfig | None) -> Setting:
@@ -127,8 +144,15 @@ def versions() -> dict[str, str]:
     return {package: importlib.metadata.version(package) for package in PACKAGES}
 
 
-def _write_model(diagnosis: Diagnosis, path: Path) -> None:
+def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:
+    reader = open_recording(path)
+    rig = rig_of(reader, path=options.rig)
+    known = catalogue_of_table(rig.physics)
+    write_overlay(reader, diagnosis, options.overlay, rig=rig, known=known, rig_path=options.rig)
+
+
+def _write(path: Path, text: str, *, what: str) -> None:
     try:
-        path.write_text(tomli_w.dumps(dict(diagnosis.model)), encoding="utf-8")
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise UserError(f"Expected to write the model to {path}, but that failed: {error.strerror}") from error
+        raise UserError(f"Expected to write the {what} to {path}, but that failed: {error.strerror}") from error
