@@ -106,7 +106,7 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
     unbounded = np.array([name in UNBOUNDED for name in likelihood.layout.names])
     free = np.flatnonzero(unbounded | ((values > low + _AT_BOUND) & (values < high - _AT_BOUND)))
     curvature = np.zeros((len(free), len(free)))
-    for row, place in enumerate(free):
+    for row, place in enumerate(free.tolist()):
         room = np.inf if unbounded[place] else 0.5 * min(values[place] - low[place], high[place] - values[place])
         # First a step that is surely short, then one of a tenth of the standard error that it makes out.
         sharp = -_slope_of_slope(likelihood, values, place, min(1e-3 * scale[place], room))[place]
