@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from tests.concealed.cases import TIERS, Plan, finished, sealed, write_case
+from tests.concealed.cases import TIERS, finished, sealed, write_case
 from tests.concealed.tiers import plan_case
 
 KEY, HASH = "key.json", "key.sha256"
@@ -30,10 +30,6 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def _plan(index: int, *, tier: str, seed: int, only: tuple[str, ...]) -> Plan:
-    return plan_case(tier, index, seed=seed, only=only)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plans all cases, seals the key, then writes what is missing."""
     options = _options(arguments)
@@ -45,7 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     out.mkdir(parents=True, exist_ok=True)
     key_folder.mkdir(parents=True, exist_ok=True)
     with multiprocessing.get_context("spawn").Pool(options.jobs) if options.jobs > 1 else _Here() as pool:
-        plan = partial(_plan, tier=options.tier, seed=options.seed, only=only)
+        # A function of this file would not be found by another process: it has no __main__ of ours.
+        plan = partial(plan_case, options.tier, seed=options.seed, only=only)
         plans = list(_progress(pool.imap(plan, range(options.cases)), options.cases, "planned"))
         told = {"tier": options.tier, "seed": options.seed, "only": list(only)}
         text, digest = sealed(told | {"cases": {plan.id: plan.entry for plan in plans}})

@@ -1,0 +1,94 @@
+"""Has the cases made by the independent generator: another process, of which only paths and hashes are known here."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from shared.errors import UserError
+from station.prove.protocol import Protocol
+
+MODULE = "tests.concealed"
+ROOT = Path(__file__).resolve().parents[2]
+_HASH = re.compile(r"^key sha256 ([0-9a-f]{64})$", re.MULTILINE)
+Tell = Callable[[str, int, int], None]
+"""What is done, how much of it, of how much."""
+
+
+def require_generator() -> None:
+    """Raises a UserError where there is no checkout with the generator."""
+    if not (ROOT / "tests" / "concealed" / "__main__.py").exists():
+        raise UserError(
+            f"Expected the generator of the cases in {ROOT / 'tests' / 'concealed'}, found none; `station prove` needs "
+            "a checkout of the repository, not an installed package"
+        )
+
+
+def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | None:
+    """Makes a tier's cases, those that are missing; None, or the reason why there are none.
+
+    The hash of the key is written to `protocol.seals` before this returns; a key that changed is refused.
+
+    Raises:
+        UserError: if the folder holds a key of other cases.
+    """
+    require_generator()
+    command = [
+        sys.executable,
+        "-m",
+        MODULE,
+        "--tier",
+        tier,
+        "--cases",
+        str(protocol.tiers[tier]),
+        "--seed",
+        str(protocol.seed),
+        "--jobs",
+        str(jobs),
+        "--out",
+        str(protocol.cases(tier).resolve()),
+        "--key",
+        str(protocol.key(tier).resolve()),
+    ]
+    status, said, last = _run(command, tell)
+    if status == 2:
+        raise UserError(last)
+    digest = _HASH.search(said)
+    if status != 0 or digest is None:
+        return f"the generator made no cases: {last}"
+    _seal(protocol, tier, digest.group(1))
+    return None
+
+
+def _run(command: list[str], tell: Tell) -> tuple[int, str, str]:
+    """Exit status, standard output, last line of standard error."""
+    last = ""
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        try:
+            for line in process.stderr:
+                last = line.strip() or last
+                step = re.fullmatch(r"(\w+) (\d+) of (\d+)", last)
+                if step:
+                    tell(step.group(1), int(step.group(2)), int(step.group(3)))
+            said = process.stdout.read()
+        except BaseException:
+            process.terminate()
+            raise
+    return process.returncode, said, last
+
+
+def _seal(protocol: Protocol, tier: str, digest: str) -> None:
+    known: dict[str, str] = json.loads(protocol.seals.read_text("utf-8")) if protocol.seals.exists() else {}
+    if known.get(tier, digest) != digest:
+        raise UserError(
+            f"Expected the key of tier {tier} that was sealed in {protocol.seals}, got another one; choose a new folder"
+        )
+    protocol.seals.write_text(json.dumps(known | {tier: digest}, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,100 @@
+"""What others would do with the same cases: one file each, found by being here.
+
+A file has one subclass of `Rival`. It gets the tool's evidence as a table of onsets and slides and the folds, and
+answers with names, a place and held-out scores, as far as its kind can.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import inspect
+import pkgutil
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from station.gap.evidence.evidence import Evidence
+from station.gap.statistics.fit import Fit, restricted, with_tails
+from station.gap.statistics.noise import estimate_noise
+from station.gap.statistics.slopes import residuals
+from station.gap.statistics.student import log_density
+from station.gap.statistics.whitening import Whitening, stack
+from station.physics.catalogue import Catalogue
+from station.physics.contact import Array, Bools
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Table:
+    """A case as a table: the evidence, the plain fit of mu, the fold of each run (runs,), the catalogue."""
+
+    evidence: Evidence
+    plain: Fit
+    fold: Array
+    catalogue: Catalogue
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Answer:
+    """Names (the surest first), a place (phase, covariate), held-out log densities (runs,); None: does not say."""
+
+    names: tuple[str, ...] = ()
+    place: tuple[str, str] | None = None
+    log_run: Array | None = None
+
+
+class Rival(ABC):
+    """One way of others. `needs` is the package that it cannot run without."""
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    says_names: ClassVar[bool]
+    says_places: ClassVar[bool]
+    needs: ClassVar[str] = ""
+
+    def why_not(self) -> str | None:
+        """Why it cannot run here; None if it can."""
+        if self.needs and importlib.util.find_spec(self.needs) is None:
+            return f"the package {self.needs} is not installed"
+        return None
+
+    @abstractmethod
+    def answer(self, table: Table) -> Answer:
+        """Its answer on one case."""
+
+
+def rivals() -> dict[str, Rival]:
+    """All rivals by name."""
+    found: dict[str, Rival] = {}
+    for info in sorted(pkgutil.iter_modules(__path__), key=lambda one: one.name):
+        module = importlib.import_module(f"{__name__}.{info.name}")
+        for value in vars(module).values():
+            if inspect.isclass(value) and issubclass(value, Rival) and value.__module__ == module.__name__:
+                found[value.name] = value()
+    return found
+
+
+def rival_named(name: str) -> Rival:
+    """The rival of that name."""
+    return rivals()[name]
+
+
+def corrected_log_run(table: Table, correction: dict[str, Array], train: Bools) -> Array:
+    """Log densities (runs,) of the residuals of the plain model less a correction (rows,) by channel.
+
+    The noise is estimated on the runs of `train` (runs,) alone; the likelihood is the tool's.
+    """
+    evidence = table.evidence
+    at = {
+        name: values - correction.get(name, np.zeros(len(values)))
+        for name, values in residuals(evidence, table.plain.model).items()
+    }
+    known = restricted(evidence, at, train)
+    whitening = Whitening(evidence, with_tails(known[0], known[1], estimate_noise(*known)))
+    density = log_density(whitening(stack(evidence, at)), whitening.tail, whitening.limit)
+    log_run = np.bincount(whitening.run, density, evidence.runs) - whitening.log_scale
+    present = np.zeros(evidence.runs, dtype=np.bool_)
+    present[whitening.run] = True
+    return np.where(present, log_run, np.nan)
