@@ -91,5 +91,5 @@ def _words(diagnosis: Diagnosis) -> str:
     lines += [f"- {place.summary} (p = {place.p:.2g})" for place in diagnosis.located]
     if diagnosis.next_experiment is not None:
         lines += ["", f"**Next:** {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"]
-    ghosts = "grey wires: simulated before" + ("; blue wires: simulated after" if diagnosis.names else "")
+    ghosts = "grey wires: simulated before" + ("; green wires: simulated after" if diagnosis.names else "")
     return "\n".join([*lines, "", f"Solid block: recorded; {ghosts}; pink: where they differ."])

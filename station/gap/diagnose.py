@@ -14,8 +14,8 @@ from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
 from station.gap.locate import located
-from station.gap.plan import next_experiment
 from station.gap.picture_data import PictureData, picture_data
+from station.gap.plan import next_experiment
 from station.gap.quality import both_held_out, compared
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
 from station.gap.search import Progress, Search, search

@@ -124,14 +124,22 @@ def separate(
     """
     ids = tuple(effect.id for effect in effects)
     tried = [(_runs_needed(effects, design, sizes or {}, noise, mu_s), design) for design in DESIGNS]
-    runs, design = min(tried, key=lambda pair: pair[0])
+    # Of equally many runs those that need nothing by hand, and of those the sharpest.
+    needed, design = min(tried, key=lambda pair: (_rounded(pair[0]), bool(pair[1].by_hand), pair[0]))
+    runs = _rounded(needed)
     if not runs < MOST:
         reason = "; ".join(dict.fromkeys(effect.separated_by for effect in effects))
         return NextExperiment(
             separates=(ids,), plan=_toml(DESIGNS[1], 200), runs=200, why=f"no plan alone separates them: {reason}"
         )
-    why = f"{design.name} separates {' from '.join(ids)}" + (f"; {design.by_hand}" if design.by_hand else "")
+    does = f"separates {' from '.join(ids)}" if len(ids) > 1 else f"shows {ids[0]}"
+    why = f"{design.name} {does}" + (f"; {design.by_hand}" if design.by_hand else "")
     return NextExperiment(separates=(ids,), plan=_toml(design, runs), runs=runs, why=why)
+
+
+def _rounded(needed: float) -> int:
+    """Runs to ask for, from `FEWEST` to `MOST`, in tens."""
+    return math.ceil(min(max(needed, FEWEST), MOST) / 10) * 10
 
 
 def _suspicion(found: Search) -> Effect | None:
@@ -179,18 +187,18 @@ def _toml(design: Design, runs: int) -> str:
 
 def _runs_needed(
     effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], noise: Noise | None, mu_s: float
-) -> int:
-    """Runs for the hardest of the effects, the others and mu being free; at least `FEWEST`, `MOST` if never."""
+) -> float:
+    """Runs for the hardest of the effects, the others and mu being free; infinitely many if never."""
     trial, null = _trial(design, noise, mu_s)
     scored = scores(trial, null, effects)
-    worst = float(FEWEST)
+    worst = 0.0
     for effect in effects:
         own = [column for variant in scored.variants[:] if variant.effect is effect for column in variant.columns]
         others = [column for variant in scored.variants if variant.effect is not effect for column in variant.columns]
         information = _left(scored.information, own, others)
         sharp = sizes.get(effect.id, 1.0) ** 2 * information / TRIAL_RUNS
         worst = max(worst, POWER**2 / sharp if sharp > 1e-12 else math.inf)
-    return min(math.ceil(min(worst, MOST) / 10) * 10, MOST)
+    return worst
 
 
 def _left(information: Array, own: Sequence[int], others: Sequence[int]) -> float:

@@ -35,7 +35,7 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
         curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
     curves.insert(0, _curves("plots/tilt", "Tilt (°)", window))
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
-    lower = rrb.Vertical(*curves, states, row_shares=[1] * (len(curves) + 1))
+    lower = rrb.Vertical(*curves, states, row_shares=[*[1] * len(curves), 2 if diagnosed else 1])
     runs = rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs")
     told = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
     words = rrb.Vertical(

@@ -115,8 +115,6 @@ def _draw_ghost(clock: _Clock, ghost: Ghost, overlay: Overlay, *, setup: Setup) 
         half_sizes=[[0.5 * size for size in setup.block_size_m]],
         colors=[ghost.colour],
         fill_mode="majorwireframe",
-        labels=[ghost.name],
-        show_labels=True,
     )
     clock.recording.log(body, shape, static=True)
     height = np.full(len(pose), 0.5 * setup.block_size_m[2])

@@ -1,0 +1,70 @@
+"""Plans the experiment that would tell effects apart, with the number of runs; `station run --plan` takes the plan.
+
+With one effect it is the experiment that would show it at all, at its typical size.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from shared.config import Table
+from shared.errors import UserError
+from shared.rig import load_rig
+from station.gap.plan import separate
+from station.physics.catalogue import Catalogue, catalogue_of_table
+from station.physics.effect import Effect
+
+NAME = "plan"
+HELP = "plan the cheapest experiment that would tell effects apart"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument(
+        "--separate", required=True, metavar="A,B", help="ids of the effects to tell apart, or of one to confirm"
+    )
+    parser.add_argument("--rig", type=Path, help="rig file with effects of your own")
+    parser.add_argument("--mu", type=float, default=0.4, help="the friction coefficient that is expected")
+    parser.add_argument("--out", type=Path, metavar="plan.toml", help="where the plan goes; printed without it")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints why and how many runs, and writes the plan; 0."""
+    if not 0.0 < options.mu < 5.0:
+        raise UserError(f"Expected a friction coefficient between 0 and 5 after --mu, got {options.mu:g}")
+    table = load_rig(options.rig).physics if options.rig else Table({})
+    plan = separate(chosen(options.separate, catalogue_of_table(table)), mu_s=options.mu)
+    print(f"{plan.runs} runs: {plan.why}")
+    if options.out is None:
+        print(f"\n{plan.plan}", end="")
+        return 0
+    try:
+        options.out.write_text(plan.plan, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected to write the plan to {options.out}, but that failed: {error.strerror}") from error
+    print(f"Plan: {options.out}\nRun it:  station run --plan {options.out}")
+    return 0
+
+
+def chosen(text: str, known: Catalogue) -> Sequence[Effect]:
+    """The effects of a list of ids, each once.
+
+    Raises:
+        UserError: for an unknown id, an effect of a simulator's numerics, or no id at all.
+    """
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise UserError("Expected ids of effects after --separate, such as contact_aging,wear, got none")
+    for name in names:
+        if name not in known:
+            near = get_close_matches(name, known, n=3) or sorted(known)
+            raise UserError(f"Expected ids of effects after --separate, got '{name}'; did you mean {', '.join(near)}?")
+        if known[name].layer == "numerics":
+            raise UserError(
+                f"Expected effects that a recording can show after --separate, got '{name}', which is the simulator's "
+                "own: refine the simulation instead"
+            )
+    return [known[name] for name in names]
