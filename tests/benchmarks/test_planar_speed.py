@@ -22,8 +22,8 @@ MODELS = {"plain": Model(mu_s=0.42)} | {
 
 
 def tilts(count: int) -> Commands:
-    """Up in 2.5 s at 4.6 °/s, down in 0.5 s; each slope in a direction of its own."""
-    return ramps((0.0, 2.5, 3.0), (0.25, 0.45, 0.1), downhill_rad=np.linspace(0.0, 6.2, count))
+    """Up in 2.5 s at 4.6 °/s, down in 0.5 s; slopes in all directions; heavy blocks, so that none is held."""
+    return ramps((0.0, 2.5, 3.0), (0.25, 0.45, 0.1), downhill_rad=np.linspace(0.0, 6.2, count), mass_kg=1.0)
 
 
 def rate(model: Model, *, stamps: int) -> tuple[float, float]:
@@ -44,7 +44,7 @@ def test_tilts_per_second(name: str) -> None:
     best, way = rate(MODELS[name], stamps=0)
     verdict = "" if best >= GATE else f"   below {GATE}"
     print(f"\n{name:20s} {best:8.0f} tilts of 3 s a second of one core, slid {way * 1e3:6.1f} mm{verdict}", end="")
-    assert way > 0 or name == "adhesion"
+    assert way > 0
 
 
 @pytest.mark.benchmark
