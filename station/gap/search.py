@@ -35,11 +35,18 @@ FULL_FITS = 7
 CLASS_BIC = 6.0
 """Candidates within this of the best cannot be told from it."""
 
+PAIR_BIC = 8.0
+"""What a pair must gain beyond the best single: there are hundreds of pairs, and the next stage can add a second."""
+
+LEAST_BIC, LEAST_OTHER_BIC = 6.0, 10.0
+"""What a name, and a place without one, must gain to be claimed."""
+
 OTHER_BIC = 4.0
 """What a smooth place must gain beyond the best name, as a name says more."""
 
-MISFIT_SHARE = 0.05
-"""A further gain in the channels of an effect already found, below this share of its own, is its law's misfit."""
+MISFIT_SHARE, MISFIT_MOST = 0.1, 60.0
+"""A further gain in the channels of an effect already found, below this share of its own, is its law's misfit;
+beyond the second number it never is."""
 
 Progress = Callable[[str], None]
 
@@ -228,18 +235,30 @@ def _judge(
     fitted = [candidate for candidate in fitted if not _misfit(evidence, candidate, gained)]
     fitted.sort(key=lambda candidate: -candidate.bic)
     rest = [candidate for candidate in ranked if candidate.ids not in {one.ids for one in fitted}]
-    best = fitted[0] if fitted and fitted[0].bic > 0 else None
+    best = _first(fitted)
     spot = max(spots, key=lambda candidate: candidate.bic, default=None)
-    if spot is not None and spot.bic > OTHER_BIC + (best.bic if best else 0.0) and not _misfit(evidence, spot, gained):
+    least = OTHER_BIC + best.bic if best else LEAST_OTHER_BIC
+    if spot is not None and spot.bic > least and not _misfit(evidence, spot, gained):
         return spot, (), [*fitted, *rest]
     if best is None:
         return None, (), [*fitted, *rest]
     near = tuple(
         candidate
-        for candidate in fitted[1:]
-        if candidate.bic > best.bic - CLASS_BIC and len(candidate.effects) <= len(best.effects)
+        for candidate in fitted
+        if candidate is not best
+        and candidate.bic > best.bic - CLASS_BIC
+        and len(candidate.effects) == len(best.effects)
     )
     return best, near, [*fitted, *rest]
+
+
+def _first(fitted: Sequence[Candidate]) -> Candidate | None:
+    """The best single, unless a pair is better by more than the best of so many pairs is by chance."""
+    singles = [candidate for candidate in fitted if len(candidate.effects) == 1 and candidate.bic > LEAST_BIC]
+    pairs = [candidate for candidate in fitted if len(candidate.effects) == 2]
+    if pairs and pairs[0].bic > PAIR_BIC + (singles[0].bic if singles else LEAST_BIC):
+        return pairs[0]
+    return singles[0] if singles else None
 
 
 def _fitted(evidence: Evidence, current: Fit, candidate: Candidate) -> Candidate:
@@ -278,7 +297,9 @@ def _channels(evidence: Evidence, candidate: Candidate) -> frozenset[str]:
 
 def _misfit(evidence: Evidence, candidate: Candidate, gained: Sequence[tuple[frozenset[str], float]]) -> bool:
     channels = _channels(evidence, candidate)
-    return any(channels & known and candidate.twice_gain < MISFIT_SHARE * size for known, size in gained)
+    return any(
+        channels & known and candidate.twice_gain < min(MISFIT_SHARE * size, MISFIT_MOST) for known, size in gained
+    )
 
 
 def _untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dict[str, str]:
@@ -292,6 +313,9 @@ def _untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dic
         hooks = effect.acts_through()
         if not any(channel.hooks & hooks for channel in evidence.channels):
             reasons[effect.id] = "this recording has nothing in which it would show"
+            continue
+        if effect.absorbed_by_mu and "attitude" in hooks and not sensed:
+            reasons[effect.id] = f"without another angle sensor it is the same as another mu; {effect.separated_by}"
             continue
         contact = getattr(getattr(onset, "moments", None), "reported", None)
         why = effect.why_untestable(contact) if contact is not None else None

@@ -8,7 +8,7 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 
-ANGLES = frozenset({"direction", "yaw", "slide_to_block", "slide_to_grain"})
+ANGLES = frozenset({"previous_direction", "direction", "yaw", "slide_to_block", "slide_to_grain"})
 """Covariates that are angles: what depends on them is periodic."""
 
 PLACES = ("x", "y")
@@ -20,6 +20,9 @@ TITLES = {
     "slide_to_block": "direction against the block",
     "slide_to_grain": "direction against the plate's grain",
     "position": "place on the plate",
+    "ahead": "place along the slide's direction",
+    "previous_direction": "direction of the run before",
+    "previous_slide": "length of the slide before",
     "speed": "speed",
     "slide_time": "time since the onset",
     "tilt": "tilt",
@@ -46,6 +49,7 @@ def covariates_of(contact: Contact) -> Mapping[str, Array]:
         "slide_to_grain": contact.way_rad - contact.mount_rad,
         "x": contact.x_m,
         "y": contact.y_m,
+        "ahead": contact.x_m * np.cos(contact.way_rad) + contact.y_m * np.sin(contact.way_rad),
         "speed": np.where(moving, contact.speed_m_s, np.nan),
         "slide_time": np.where(moving, contact.slid_s, np.nan),
         "tilt": np.where(moving, contact.tilt_rad, np.nan),

@@ -25,6 +25,7 @@ LEAST_SIGMA_RAD = 2e-4
 """What an attitude is trusted to, whatever a fit's standard error says."""
 
 LEAST_TILT_RAD = 0.02
+_NEARBY_NS = tuple(range(-40_000_000, 40_000_001, 10_000_000))
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -51,6 +52,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     )
     tilt = moments.reported.tilt_rad
     sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
+    sigma = np.hypot(sigma, _jerk_sigma(moments, recorded.plate))
     rows = rows_of(
         {
             "run": moments.run,
@@ -59,9 +61,35 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             "sigma": sigma,
             "limit": np.array([track.sample.censored for track in tracks]),
         },
-        covariates_of(moments.reported),
+        {**covariates_of(moments.reported), **_memory([place for place, _ in chosen], recorded.tracks)},
     )
     return [Onsets(rows, moments)]
+
+
+def _memory(places: Sequence[int], tracks: Sequence[RunTrack]) -> dict[str, Array]:
+    """What the run before did: the direction in which it was tilted, and how far the block slid (nan: not known)."""
+    direction, slid = np.full(len(places), np.nan), np.full(len(places), np.nan)
+    for row, place in enumerate(places):
+        sample = tracks[place].sample
+        if sample.previous_direction >= 0:
+            direction[row] = 0.5 * math.pi * (sample.previous_direction - 1)
+        if place > 0:
+            before = tracks[place - 1].sample
+            slid[row] = math.hypot(sample.start_x_m - before.start_x_m, sample.start_y_m - before.start_y_m)
+    return {"previous_direction": direction, "previous_slide": slid}
+
+
+def _jerk_sigma(moments: Moments, plate: PlateMotion) -> Array:
+    """How uncertain the load is (n,), relative, where the plate is just being set in motion or stopped.
+
+    The acceleration there lasts for a few readings of the attitude only; its largest value nearby is what an
+    onset's own may be off by, at the block's distance from the pivot.
+    """
+    contact = moments.reported
+    nearby = [plate.at(moments.time_ns + shift).acceleration_rad_s2 for shift in _NEARBY_NS]
+    largest = np.max([np.linalg.norm(each, axis=1) for each in nearby], axis=0)
+    place = np.hypot(contact.x_m, contact.y_m)
+    return largest * place / contact.pressing_m_s2
 
 
 def _usable(track: RunTrack, plate: PlateMotion) -> bool:

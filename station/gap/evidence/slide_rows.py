@@ -32,7 +32,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         (place, window)
         for place, track in enumerate(recorded.tracks)
         for window in windows_of(track)
-        if _border(window, recorded).min() > FREE_M
+        if _border(track.pose[window.frames], recorded).min() > FREE_M
     ]
     if not found:
         return []
@@ -52,7 +52,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         velocity_m_s=np.concatenate([_velocity(window) for window in windows]),
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
-        border_m=np.concatenate([_border(window, recorded) for window in windows]),
+        border_m=np.concatenate([_border(window.node_pose, recorded) for window in windows]),
         rested_s=np.repeat(recorded.rested_s[runs], nodes),
     )
     motion = Motion(
@@ -102,8 +102,8 @@ def _resting_yaw(track: RunTrack) -> float:
     return float(np.median(track.pose[frames, 2])) if frames.stop > frames.start else track.sample.start_yaw_rad
 
 
-def _border(window: Window, recorded: Recorded) -> Array:
-    """From the block's farthest corner to the round opening's edge at the nodes (3,)."""
+def _border(pose: Array, recorded: Recorded) -> Array:
+    """From the block's farthest corner to the round opening's edge at poses (n, 3)."""
     setting = recorded.setting
     reach = setting.opening_radius_m - setting.block_side_m / math.sqrt(2)
-    return reach - np.hypot(window.node_pose[:, 0], window.node_pose[:, 1])
+    return reach - np.hypot(pose[:, 0], pose[:, 1])

@@ -14,6 +14,8 @@ from station.physics.contact import Array
 LEAST_ROWS = 12
 LEAST_SPREAD = {
     "dwell": 0.02,
+    "ahead": 2e-3,
+    "previous_slide": 1e-3,
     "tilt_rate": 1e-3,
     "x": 5e-4,
     "y": 5e-4,
@@ -81,11 +83,13 @@ def _bases(channel: Channel) -> dict[str, Array]:
 
 def _angle(angle: Array) -> Array | None:
     """Harmonics of an angle: the first and, where the angles are dense enough, the second and third."""
-    if len(angle) < LEAST_ROWS or not np.isfinite(angle).all():
+    known = np.isfinite(angle)
+    if known.sum() < max(LEAST_ROWS, 0.5 * len(angle)):
         return None
-    distinct = len(np.unique(np.round(np.mod(angle, 2 * np.pi) / 0.1)))
+    distinct = len(np.unique(np.round(np.mod(angle[known], 2 * np.pi) / 0.1)))
     order = 3 if distinct > 8 else 2 if distinct > 3 else 1
-    columns = [wave(k * angle) for k in range(1, order + 1) for wave in (np.cos, np.sin)]
+    waves = [wave(k * np.where(known, angle, 0.0)) for k in range(1, order + 1) for wave in (np.cos, np.sin)]
+    columns = [np.where(known, wave, wave[known].mean()) for wave in waves]
     return _independent(np.column_stack(columns))
 
 

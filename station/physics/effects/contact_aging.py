@@ -1,7 +1,7 @@
 """Contact ageing: real contact area grows with the logarithm of the time under load, and static friction with it.
 
-mu_s(t) = mu_s (1 + b log10((t + t0) / (t0 + T))), t the time at rest, T = 10 s. The cut-off t0 = 0.1 s keeps fresh
-contacts finite. Only the static coefficient ages: sliding renews the contact.
+mu_s(t) = mu_s (1 + b log10(1 + t / t0)), t the time at rest. The cut-off t0 = 0.1 s is that of a fresh contact, which
+is as strong as a sliding one. Only the static coefficient ages: sliding renews the contact.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 CUT_OFF_S = 0.1
-REFERENCE_S = 10.0
 
 
 class ContactAging(Effect):
@@ -35,5 +34,4 @@ class ContactAging(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        decades = np.log10((contact.rest_s + CUT_OFF_S) / (REFERENCE_S + CUT_OFF_S))
-        return np.where(contact.moving, 1.0, np.maximum(1.0 + values["per_decade"] * decades, 0.0))
+        return np.where(contact.moving, 1.0, 1.0 + values["per_decade"] * np.log10(1.0 + contact.rest_s / CUT_OFF_S))
