@@ -20,6 +20,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from station.app.commands.diagnose import diagnose_file, setting_of, versions
+from station.gap.result import Diagnosis
 from station.prove.gates import gates
 from station.prove.pictures import draw_all
 from station.prove.protocol import QUICK, Protocol, tiers_of
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     console = Console(width=None if sys.stdout.isatty() else 160)
     proof = prove(
         protocol,
-        Tool(diagnose=diagnose_file, setting=setting_of),
+        Tool(diagnose=diagnosis_of, setting=setting_of),
         jobs=options.jobs or os.cpu_count() or 1,
         with_rivals=options.full or options.rivals,
         refits=not options.no_refits,
@@ -82,6 +83,11 @@ def run(options: argparse.Namespace) -> int:
     (options.out / "prove.md").write_text(text, encoding="utf-8")
     console.print(f"Figures and tables: {options.out / 'prove.md'}, prove.json and {len(pictures)} pictures")
     return 1 if any(gate.met is False for gate in rows) else 0
+
+
+def diagnosis_of(path: Path, *, rig: Path, seed: int) -> Diagnosis:
+    """What `station diagnose` says of a file."""
+    return diagnose_file(path, rig=rig, seed=seed).diagnosis
 
 
 def _command(options: argparse.Namespace) -> str:
