@@ -1,6 +1,6 @@
 """Do the limit curve's intervals hold what they promise? 200 passive sessions of each kind, printed as a table.
 
-About two minutes: `pytest -m benchmark tests/benchmarks/test_limit_curve.py`. Every session biases itself
+Some four minutes of one core: `pytest -m benchmark tests/benchmarks/test_limit_curve.py`. Every session biases itself
 (`tests.recovery.passive_rig`). Bias is the mean error, in per cent of the true value (degrees for an angle), coverage
 the share of 90 % intervals that hold the truth, with Wilson's 95 % interval of that share.
 """
