@@ -46,8 +46,20 @@ def inline_svg(figure: Any, *, name: str, alt: str) -> str:
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :]
-    drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
+    drawing = _own_ids(drawing, name)
     drawing = re.sub(r"url\(#", f"url(#{name}-", drawing)
     drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     return drawing.replace("<svg ", f'<svg role="img" aria-label="{alt}" ', 1)
+
+
+def _own_ids(drawing: str, name: str) -> str:
+    """Ids with `name` before them. matplotlib defines equal markers again under their id: only the first keeps it."""
+    seen: set[str] = set()
+
+    def renamed(match: re.Match[str]) -> str:
+        known = match[1] in seen
+        seen.add(match[1])
+        return "" if known else f' id="{name}-{match[1]}"'
+
+    return re.sub(r'\sid="([^"]*)"', renamed, drawing)

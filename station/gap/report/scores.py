@@ -51,7 +51,7 @@ def wilson(hits: int, count: int) -> tuple[float, float, float]:
     share, z2 = hits / count, _Z90**2
     middle = (share + z2 / (2 * count)) / (1 + z2 / count)
     half = _Z90 * math.sqrt(share * (1 - share) / count + z2 / (4 * count**2)) / (1 + z2 / count)
-    return share, middle - half, middle + half
+    return share, max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def _bars(before: HeldOutPicture | None, after: HeldOutPicture | None, name: str) -> list[Bar]:

@@ -1,0 +1,156 @@
+"""The HTML report: self-contained, sound, and saying what was found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from station.gap.diagnose import Examined, examined
+from station.gap.picture_data import ChannelPicture, HeldOutPicture, PictureData
+from station.gap.report import scores
+from station.gap.report.headline import sentence
+from station.gap.report.page import html_page
+from station.gap.result import Located
+from station.physics.catalogue import catalogue
+from tests.unit.gap.page import Page
+from tests.unit.gap.tables import grained, samples
+
+
+def page_of(found: Examined) -> Page:
+    return Page(html_page(found.diagnosis, found.pictures, seed=7))
+
+
+def with_slides() -> PictureData:
+    """The table's pictures, and slides as a recording has them."""
+    rng = np.random.default_rng(2)
+    rows = 3000
+    slide = ChannelPicture(
+        name="along",
+        phase="slide",
+        unit="relative friction",
+        run=np.repeat(np.arange(60.0), 50),
+        x_m=rng.uniform(-0.04, 0.04, rows),
+        y_m=rng.uniform(-0.04, 0.04, rows),
+        before=rng.normal(0.0, 0.1, rows),
+        after=rng.normal(0.0, 0.05, rows),
+        sigma=np.full(rows, 0.02),
+        limit=np.zeros(rows, dtype=np.bool_),
+    )
+    known = grained().pictures
+    return replace(known, channels=(*known.channels, slide), opening_radius_m=0.045)
+
+
+def test_the_page_is_one_sound_file_that_fetches_nothing() -> None:
+    page = page_of(grained())
+    assert [place for place in page.fetched if not place.startswith("data:")] == []
+    assert len(page.ids) == len(set(page.ids))
+    assert {place[1:] for place in page.references} <= set(page.ids)
+    assert {"where", "what", "fit", "next", "provenance"} <= set(page.ids)
+    assert page.figures == 6  # two maps, curves, plate, scores, onsets
+
+
+def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
+    found = grained()
+    page = page_of(found)
+    assert "one of object_anisotropy, plate_anisotropy" in page.text
+    assert "cannot be told from the best" in page.text
+    assert found.diagnosis.located[0].summary in page.text
+    for name, why in found.diagnosis.untestable.items():
+        assert name in page.text
+        assert " ".join(why.split()) in page.text
+    assert found.diagnosis.next_experiment is not None
+    assert " ".join(found.diagnosis.next_experiment.plan.split()) in page.text
+    assert "seed 7" in page.text
+    assert "recorded − predicted (°)" in page.text  # figures keep their words
+
+
+def test_what_comes_from_outside_is_escaped() -> None:
+    found = grained()
+    nasty = '<script>alert("x")</script>&.mcap'
+    text = html_page(replace(found.diagnosis, recording=nasty, notes=(nasty,)), found.pictures)
+    assert "<script" not in text
+    assert nasty in Page(text).text
+
+
+def test_slides_are_drawn_on_the_plate_and_many_of_them_stay_small() -> None:
+    text = html_page(grained().diagnosis, with_slides())
+    assert "friction along the slide, before" in Page(text).text
+    assert len(text) < 2_000_000
+
+
+def test_the_same_diagnosis_gives_the_same_page() -> None:
+    found = grained()
+    assert html_page(found.diagnosis, found.pictures) == html_page(found.diagnosis, found.pictures)
+
+
+def test_a_recording_that_the_plain_model_explains_gets_a_page_without_an_after() -> None:
+    found = examined(samples(seed=5), catalogue(), name="plain.csv")
+    page = page_of(found)
+    assert "No missing effect is supported" in page.text
+    assert page.figures >= 3
+    assert "With what was found" not in page.text
+
+
+def test_an_untestable_recording_gets_a_page_that_says_why() -> None:
+    page = page_of(examined(samples(runs=3), catalogue(), name="short.csv"))
+    assert "Nothing can be tested with this recording: expected at least 20 runs" in page.text
+    assert page.figures == 0
+    assert "wear" in page.text
+
+
+def test_places_without_a_curve_are_listed_all_the_same() -> None:
+    found = grained()
+    place = Located(
+        phase="slide", covariate="position", channel="along", effect_size=0.4, p=0.001, runs=tuple(range(40)),
+        windows=(), summary="slide: more friction near the border",
+    )  # fmt: skip
+    page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
+    assert "slide: more friction near the border" in page.text
+
+
+@pytest.mark.parametrize("verdict", ["supported", "not supported", "indistinguishable", "untestable"])
+def test_every_verdict_has_its_sentence(verdict: str) -> None:
+    found = replace(grained().diagnosis, verdict=verdict)  # pyright: ignore[reportArgumentType]: four words
+    assert sentence(found).endswith(".")
+
+
+# --- numbers of the figures -------------------------------------------------------------------------------------------
+
+
+def test_the_interval_of_a_root_mean_square_holds_it_nine_times_in_ten() -> None:
+    rng = np.random.default_rng(1)
+    held = 0
+    for _ in range(400):
+        _, low, high = scores.root_mean_square(rng.normal(0.0, 2.0, 80))
+        held += low <= 2.0 <= high
+    assert 0.85 < held / 400 < 0.95
+
+
+def test_shares_keep_within_nought_and_one() -> None:
+    for hits, count in ((0, 5), (5, 5), (3, 7), (9, 10)):
+        share, low, high = scores.wilson(hits, count)
+        assert 0.0 <= low <= share <= high <= 1.0
+        wanted = binomtest(hits, count).proportion_ci(0.9, method="wilson")
+        assert (low, high) == pytest.approx((wanted.low, wanted.high), abs=1e-3)
+    assert math.isnan(scores.wilson(0, 0)[0])
+
+
+def test_ranks_are_uniform_and_coverage_right_where_the_model_is() -> None:
+    pictures = examined(samples(runs=300, seed=8), catalogue()).pictures
+    held = pictures.held_before
+    assert isinstance(held, HeldOutPicture)
+    inside = np.mean(np.abs(held.rank - 0.5) <= 0.45)
+    assert 0.84 < inside < 0.96
+    assert abs(float(np.mean(held.rank)) - 0.5) < 0.06
+
+
+def test_residuals_after_are_smaller_than_before_where_something_was_found() -> None:
+    channel = grained().pictures.channel("onset")
+    assert channel is not None
+    assert np.std(channel.after) < 0.4 * np.std(channel.before)
+    assert grained().pictures.spots_before[0].p < 0.01
+    assert len(channel.run) == 60
