@@ -16,7 +16,7 @@ from station.prove.generator import make_tier
 from station.prove.key import Truth, open_key
 from station.prove.protocol import Protocol
 from station.prove.refit import Refit, run_refit
-from station.prove.rivals import rivals
+from station.prove.rivals import reasons, rivals
 from station.prove.said import Said, number, read_said
 from station.prove.scoring import Scored
 from station.prove.trial import Tool, Trial, run_trial, tool_digest
@@ -53,7 +53,7 @@ def prove(protocol: Protocol, tool: Tool, *, jobs: int, with_rivals: bool, refit
     # Only here is any key opened.
     truths = [truth for tier in made for truth in open_key(protocol, tier).values()]
     said = {truth.id: read_said(protocol.result(truth.tier, truth.id), digest=digest) for truth in truths}
-    absent = {name: why for name, rival in rivals().items() if (why := rival.why_not())} if with_rivals else {}
+    absent = reasons() if with_rivals else {}
     if refits:
         able = tuple(name for name in rivals() if with_rivals and name not in absent)
         _refit(protocol, truths, said, tool, able=able, jobs=jobs, console=console)
@@ -107,7 +107,7 @@ def _refit(
 ) -> None:
     tasks = [_task(protocol, truth, said[truth.id], tool, able) for truth in truths]
     work_on(
-        [task for task in tasks if task is not None and not task.result.exists()],
+        [task for task in tasks if task is not None and not _done(task)],
         run_refit, jobs=jobs, title="oracle and rivals", console=console,
     )  # fmt: skip
 
@@ -125,6 +125,13 @@ def _task(protocol: Protocol, truth: Truth, said: Said, tool: Tool, able: tuple[
         tool=tool, case=protocol.cases(truth.tier) / truth.id, result=protocol.refit(truth.tier, truth.id), true=true,
         said={name: claimed[name] for name in said.names if name in claimed}, mu_s=mu if mu > 0 else 0.4, rivals=able,
     )  # fmt: skip
+
+
+def _done(task: Refit) -> bool:
+    """Whether the case was refitted with all of these rivals."""
+    if not task.result.exists():
+        return False
+    return set(task.rivals) <= json.loads(task.result.read_text("utf-8"))["rivals"].keys()
 
 
 def _scored(protocol: Protocol, truth: Truth, said: Said, refits: bool) -> Scored:

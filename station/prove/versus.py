@@ -11,7 +11,7 @@ import numpy as np
 
 from station.prove.gates import Gate, figure, share
 from station.prove.places import cell, truly
-from station.prove.rivals import rivals
+from station.prove.rivals import NOT_HERE, rivals
 from station.prove.said import number
 from station.prove.scoring import Scored, nulls, of_tier
 
@@ -47,7 +47,9 @@ def versus(cases: Sequence[Scored], reasons: Mapping[str, str]) -> list[Line]:
     lines = [_tool(refitted)]
     for name, rival in rivals().items():
         ran = [(one, one.refit["rivals"][name]) for one in refitted if name in one.refit.get("rivals", {})]
-        lines.append(_rival(rival.title, ran, rival.says_names, rival.says_places, reasons.get(name, "")))
+        why = reasons.get(name, "")
+        lines.append(_rival(rival.title, ran, names=rival.says_names, places=rival.says_places, why=why))
+    lines += [_rival(name, (), names=False, places=False, why=why) for name, why in NOT_HERE.items()]
     return [*lines, _oracle(refitted)]
 
 
@@ -70,7 +72,7 @@ def _tool_place(case: Scored) -> bool:
     return any(first in truly(effect) for effect in case.truth.effects)
 
 
-def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], names: bool, places: bool, why: str) -> Line:
+def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], *, names: bool, places: bool, why: str) -> Line:
     good = [(case, answer) for case, answer in ran if "fault" not in answer]
     faults = len(ran) - len(good)
     strong = [(case, answer) for case, answer in good if case.tier == "single" and case.strong]

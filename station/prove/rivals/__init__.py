@@ -11,7 +11,9 @@ import importlib.util
 import inspect
 import pkgutil
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -74,6 +76,20 @@ def rivals() -> dict[str, Rival]:
             if inspect.isclass(value) and issubclass(value, Rival) and value.__module__ == module.__name__:
                 found[value.name] = value()
     return found
+
+
+NOT_HERE: Mapping[str, str] = MappingProxyType(
+    {
+        "mujoco.sysid": "not run: it fits the parameters of a MuJoCo model whose structure is taken for right, and no "
+        "session is laid out as such a model here; of friction it could find mu, which is the line `refit mu only`",
+    }
+)
+"""Rivals that were thought of and have no file, with the reason."""
+
+
+def reasons() -> dict[str, str]:
+    """Of every rival that cannot run here the reason."""
+    return {name: why for name, rival in rivals().items() if (why := rival.why_not())} | dict(NOT_HERE)
 
 
 def rival_named(name: str) -> Rival:

@@ -1,0 +1,89 @@
+"""Sparse regression: PySINDy's sequentially thresholded least squares over functions of the covariates."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from station.physics.contact import Array
+from station.prove.rivals import Answer, Rival, Table, corrected_log_run
+from station.prove.terms import Terms, tables_of
+
+THRESHOLDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+"""Of a standardised term's coefficient, in relative friction."""
+
+NAMES: Mapping[str, str] = {
+    "speed": "viscous", "speed:log": "rate_strengthening", "speed:exp": "stribeck", "dwell": "contact_aging",
+    "run": "wear", "run:square": "wear", "load": "load_dependence", "direction:1": "platform_level",
+    "slide_to_grain:1": "one_way_friction", "slide_to_grain:2": "plate_anisotropy",
+    "slide_to_block:2": "object_anisotropy", "yaw:1": "com_offset", "x": "friction_patch", "y": "friction_patch",
+    "x:square": "friction_patch", "y:square": "friction_patch", "tilt_rate": "clock_offset",
+}  # fmt: skip
+"""Which effect a reader would call a term; the term is as near to the effect's law as the library comes."""
+
+
+class PySindy(Rival):
+    """STLSQ (Brunton, Proctor, Kutz 2016, PNAS 113, 3932), the threshold by BIC; the name is its largest term's."""
+
+    name: ClassVar[str] = "pysindy"
+    title: ClassVar[str] = "sparse regression (PySINDy)"
+    says_names: ClassVar[bool] = True
+    says_places: ClassVar[bool] = True
+    needs: ClassVar[str] = "pysindy"
+
+    def answer(self, table: Table) -> Answer:
+        """Terms of all runs for name and place; held-out scores with terms chosen and fitted without each fold."""
+        everything = np.ones(table.evidence.runs, dtype=np.bool_)
+        tables = tables_of(table)
+        largest: tuple[float, Terms, int] | None = None
+        for terms in tables:
+            coefficients = _sparse(terms, everything)
+            for number, value in enumerate(np.abs(coefficients)):
+                if value > 0 and (largest is None or value > largest[0]):
+                    largest = (float(value), terms, number)
+        names, place = (), None
+        if largest is not None:
+            _, terms, number = largest
+            name = NAMES.get(terms.names[number])
+            names, place = (name,) if name else ("other",), (terms.phase, terms.covariates[number])
+        return Answer(names=names, place=place, log_run=_held_out(table, tables))
+
+
+def _held_out(table: Table, tables: list[Terms]) -> Array:
+    log_run = np.full(table.evidence.runs, np.nan)
+    for number in np.unique(table.fold):
+        train = table.fold != number
+        correction = {terms.channel: terms.columns @ _sparse(terms, train) for terms in tables}
+        log_run[~train] = corrected_log_run(table, correction, train)[~train]
+    return log_run
+
+
+def _sparse(terms: Terms, train: Array) -> Array:
+    """Coefficients (k,) of the rows of some runs, most of them 0."""
+    rows = train[terms.run] & terms.known
+    best = (math.inf, np.zeros(terms.columns.shape[1]))
+    columns, residual = terms.columns[rows], terms.residual[rows] - np.mean(terms.residual[rows])
+    runs = max(len(np.unique(terms.run[rows])), 2)
+    for threshold in THRESHOLDS:
+        found = _stlsq(columns, residual, threshold)
+        left = float(np.mean((residual - columns @ found) ** 2))
+        # The rows of a slide are not independent: runs count, not rows.
+        bic = runs * math.log(max(left, 1e-12)) + np.count_nonzero(found) * math.log(runs)
+        if bic < best[0]:
+            best = (bic, found)
+    empty = runs * math.log(max(float(np.mean(residual**2)), 1e-12))
+    return best[1] if best[0] < empty else np.zeros(terms.columns.shape[1])
+
+
+def _stlsq(columns: Array, residual: Array, threshold: float) -> Array:
+    import pysindy  # noqa: PLC0415  (a package that may be missing)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns when no term is left, which is an answer
+        optimizer: Any = pysindy.STLSQ(threshold=threshold, alpha=1e-3)
+        optimizer.fit(columns, residual[:, None])
+    return np.asarray(optimizer.coef_, dtype=np.float64).ravel()
