@@ -1,0 +1,91 @@
+"""A session simulated again with the model before and after: errors against the recording."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from shared.errors import UserError
+from station.physics.model import Model
+from station.signals.session import Signals
+from station.simulators.rerun import Rerun, by_engine, errors, rerun, some_runs
+from station.simulators.simulator import simulator
+from tests.unit.simulators.test_planar_session import MU, golden, tossed, with_effect
+
+DROP = 0.2
+
+
+@cache
+def truth() -> Signals:
+    """The golden session as a block with a drop of friction would have done it."""
+    recorded, rig = golden()
+    return simulator("planar").repeat(recorded, with_effect("kinetic_drop", drop=DROP), rig=rig)
+
+
+@cache
+def again(engine: str) -> Rerun:
+    right = with_effect("kinetic_drop", drop=DROP)
+    return rerun(truth(), Model(mu_s=0.97 * MU), right, rig=golden()[1], engine=engine)
+
+
+@pytest.mark.parametrize("engine", ["planar", "mujoco"])
+def test_the_model_that_was_recorded_is_the_nearer_one(engine: str) -> None:
+    table = again(engine).table()
+    before, after = table["before"], table["after"]
+    wrong_deg = math.degrees(math.atan(MU) - math.atan(0.97 * MU))
+    assert before["onset_rmse_deg"] == pytest.approx(wrong_deg, abs=0.1)
+    assert before["onset_bias_deg"] < 0
+    assert after["onset_rmse_deg"] < 0.05
+    assert after["path_rmse_mm"] < 0.5
+    assert before["path_rmse_mm"] > 5.0
+    assert (after["onsets"], after["paths"]) == (3, 3)
+    assert table["engine"] == engine
+
+
+@pytest.mark.parametrize("engine", ["planar", "mujoco"])
+def test_each_runs_own_level_repairs_the_onset_and_not_the_slide(engine: str) -> None:
+    before = again(engine).table()["before"]["own_level"]
+    assert before["onset_rmse_deg"] < 0.02
+    assert before["path_rmse_mm"] > 5.0
+
+
+def test_what_a_simulation_made_of_itself_is_exact() -> None:
+    found = errors(truth(), truth())
+    assert found.onset_deg == pytest.approx([0.0, 0.0, 0.0])
+    assert found.path_mm == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_a_block_that_never_slides_is_no_better_for_it() -> None:
+    held = rerun(truth(), Model(mu_s=1.5), Model(mu_s=MU), rig=golden()[1], engine="planar").table()
+    assert held["before"]["onsets"] == 3
+    assert held["before"]["onset_rmse_deg"] > held["after"]["onset_rmse_deg"]
+
+
+def test_fewer_runs_are_spread_over_the_session() -> None:
+    assert some_runs(truth(), 2).runs == (1, 3)
+    part = rerun(truth(), Model(mu_s=MU), Model(mu_s=MU), rig=golden()[1], engine="planar", runs=2)
+    assert part.runs == (1, 3)
+    assert list(part.before.run) == [1, 3]
+
+
+def test_tosses_have_paths_only() -> None:
+    recorded, rig = tossed(0.2), golden()[1]
+    wide = replace(rig, plate=replace(rig.plate, opening_m=4.0, side_m=4.0))
+    table = rerun(recorded, Model(mu_s=0.1), Model(mu_s=0.2), rig=wide, engine="planar").table()
+    assert table["before"]["onset_rmse_deg"] is None
+    assert table["after"]["path_rmse_mm"] < 1.0 < table["before"]["path_rmse_mm"]
+    assert "–" in by_engine(table)
+
+
+def test_it_is_told_in_one_line() -> None:
+    said = by_engine(again("planar").table())
+    assert said.startswith("planar, 3 runs: onset 0.5")
+    assert "→ 0.00 deg" in said
+
+
+def test_no_runs_are_refused() -> None:
+    with pytest.raises(UserError, match="at least one run"):
+        rerun(truth(), Model(mu_s=MU), Model(mu_s=MU), rig=golden()[1], runs=0)
