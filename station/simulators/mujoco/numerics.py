@@ -1,0 +1,244 @@
+"""What a simulation's settings do to it, before anything is called physics: creep of the solver, artefact of the cone.
+
+A handful of the recorded tilts is simulated with the user's settings and with refined ones. What changes is not
+physics, and the first of a list of cures that removes nine tenths of it is named. With MuJoCo's defaults a block of
+friction 0.36 seems to start 8° early on a ramp of 3°/s, and the pyramidal cone takes 4° off the friction angle at 45°.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from shared.errors import UserError
+from shared.rig import RigConfig
+from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.model import Model
+from station.signals.session import Signals
+from station.simulators.mujoco.batch import simulate
+from station.simulators.mujoco.contact import MUJOCO_DEFAULT
+from station.simulators.mujoco.tilted import Setup
+from station.simulators.planar.commands import Commands, ramps
+from station.simulators.planar.session import commands_of
+from station.simulators.recorded_runs import recorded_runs
+
+BASELINE = Setup(contact=MUJOCO_DEFAULT, solid=True)
+"""What a user gets who changes nothing: a box on a plane, with MuJoCo's own contact."""
+RUNS = 4
+READ_M = 5e-4
+"""A block that has moved so far is read as started."""
+NEAR = 0.9
+DIRECTIONS_RAD = tuple(math.radians(angle) for angle in (0.0, 22.5, 45.0))
+LEAST_DEG, LEAST_MM = 0.1, 0.1
+"""Smaller changes are not told."""
+_FROM = 0.5
+"""Share of the friction from which on every step is taken: what creeps below it is left out."""
+_CURED = 0.1
+_STAMP_S = 0.01
+_LOOKED_S = (0.02, 0.05, 0.08)
+_KEYS = {"cone", "impratio", "timestep_s", "noslip_iterations", "solref", "solimp", "tolerance"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cure:
+    """A change of the settings, in MuJoCo's words."""
+
+    text: str
+    setup: Setup
+
+
+def setup_of_table(table: Mapping[str, Any]) -> Setup:
+    """The user's settings: `cone`, `impratio`, `timestep_s`, `noslip_iterations`, `solref`, `solimp`, `tolerance`.
+
+    What is left out is MuJoCo's default.
+
+    Raises:
+        UserError: for an unknown key, or a value that cannot be.
+    """
+    unknown = sorted(set(table) - _KEYS)
+    if unknown:
+        raise UserError(f"Expected settings among {', '.join(sorted(_KEYS))}, got {', '.join(unknown)}")
+    cone = table.get("cone", "pyramidal")
+    if cone not in {"pyramidal", "elliptic"}:
+        raise UserError(f'Expected cone = "pyramidal" or "elliptic", got {cone!r}')
+    contact = replace(
+        MUJOCO_DEFAULT,
+        elliptic=cone == "elliptic",
+        impratio=_positive(table, "impratio", MUJOCO_DEFAULT.impratio),
+        tolerance=_positive(table, "tolerance", MUJOCO_DEFAULT.tolerance),
+        solref=_numbers(table, "solref", MUJOCO_DEFAULT.solref),
+        solimp=_numbers(table, "solimp", MUJOCO_DEFAULT.solimp),
+    )
+    noslip = table.get("noslip_iterations", 0)
+    if not isinstance(noslip, int) or noslip < 0:
+        raise UserError(f"Expected noslip_iterations as a whole number of at least 0, got {noslip!r}")
+    return Setup(contact=contact, step_s=_positive(table, "timestep_s", 0.002), noslip=noslip, solid=True)
+
+
+def _positive(table: Mapping[str, Any], key: str, usual: float) -> float:
+    value = table.get(key, usual)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0):
+        raise UserError(f"Expected {key} as a positive number, got {value!r}")
+    return float(value)
+
+
+def _numbers(table: Mapping[str, Any], key: str, usual: tuple[float, ...]) -> Any:
+    value = table.get(key, usual)
+    right = isinstance(value, list | tuple) and len(value) == len(usual)
+    if not right or not all(isinstance(one, int | float) for one in value):
+        raise UserError(f"Expected {key} as {len(usual)} numbers, got {value!r}")
+    return tuple(float(one) for one in value)
+
+
+def cures(baseline: Setup) -> tuple[Cure, ...]:
+    """What may cure, from the smallest change to the largest, which is the refined simulation."""
+    round_one = replace(baseline, contact=replace(baseline.contact, elliptic=True))
+    # A contact that is pushed apart by its own friction would hop: see contact.py.
+    firm = replace(round_one, contact=replace(round_one.contact, impratio=max(100.0, baseline.contact.impratio)))
+    text = 'cone="elliptic", impratio="100"'
+    return (
+        Cure(text="half the time step", setup=replace(baseline, step_s=0.5 * baseline.step_s)),
+        Cure(text='cone="elliptic"', setup=round_one),
+        Cure(text=text, setup=firm),
+        Cure(text=f'{text}, noslip_iterations="3"', setup=replace(firm, noslip=3)),
+        Cure(text=f"{text}, half the time step", setup=replace(firm, step_s=0.5 * baseline.step_s)),
+    )
+
+
+def numerics(
+    recorded: Signals, *, rig: RigConfig, mu_s: float, baseline: Setup = BASELINE, runs: int = RUNS
+) -> list[dict[str, Any]]:
+    """What the settings of a simulation do on a few of the recorded tilts.
+
+    Each thing is a dict of id, size, unit, cured_by, before and after.
+
+    Args:
+        recorded: the session.
+        rig: sizes of block and plate.
+        mu_s: friction to simulate with.
+        baseline: the user's settings.
+        runs: how many of the recorded tilts.
+
+    Raises:
+        UserError: if the recording lacks what a simulation needs.
+    """
+    every = [run for run in recorded_runs(recorded) if not run.velocity.any()]
+    if not every:
+        raise UserError("Expected at least one recorded tilt to try the simulation's settings on, found none")
+    chosen = [every[place] for place in np.unique(np.linspace(0, len(every) - 1, runs).round().astype(int)).tolist()]
+    return checks(commands_of(recorded, chosen, rig=rig), mu_s=mu_s, baseline=baseline)
+
+
+def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> list[dict[str, Any]]:
+    """As `numerics`, on given tilts."""
+    return [*_creep(commands, mu_s, baseline), *_cone(commands, mu_s, baseline)]
+
+
+# --- creep ----------------------------------------------------------------------------------------------------------
+
+
+def _creep(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
+    """How much earlier a block seems to start than with the refined settings, and how far it has crept before that."""
+    commands = replace(commands, border_m=math.inf)
+    tried = cures(baseline)
+    refined, before = (_readings(commands, mu_s, setup) for setup in (tried[-1].setup, baseline))
+    early, crept = _change(before, refined)
+    if not (early > LEAST_DEG or crept > LEAST_MM):
+        return []
+    cured = tried[-1].text
+    for cure in tried[:-1]:
+        left_deg, left_mm = _change(_readings(commands, mu_s, cure.setup), refined)
+        if abs(left_deg) <= max(_CURED * early, LEAST_DEG) and left_mm <= max(_CURED * crept, 0.5 * LEAST_MM):
+            cured = cure.text
+            break
+    onsets = (float(np.degrees(np.nanmean(each.onset_rad))) for each in (before, refined))
+    ways = (float(1e3 * each.crept_m(refined).mean()) for each in (before, refined))
+    return [
+        _said("solver_creep", early, "deg", cured, onsets),
+        _said("solver_creep", crept, "mm", cured, ways),
+    ]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Reading:
+    """The tilt (n,) at which blocks are seen to start, and how far (n, m) they are from their start."""
+
+    commands: Commands
+    time_s: Array
+    onset_rad: Array
+    away_m: Array
+
+    def crept_m(self, refined: _Reading) -> Array:
+        """How far each has come (n,) when the tilt first is `NEAR` of the one at which the refined one starts."""
+        tilt = np.stack([_tilt_along(self.commands, row, self.time_s) for row in range(len(self.away_m))])
+        due = np.tan(tilt) >= NEAR * np.tan(refined.onset_rad)[:, None]
+        found = due.any(axis=1)
+        away = self.away_m[np.arange(len(due)), due.argmax(axis=1)]
+        return np.where(found, away, 0.0)[found] if found.any() else np.zeros(1)
+
+
+def _readings(commands: Commands, mu_s: float, setup: Setup) -> _Reading:
+    times = np.arange(0.0, float(commands.end_s.max()), _STAMP_S)
+    motions = simulate(commands, Model(mu_s=mu_s), time_s=times, setup=setup, share=_FROM)
+    away = np.linalg.norm(motions.path[..., :2] - motions.path[:, :1, :2], axis=2)
+    moved = away > READ_M
+    at = np.where(moved.any(axis=1), times[moved.argmax(axis=1)], np.nan)
+    return _Reading(commands=commands, time_s=times, onset_rad=commands.tilt_at(at), away_m=away)
+
+
+def _tilt_along(commands: Commands, row: int, times: Array) -> Array:
+    """The tilt of one run at times (m,)."""
+    return np.interp(times, commands.time_s[row], commands.tilt_rad[row])
+
+
+def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
+    """How much earlier blocks start (deg) and how much farther they creep (mm) than with the refined settings."""
+    both = np.isfinite(before.onset_rad) & np.isfinite(refined.onset_rad)
+    early = float(np.degrees((refined.onset_rad - before.onset_rad)[both].mean())) if both.any() else 0.0
+    return early, 1e3 * float(before.crept_m(refined).mean() - refined.crept_m(refined).mean())
+
+
+# --- the cone -------------------------------------------------------------------------------------------------------
+
+
+def _cone(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
+    """How far the friction of blocks that slide in three directions is apart, as angles.
+
+    In motion, because a block that creeps has no onset to compare; on even feet, because a box that hops has none
+    either.
+    """
+
+    def spread_deg(setup: Setup) -> float:
+        return float(np.ptp(_sliding_deg(commands, mu_s, replace(setup, solid=False))))
+
+    tried = cures(baseline)
+    before, after = spread_deg(baseline), spread_deg(tried[-1].setup)
+    if not before - after > LEAST_DEG:
+        return []
+    left = ((cure.text, spread_deg(cure.setup)) for cure in tried[:-1])
+    cured = next((text for text, apart in left if apart - after <= max(_CURED * before, LEAST_DEG)), tried[-1].text)
+    return [_said("cone_artifact", before - after, "deg", cured, (before, after))]
+
+
+def _sliding_deg(commands: Commands, mu_s: float, setup: Setup) -> Array:
+    """The friction angle by which blocks on the level plate are slowed down in each of `DIRECTIONS_RAD`."""
+    way = np.array(DIRECTIONS_RAD)
+    velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
+    # So fast that none stops within the time looked at, at which the feet have settled.
+    velocity *= 1.5 * mu_s * GRAVITY_M_S2 * _LOOKED_S[-1]
+    block: dict[str, ArrayLike] = {name: getattr(commands, name)[0] for name in ("mass_kg", "area_m2")}
+    level = ramps((0.0, _LOOKED_S[-1] + 0.02), (0.0, 0.0), downhill_rad=way, velocity=velocity, **block)
+    path = simulate(level, Model(mu_s=mu_s), time_s=_LOOKED_S, setup=setup).path
+    first, middle, last = np.linalg.norm(path[..., :2], axis=2).T
+    slowed = (2.0 * middle - first - last) / (_LOOKED_S[1] - _LOOKED_S[0]) ** 2
+    return np.degrees(np.arctan(slowed / GRAVITY_M_S2))
+
+
+def _said(name: str, size: float, unit: str, cured_by: str, figures: Any) -> dict[str, Any]:
+    before, after = figures
+    return {"id": name, "size": size, "unit": unit, "cured_by": cured_by, "before": before, "after": after}
