@@ -124,9 +124,9 @@ def separate(
     """
     ids = tuple(effect.id for effect in effects)
     tried = [(_runs_needed(effects, design, sizes or {}, noise, mu_s), design) for design in DESIGNS]
-    # Of equally many runs those that need nothing by hand, and of those the sharpest.
-    needed, design = min(tried, key=lambda pair: (_rounded(pair[0]), bool(pair[1].by_hand), pair[0]))
-    runs = _rounded(needed)
+    # Of equally many runs those that need nothing by hand, and of those the sharpest for all effects together.
+    needed, design = min(tried, key=lambda pair: (_rounded(max(pair[0])), bool(pair[1].by_hand), sum(pair[0])))
+    runs = _rounded(max(needed))
     if not runs < MOST:
         reason = "; ".join(dict.fromkeys(effect.separated_by for effect in effects))
         return NextExperiment(
@@ -187,18 +187,18 @@ def _toml(design: Design, runs: int) -> str:
 
 def _runs_needed(
     effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], noise: Noise | None, mu_s: float
-) -> float:
-    """Runs for the hardest of the effects, the others and mu being free; infinitely many if never."""
+) -> list[float]:
+    """Runs for each of the effects, the others and mu being free; infinitely many if never."""
     trial, null = _trial(design, noise, mu_s)
     scored = scores(trial, null, effects)
-    worst = 0.0
+    needed: list[float] = []
     for effect in effects:
         own = [column for variant in scored.variants[:] if variant.effect is effect for column in variant.columns]
         others = [column for variant in scored.variants if variant.effect is not effect for column in variant.columns]
         information = _left(scored.information, own, others)
         sharp = sizes.get(effect.id, 1.0) ** 2 * information / TRIAL_RUNS
-        worst = max(worst, POWER**2 / sharp if sharp > 1e-12 else math.inf)
-    return worst
+        needed.append(POWER**2 / sharp if sharp > 1e-12 else math.inf)
+    return needed
 
 
 def _left(information: Array, own: Sequence[int], others: Sequence[int]) -> float:
