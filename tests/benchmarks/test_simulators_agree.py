@@ -33,9 +33,9 @@ def test_agreement_by_effect_and_size() -> None:
         for share in SHARES:
             size = share * SIZES.get(name, 1.0)
             commands = commands_for(effect, RUNS)
-            given = {"chances": chances_for(commands), "time_s": stamps_of(commands)}
-            of = typical(effect, size=size)
-            found = apart(in_plane(commands, of, **given), in_mujoco(commands, of, **given))
+            of, chances, stamps = typical(effect, size=size), chances_for(commands), stamps_of(commands)
+            both = (each(commands, of, time_s=stamps, chances=chances) for each in (in_plane, in_mujoco))
+            found = apart(*both)
             known = found.onset_deg[np.isfinite(found.onset_deg)]
             onsets = f"{np.median(known):.3f} {known.max():.3f}" if len(known) else "(none slid)"
             one_only = int(np.isinf(found.onset_deg).sum())

@@ -62,10 +62,20 @@ class Followed:
 
     def select(self, chosen: Index) -> Followed:
         """Fewer of them."""
-        arrays = (self.row, self.number, self.time_s, self.step_s, self.place, self.rates, self.way)
-        since = (self.slid_from_s, self.rest_from_s, self.since_s, self.from_place)
-        bodies = [self.bodies[number] for number in chosen.tolist()]
-        return Followed(*(values[chosen] for values in (*arrays, *since)), bodies)
+        return Followed(
+            row=self.row[chosen],
+            number=self.number[chosen],
+            time_s=self.time_s[chosen],
+            step_s=self.step_s[chosen],
+            place=self.place[chosen],
+            rates=self.rates[chosen],
+            way=self.way[chosen],
+            slid_from_s=self.slid_from_s[chosen],
+            rest_from_s=self.rest_from_s[chosen],
+            since_s=self.since_s[chosen],
+            from_place=self.from_place[chosen],
+            bodies=[self.bodies[number] for number in chosen.tolist()],
+        )
 
     @property
     def moving(self) -> Bools:

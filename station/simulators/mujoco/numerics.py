@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from shared.errors import UserError
 from shared.rig import RigConfig
@@ -231,8 +230,14 @@ def _sliding_deg(commands: Commands, mu_s: float, setup: Setup) -> Array:
     velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
     # So fast that none stops within the time looked at, at which the feet have settled.
     velocity *= 1.5 * mu_s * GRAVITY_M_S2 * _LOOKED_S[-1]
-    block: dict[str, ArrayLike] = {name: getattr(commands, name)[0] for name in ("mass_kg", "area_m2")}
-    level = ramps((0.0, _LOOKED_S[-1] + 0.02), (0.0, 0.0), downhill_rad=way, velocity=velocity, **block)
+    level = ramps(
+        (0.0, _LOOKED_S[-1] + 0.02),
+        (0.0, 0.0),
+        downhill_rad=way,
+        velocity=velocity,
+        mass_kg=commands.mass_kg[0],
+        area_m2=commands.area_m2[0],
+    )
     path = simulate(level, Model(mu_s=mu_s), time_s=_LOOKED_S, setup=setup).path
     first, middle, last = np.linalg.norm(path[..., :2], axis=2).T
     slowed = (2.0 * middle - first - last) / (_LOOKED_S[1] - _LOOKED_S[0]) ** 2

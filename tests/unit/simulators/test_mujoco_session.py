@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
@@ -102,9 +103,10 @@ def test_light_blocks_and_heavy_ones_do_the_same() -> None:
 # --- the ellipse ----------------------------------------------------------------------------------------------------
 
 
-def support_of(along: Array, across: Array, axis: Array, way: Array) -> Array:
+def support_of(along: ArrayLike, across: ArrayLike, axis: ArrayLike, way: Array) -> Array:
     """h of an ellipse in the directions `way`."""
-    return np.hypot(along * np.cos(way - axis), across * np.sin(way - axis))
+    turn = way - np.asarray(axis)
+    return np.hypot(np.asarray(along) * np.cos(turn), np.asarray(across) * np.sin(turn))
 
 
 def test_an_ellipse_is_its_own() -> None:
