@@ -28,6 +28,8 @@ from station.signals.session import Signals
 LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
 
+LEAST_SLID = 10
+
 
 def diagnose(
     recorded: Signals | Sequence[Sample],
@@ -97,7 +99,16 @@ def _why_not(evidence: Evidence) -> str | None:
         return f"expected runs with an onset or a slide, found none: {reasons}"
     if used < LEAST_RUNS:
         return f"expected at least {LEAST_RUNS} runs with an onset or a slide, found {used}: record more runs"
+    slid = _slid(evidence)
+    if slid < LEAST_SLID:
+        return f"expected at least {LEAST_SLID} runs in which the block slid, found {slid}: tilt further"
     return None
+
+
+def _slid(evidence: Evidence) -> int:
+    """In how many runs friction was overcome: the others only say that it was larger."""
+    rows = [channel.rows for channel in evidence.channels if channel.shares_friction]
+    return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
 
 
 def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str) -> Diagnosis:
