@@ -59,5 +59,4 @@ def covariates_of(contact: Contact) -> Mapping[str, Array]:
         "load": np.log(np.maximum(contact.mass_kg, 1e-9)),
         "temperature": contact.temperature_c,
         "humidity": contact.relative_humidity,
-        "step_time": np.where(moving, np.nan, np.minimum(contact.step_s, 1e3)),
     }

@@ -25,12 +25,13 @@ LEAST_SIGMA_RAD = 2e-4
 """What an attitude is trusted to, whatever a fit's standard error says."""
 
 LEAST_TILT_RAD = 0.02
+FREE_M = 1e-4
 _NEARBY_NS = tuple(range(-40_000_000, 40_000_001, 10_000_000))
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     """The onsets of all runs that slid, and the limits of those that did not."""
-    chosen = [(place, track) for place, track in enumerate(recorded.tracks) if _usable(track, recorded.plate)]
+    chosen = [(place, track) for place, track in enumerate(recorded.tracks) if _usable(track, recorded)]
     if not chosen:
         return []
     tracks = [track for _, track in chosen]
@@ -92,9 +93,13 @@ def _jerk_sigma(moments: Moments, plate: PlateMotion) -> Array:
     return largest * place / contact.pressing_m_s2
 
 
-def _usable(track: RunTrack, plate: PlateMotion) -> bool:
-    time_ns = _moment_ns(track, plate)
-    return bool(plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+def _usable(track: RunTrack, recorded: Recorded) -> bool:
+    """Whether the plate was tilted, and the block free: the foam holds a block that leans on it."""
+    time_ns = _moment_ns(track, recorded.plate)
+    steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+    (place,), _ = _starts([track])
+    reach = recorded.setting.opening_radius_m - recorded.setting.block_side_m / math.sqrt(2)
+    return steep and reach - math.hypot(place[0], place[1]) > FREE_M
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 LEAST_MU = 0.05
 """Guards the relative residuals; measured friction is several times more."""
 
+LEAST_SLOPE_RAD = 0.05
+"""On a plate more level than that there is no steepest line."""
+
 FREE_M = 1e-3
 """Windows nearer to the foam than this are left out: they show the foam."""
 
@@ -42,6 +45,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
     nodes = len(WEIGHTS)
     node_ns = np.concatenate([window.node_ns for window in windows])
     pose = np.concatenate([window.node_pose for window in windows])
+    shrunk = _trust(windows, recorded)
     moments = Moments(
         time_ns=node_ns,
         run=np.repeat(runs, nodes),
@@ -49,7 +53,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
-        velocity_m_s=np.concatenate([_velocity(window) for window in windows]),
+        velocity_m_s=_velocities(windows, recorded, shrunk),
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=np.concatenate([_border(window.node_pose, recorded) for window in windows]),
@@ -71,7 +75,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
     )
     # A direction that is off by its own error puts that share of the friction across.
-    aside = np.array([window.way_sigma_rad for window in windows])
+    aside = math.sqrt(shrunk) * np.array([window.way_sigma_rad for window in windows])
     turning = np.array(
         [window.acceleration_factor * track.sigma_rad for window, track in zip(windows, tracks, strict=True)]
     )
@@ -91,10 +95,35 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
     ]
 
 
-def _velocity(window: Window) -> Array:
-    """The speed of the window in the direction of the whole path (3, 2)."""
-    speed = np.hypot(window.node_velocity[:, 0], window.node_velocity[:, 1])
-    return speed[:, None] * np.column_stack([np.cos(window.node_way_rad), np.sin(window.node_way_rad)])
+def _trust(windows: Sequence[Window], recorded: Recorded) -> float:
+    """How much of the slides' deviations from the steepest line is real, 0 to 1, by their spread and their noise.
+
+    A law of the direction must not be fitted to the noise of directions: they are taken as what is expected of them
+    (regression calibration; Carroll et al. 2006, Measurement Error in Nonlinear Models, chapter 4).
+    """
+    off = _deviations(windows, recorded)
+    spread = float(np.mean(np.minimum(off**2, np.quantile(off**2, 0.98))))
+    noise = float(np.mean([window.way_sigma_rad**2 for window in windows]))
+    return min(max(1.0 - noise / max(spread, 1e-12), 0.0), 1.0)
+
+
+def _deviations(windows: Sequence[Window], recorded: Recorded) -> Array:
+    """Of the slides' directions at the windows' middles from the steepest line (n,)."""
+    down = recorded.plate.at(np.array([window.node_ns[1] for window in windows])).down_rad
+    way = np.array([window.node_way_rad[1] for window in windows])
+    return np.mod(way - down + np.pi, 2 * np.pi) - np.pi
+
+
+def _velocities(windows: Sequence[Window], recorded: Recorded, trust: float) -> Array:
+    """Velocities at the nodes (3 n, 2): the window's speed in the whole path's direction, as far as that is real."""
+    node_ns = np.concatenate([window.node_ns for window in windows])
+    way = np.concatenate([window.node_way_rad for window in windows])
+    speed = np.concatenate([np.hypot(window.node_velocity[:, 0], window.node_velocity[:, 1]) for window in windows])
+    down = recorded.plate.at(node_ns).down_rad
+    level = recorded.plate.at(node_ns).tilt_rad < LEAST_SLOPE_RAD
+    off = np.mod(way - down + np.pi, 2 * np.pi) - np.pi
+    direction = np.where(level, way, down + trust * off)
+    return speed[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
 
 
 def _resting_yaw(track: RunTrack) -> float:

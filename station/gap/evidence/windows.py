@@ -23,6 +23,7 @@ SLOWEST_SIGMAS = 6.0
 SLOWEST_M_S = 8e-3
 SHORTEST_M = 1e-3
 MARGIN_NS = 30_000_000
+CROOKED = 2.0
 _roots, _weights = roots_jacobi(3, 2.0, 2.0)
 NODES: Array = np.asarray(_roots, dtype=np.float64)
 WEIGHTS: Array = np.asarray(_weights / np.sum(_weights), dtype=np.float64)
@@ -59,8 +60,10 @@ def windows_of(track: RunTrack) -> Iterator[Window]:
     course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
     if course is None:
         return
+    # A straight line in time: a window's curvature is free of its noise, as of any straight line's.
+    turning = np.polyfit((track.time_ns[part] - track.slip_ns) * 1e-9, track.pose[part, 2], 1)
     for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
-        window = _window(track, slice(first, first + FRAMES), course)
+        window = _window(track, slice(first, first + FRAMES), course, turning)
         if window is not None:
             yield window
 
@@ -92,10 +95,14 @@ class Course:
         degree = 1 if length < 5 * SHORTEST_M or len(place_m) < 3 * FRAMES else 3
         basis = np.column_stack([(along / length) ** k for k in range(degree + 1)])
         inverse = np.linalg.pinv(basis)
+        fit = inverse @ aside
+        left = float(np.sqrt(np.mean((aside - basis @ fit) ** 2)))
+        # A path that no such curve follows (a block that was knocked) has no direction worth a sideways force.
+        sigma_m = sigma_m if left < CROOKED * sigma_m else 10 * left
         return cls(
             middle=middle,
             main=main,
-            fit=inverse @ aside,
+            fit=fit,
             inverse=inverse @ inverse.T,
             scale_m=length,
             sigma_m=sigma_m,
@@ -115,7 +122,7 @@ def _along_aside(offset: Array, main: Array) -> tuple[Array, Array]:
     return offset @ main, offset @ np.array([-main[1], main[0]])
 
 
-def _window(track: RunTrack, frames: slice, course: Course) -> Window | None:
+def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> Window | None:
     times, pose = track.time_ns[frames], track.pose[frames]
     middle = (int(times[0]) + int(times[-1])) // 2
     half_s = 0.5e-9 * float(times[-1] - times[0])
@@ -136,12 +143,14 @@ def _window(track: RunTrack, frames: slice, course: Course) -> Window | None:
     ):
         return None
     way, way_sigma = course.at(node[:, :2])
+    yaw_acceleration = float(2 * fit[2, 2] / half_s**2)
+    node[:, 2] = np.polyval(turning, (middle - track.slip_ns) * 1e-9 + NODES * half_s)
     return Window(
         from_ns=int(times[0]),
         to_ns=int(times[-1]),
         node_ns=(middle + np.round(NODES * half_s * 1e9)).astype(np.int64),
         acceleration_m_s2=2 * fit[2, :2] / half_s**2,
-        yaw_acceleration_rad_s2=float(2 * fit[2, 2] / half_s**2),
+        yaw_acceleration_rad_s2=yaw_acceleration,
         node_pose=node,
         node_velocity=velocity,
         acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,

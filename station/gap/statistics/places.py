@@ -12,6 +12,7 @@ from station.gap.evidence.evidence import Evidence
 from station.physics.contact import Array
 
 LEAST_ROWS = 12
+LEAST_SPREAD_RAD = 0.1
 LEAST_SPREAD = {
     "dwell": 0.02,
     "ahead": 2e-3,
@@ -85,6 +86,9 @@ def _angle(angle: Array) -> Array | None:
     """Harmonics of an angle: the first and, where the angles are dense enough, the second and third."""
     known = np.isfinite(angle)
     if known.sum() < max(LEAST_ROWS, 0.5 * len(angle)):
+        return None
+    turned = np.exp(1j * angle[known])
+    if 1.0 - abs(turned.mean()) < 0.5 * LEAST_SPREAD_RAD**2:
         return None
     distinct = len(np.unique(np.round(np.mod(angle[known], 2 * np.pi) / 0.1)))
     order = 3 if distinct > 8 else 2 if distinct > 3 else 1
