@@ -27,7 +27,7 @@ LATEST_S = 0.03
 """A slide that is noticed is not said to have begun earlier than this before."""
 QUIET_S = 0.03
 """So long it must lie before it may be left alone."""
-SLIP_M = 5e-5
+SLIP_M = 1e-5
 """A slip that ends sooner is none: the block settles."""
 
 Bools = NDArray[np.bool_]
