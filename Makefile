@@ -10,8 +10,10 @@ SEED ?= 1
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 
+# Tests with processes, sockets and clocks of their own run one at a time, so that they do not disturb each other.
 test: setup lint
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/system
+	$(BIN)/pytest tests/system
 
 lint: setup
 	$(BIN)/ruff check .
