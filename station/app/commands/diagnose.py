@@ -31,6 +31,7 @@ from station.gap.diagnose import Examined, examined
 from station.gap.evidence.evidence import Setting
 from station.gap.report.page import html_page
 from station.gap.result import Diagnosis, as_json
+from station.gap.search import Progress
 from station.gap.summary import summary
 from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
@@ -102,14 +103,14 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
     return found
 
 
-def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Any = None) -> Examined:
+def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Progress = lambda _: None) -> Examined:
     """Diagnoses one file; with what its report's figures need.
 
     Raises:
         UserError: if it is missing, damaged or of another kind.
     """
     began = time.monotonic()
-    tell = status or (lambda _: None)
+    tell = status
     if path.suffix in _TABLES:
         config = load_rig(rig) if rig else None
         recorded = read_samples(path)
