@@ -57,14 +57,14 @@ def confusion(cases: Sequence[Scored]) -> Figure | None:
     columns = sorted({first for _, first in counts} | set(rows), key=_last)
     table = np.array([[counts[truth, first] for first in columns] for truth in rows], dtype=np.float64)
     shares = table / table.sum(axis=1, keepdims=True)
-    figure = Figure(figsize=(2.2 + 0.3 * len(columns), 1.8 + 0.24 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(max(4.0, 2.2 + 0.3 * len(columns)), 1.8 + 0.24 * len(rows)), layout="constrained")
     axes = figure.subplots()
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
     axes.set_xticks(range(len(columns)), columns, rotation=90)
     axes.set_yticks(range(len(rows)), [f"{name} ({int(n)})" for name, n in zip(rows, table.sum(axis=1), strict=True)])
     for i, j in zip(*np.nonzero(table), strict=True):
         axes.text(j, i, str(int(table[i, j])), ha="center", va="center", color="w" if shares[i, j] > 0.6 else "k")
-    axes.set(xlabel="first name", ylabel="concealed (cases)", title="Names: effects at 2 × the detection limit or more")
+    axes.set(xlabel="first name", ylabel="concealed (cases)", title="Singles at 2 × their limit or more")
     return figure
 
 

@@ -29,6 +29,8 @@ COVARIATES: Mapping[str, str] = {
     "camera_place": "position",
     "x": "position",
     "y": "position",
+    "ahead": "position",
+    "previous_slide": "previous_length",
     "step_time": "step",
     "slides_since_handled": "run",
 }
@@ -40,6 +42,7 @@ EVERYWHERE = "all"
 PHASES_ALL = ("rest", "pre-slip", "onset", "slide")
 COVARIATES_ALL = (
     "direction", "yaw", "position", "speed", "time", "tilt", "tilt_rate", "dwell", "run", "load", "humidity", "step",
+    "temperature", "previous_direction", "previous_length",
 )  # fmt: skip
 LISTED, OTHER_RUNS = 1.0, 0.5
 STRONG, WEAK = 0.5, 0.25

@@ -8,7 +8,8 @@ import numpy as np
 
 from station.gap.evidence.channel import Channel
 from station.gap.evidence.covariates import ANGLES
-from station.physics.contact import Array
+from station.gap.evidence.plate import Times
+from station.physics.contact import Array, Bools
 from station.prove.rivals import Table
 
 CHANNELS = ("onset", "along")
@@ -30,8 +31,8 @@ class Terms:
     covariates: tuple[str, ...]
     columns: Array
     residual: Array
-    known: Array
-    run: Array
+    known: Bools
+    run: Times
 
 
 def tables_of(table: Table) -> list[Terms]:

@@ -85,7 +85,9 @@ def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], *, names
         null_named=share("null", "", (bool(answer["names"]) for answer in plain if names)),
         place=share("place", "", (_place(case, answer) for case, answer in strong if places)),
         gain=figure("gain", "", (number(answer.get("gain")) for _, answer in effects), _mean),
-        gap=figure("gap", "", (case.share_of(number(answer.get("gain"))) for case, answer in effects), _median),
+        gap=figure(
+            "gap", "", (min(case.share_of(number(answer.get("gain"))), 1.0) for case, answer in effects), _median
+        ),
         note=note,
     )
 

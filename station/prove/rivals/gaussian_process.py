@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.optimize import minimize
 
-from station.physics.contact import Array
+from station.gap.evidence.plate import Times
+from station.physics.contact import Array, Bools
 from station.prove.rivals import Answer, Rival, Table, corrected_log_run
 from station.prove.terms import Terms, tables_of
 
@@ -38,9 +39,9 @@ class GaussianProcess(Rival):
         """The most important covariate, and held-out scores."""
         rng = np.random.default_rng(SEED)
         tables = [terms for terms in tables_of(table) if terms.known.sum() >= 20 and terms.columns.shape[1]]
-        kernels = [_scales(terms, rng) for terms in tables]
-        important = [_important(terms, kernel, rng) for terms, kernel in zip(tables, kernels, strict=True)]
-        best = max(important, key=lambda one: one[0], default=None)
+        kernels = [length_scales(terms, rng) for terms in tables]
+        ranked = [important(terms, kernel, rng) for terms, kernel in zip(tables, kernels, strict=True)]
+        best = max(ranked, key=lambda one: one[0], default=None)
         log_run = np.full(table.evidence.runs, np.nan)
         for number in np.unique(table.fold):
             train = table.fold != number
@@ -52,18 +53,19 @@ class GaussianProcess(Rival):
         return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=log_run)
 
 
-def _chosen(rows: Array, most: int, rng: np.random.Generator) -> Array:
-    places = np.flatnonzero(rows)
+def _chosen(rows: Bools, most: int, rng: np.random.Generator) -> Times:
+    places: Times = np.flatnonzero(rows).astype(np.int64)
     return places if len(places) <= most else np.sort(rng.choice(places, most, replace=False))
 
 
-def _scales(terms: Terms, rng: np.random.Generator) -> Any:
+def length_scales(terms: Terms, rng: np.random.Generator) -> Any:
     """The kernel with the likeliest length scales, amplitude and noise."""
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel  # noqa: PLC0415  (may be missing)
 
     rows = _chosen(terms.known, SCALES_FROM, rng)
     size = terms.columns.shape[1]
-    kernel = ConstantKernel(0.3, (1e-3, 1e2)) * RBF(np.full(size, 3.0), (0.3, 1e3)) + WhiteKernel(0.7, (1e-3, 1e1))
+    ard: Any = np.full(size, 3.0)
+    kernel = ConstantKernel(0.3, (1e-3, 1e2)) * RBF(ard, (0.3, 1e3)) + WhiteKernel(0.7, (1e-3, 1e1))
     model = _model(kernel, optimizer=_few_steps)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a length scale at its bound is an answer: the term does not matter
@@ -82,18 +84,18 @@ def _few_steps(objective: Any, start: Array, bounds: Array) -> tuple[Array, floa
     return found.x, float(found.fun)
 
 
-def _fitted(terms: Terms, kernel: Any, train: Array, rng: np.random.Generator) -> Any:
+def _fitted(terms: Terms, kernel: Any, train: Bools, rng: np.random.Generator) -> Any:
     rows = _chosen(train & terms.known, MOST_ROWS, rng)
     return _model(kernel, optimizer=None).fit(terms.columns[rows], terms.residual[rows])
 
 
-def _predicted(terms: Terms, kernel: Any, train: Array, rng: np.random.Generator) -> Array:
+def _predicted(terms: Terms, kernel: Any, train: Bools, rng: np.random.Generator) -> Array:
     model = _fitted(terms, kernel, train, rng)
     predicted: Array = model.predict(terms.columns)
     return predicted
 
 
-def _important(terms: Terms, kernel: Any, rng: np.random.Generator) -> tuple[float, tuple[str, str]]:
+def important(terms: Terms, kernel: Any, rng: np.random.Generator) -> tuple[float, tuple[str, str]]:
     """The covariate whose shuffling changes predictions most: the share of the residuals' variance, and the place."""
     model = _fitted(terms, kernel, np.ones(len(terms.run), dtype=np.bool_), rng)
     rows = _chosen(terms.known, MOST_ROWS, rng)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 from station.prove.rivals import Answer, Rival, Table, corrected_log_run
 from station.prove.terms import Terms, tables_of
 
@@ -41,7 +41,7 @@ class PySindy(Rival):
         tables = tables_of(table)
         largest: tuple[float, Terms, int] | None = None
         for terms in tables:
-            coefficients = _sparse(terms, everything)
+            coefficients = sparse(terms, everything)
             for number, value in enumerate(np.abs(coefficients)):
                 if value > 0 and (largest is None or value > largest[0]):
                     largest = (float(value), terms, number)
@@ -57,12 +57,12 @@ def _held_out(table: Table, tables: list[Terms]) -> Array:
     log_run = np.full(table.evidence.runs, np.nan)
     for number in np.unique(table.fold):
         train = table.fold != number
-        correction = {terms.channel: terms.columns @ _sparse(terms, train) for terms in tables}
+        correction = {terms.channel: terms.columns @ sparse(terms, train) for terms in tables}
         log_run[~train] = corrected_log_run(table, correction, train)[~train]
     return log_run
 
 
-def _sparse(terms: Terms, train: Array) -> Array:
+def sparse(terms: Terms, train: Bools) -> Array:
     """Coefficients (k,) of the rows of some runs, most of them 0."""
     rows = train[terms.run] & terms.known
     best = (math.inf, np.zeros(terms.columns.shape[1]))

@@ -5,7 +5,7 @@ from tests.unit.prove.made_up import concealed, said, scored, truth
 
 
 def advised(plan: str, why: str, *entries: list[str]) -> bool:
-    case = truth("confounded", concealed("viscous"), answer="class", **{"class": {"members": [], "next": [*entries]}})
+    case = truth("confounded", concealed("viscous"), answer="class", next=[*entries])
     return scored(case, said(next_experiment={"plan": plan, "why": why})).advised
 
 

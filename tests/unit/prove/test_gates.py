@@ -1,4 +1,5 @@
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,12 +13,12 @@ def gate(cases: list[Scored], key: str) -> Gate:
     return {one.key: one for one in gates(cases)}[key]
 
 
-def null(*claims: dict, gain: float | None = None) -> Scored:
+def null(*claims: dict[str, Any], gain: float | None = None) -> Scored:
     refit = {} if gain is None else {"tool": {"gain": gain, "se": 0.01}}
     return scored(truth("null", answer="none"), said(*claims), **refit)
 
 
-def single(*claims: dict, strength: float = 4.0, **refit: object) -> Scored:
+def single(*claims: dict[str, Any], strength: float = 4.0, **refit: object) -> Scored:
     return scored(truth("single", concealed("viscous", strength=strength)), said(*claims), **refit)
 
 
@@ -70,6 +71,8 @@ def test_the_gap_is_the_share_of_what_the_oracle_gains():
     cases = [single(claim("viscous"), oracle=oracle, tool={"gain": gain, "se": 0.1}) for gain in (0.3, 0.45, 0.5)]
     assert gate(cases, "gap").value == pytest.approx(0.9)
     assert gate([*cases, single(oracle=oracle)], "gap").value == pytest.approx(0.75)
+    more = single(claim("viscous"), oracle=oracle, tool={"gain": 1.5, "se": 0.1})
+    assert gate([more], "gap").value == 1.0
     nothing = single(claim("viscous"), oracle={"gain": 0.01, "se": 0.05}, tool={"gain": 0.0, "se": 0.1})
     assert gate([nothing], "gap").cases == 0
 

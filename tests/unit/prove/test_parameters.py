@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.rig import load_rig
+from shared.rig import RigConfig, load_rig
 from station.physics.catalogue import catalogue
 from station.prove.parameters import EXACT, INEXACT, pulls_of
 from tests.unit.prove.made_up import claim, concealed, said, truth
@@ -30,7 +30,7 @@ model = "jaco2_spherical"
 
 
 @pytest.fixture
-def rig(tmp_path: Path):
+def rig(tmp_path: Path) -> RigConfig:
     (tmp_path / "rig.toml").write_text(RIG, encoding="utf-8")
     return load_rig(tmp_path / "rig.toml")
 
@@ -41,7 +41,7 @@ def test_every_effect_is_in_one_of_the_two_tables():
     assert not EXACT.keys() & INEXACT.keys()
 
 
-def test_z_and_cover(rig):
+def test_z_and_cover(rig: RigConfig):
     case = truth("single", concealed("viscous", drag_per_s=2.0))
     pulls, left = pulls_of(case, said(claim("viscous", drag_n_s_m=(0.020, 0.002))), rig)
     assert [pull.z for pull in pulls] == pytest.approx([2.0])
@@ -49,7 +49,7 @@ def test_z_and_cover(rig):
     assert left == {}
 
 
-def test_an_ellipse_is_told_by_twice_its_angle(rig):
+def test_an_ellipse_is_told_by_twice_its_angle(rig: RigConfig):
     case = truth(
         "single", concealed("plate_anisotropy", grain_plate=0.2, grain_plate_axis=math.pi / 4, grain_plate_shape=0.0)
     )
@@ -57,19 +57,19 @@ def test_an_ellipse_is_told_by_twice_its_angle(rig):
     assert [pull.z for pull in pulls] == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
-def test_another_law_is_left_out_and_counted(rig):
+def test_another_law_is_left_out_and_counted(rig: RigConfig):
     case = truth("single", concealed("stribeck", fall=0.1, fall_speed=0.02, fall_shape=1.0))
     pulls, left = pulls_of(case, said(claim("stribeck", drop=(0.1, 0.01), speed_m_s=(0.02, 0.01))), rig)
     assert pulls == []
     assert "Lorentzian" in left["stribeck"]
 
 
-def test_a_wrong_name_has_no_parameters_to_judge(rig):
+def test_a_wrong_name_has_no_parameters_to_judge(rig: RigConfig):
     case = truth("single", concealed("viscous", drag_per_s=2.0))
     assert pulls_of(case, said(claim("kinetic_drop", drop=(0.1, 0.01))), rig) == ([], {})
 
 
-def test_the_maps_name_parameters_that_the_tool_has(rig):
+def test_the_maps_name_parameters_that_the_tool_has(rig: RigConfig):
     world = {
         "drop": 0.1, "fall": 0.1, "fall_speed": 0.02, "drag_per_s": 1.0, "wear": 0.1, "wear_runs": 20.0,
         "grain_object": 0.1, "grain_object_axis": 0.3, "grain_object_shape": 0.0, "grain_plate": 0.1,

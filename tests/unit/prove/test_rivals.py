@@ -25,26 +25,26 @@ def test_every_file_is_a_rival_and_every_absent_one_has_a_reason():
     assert NOT_HERE.keys() <= reasons().keys()
 
 
-def test_sparse_regression_finds_the_planted_term_and_nothing_in_noise():
+def testsparse_regression_finds_the_planted_term_and_nothing_in_noise():
     pytest.importorskip("pysindy")
-    from station.prove.rivals.pysindy_terms import _sparse  # noqa: PLC0415  (needs the package)
+    from station.prove.rivals.pysindy_terms import sparse  # noqa: PLC0415  (needs the package)
 
     rng = np.random.default_rng(2)
     everything = np.ones(240, dtype=np.bool_)
-    found = _sparse(planted(rng, slope=0.06), everything)
+    found = sparse(planted(rng, slope=0.06), everything)
     assert np.argmax(np.abs(found)) == 1
     assert found[1] == pytest.approx(0.06, abs=0.01)
-    assert not np.any(_sparse(planted(rng, slope=0.0), everything))
+    assert not np.any(sparse(planted(rng, slope=0.0), everything))
 
 
 def test_a_gaussian_process_finds_the_covariate_that_matters():
     pytest.importorskip("sklearn")
-    from station.prove.rivals.gaussian_process import LEAST, _important, _scales  # noqa: PLC0415  (needs the package)
+    from station.prove.rivals.gaussian_process import LEAST, important, length_scales  # noqa: PLC0415  (needs the package)
 
     for slope, matters in ((0.08, True), (0.0, False)):
         rng = np.random.default_rng(2)
         terms = planted(rng, slope=slope)
-        size, where = _important(terms, _scales(terms, rng), rng)
+        size, where = important(terms, length_scales(terms, rng), rng)
         assert (size > LEAST and where == ("onset", "run")) is matters
 
 
