@@ -11,7 +11,7 @@ import importlib.util
 import inspect
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
@@ -97,7 +97,40 @@ def rival_named(name: str) -> Rival:
     return rivals()[name]
 
 
-def corrected_log_run(table: Table, correction: dict[str, Array], train: Bools) -> Array:
+def held_out_corrected(table: Table, predict: Callable[[Bools], Mapping[str, Array]]) -> Array:
+    """Held-out log densities (runs,) of corrections that `predict` learns from some runs (runs,), rows by channel.
+
+    The noise must not be taken from residuals of rows that a correction has learnt by heart: in the runs that it is
+    estimated on, each fold is corrected by what the others taught.
+    """
+    fold, numbers = table.fold, np.unique(table.fold).tolist()
+    known: dict[frozenset[int], Mapping[str, Array]] = {}
+
+    def without(*left_out: int) -> Mapping[str, Array]:
+        key = frozenset(left_out)
+        if key not in known:
+            known[key] = predict(~np.isin(fold, left_out))
+        return known[key]
+
+    log_run = np.full(table.evidence.runs, np.nan)
+    for number in numbers:
+        correction = {name: values.copy() for name, values in without(number).items()}
+        for other in numbers:
+            if other != number:
+                _put(table, correction, without(number, other), other)
+        log_run[fold == number] = corrected_log_run(table, correction, fold != number)[fold == number]
+    return log_run
+
+
+def _put(table: Table, correction: Mapping[str, Array], part: Mapping[str, Array], number: int) -> None:
+    for name, values in part.items():
+        channel = table.evidence.channel(name)
+        assert channel is not None
+        rows = table.fold[channel.rows.run] == number
+        correction[name][rows] = values[rows]
+
+
+def corrected_log_run(table: Table, correction: Mapping[str, Array], train: Bools) -> Array:
     """Log densities (runs,) of the residuals of the plain model less a correction (rows,) by channel.
 
     The noise is estimated on the runs of `train` (runs,) alone; the likelihood is the tool's.

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from station.gap.evidence.plate import Times
 from station.physics.contact import Array, Bools
-from station.prove.rivals import Answer, Rival, Table, corrected_log_run
+from station.prove.rivals import Answer, Rival, Table, held_out_corrected
 from station.prove.terms import Terms, tables_of
 
 SCALES_FROM, MOST_ROWS = 200, 500
@@ -42,15 +42,12 @@ class GaussianProcess(Rival):
         kernels = [length_scales(terms, rng) for terms in tables]
         ranked = [important(terms, kernel, rng) for terms, kernel in zip(tables, kernels, strict=True)]
         best = max(ranked, key=lambda one: one[0], default=None)
-        log_run = np.full(table.evidence.runs, np.nan)
-        for number in np.unique(table.fold):
-            train = table.fold != number
-            correction = {
-                terms.channel: _predicted(terms, kernel, train[terms.run], rng)
-                for terms, kernel in zip(tables, kernels, strict=True)
-            }
-            log_run[~train] = corrected_log_run(table, correction, train)[~train]
-        return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=log_run)
+
+        def predict(train: Bools) -> dict[str, Array]:
+            pairs = zip(tables, kernels, strict=True)
+            return {terms.channel: _predicted(terms, kernel, train[terms.run], rng) for terms, kernel in pairs}
+
+        return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=held_out_corrected(table, predict))
 
 
 def _chosen(rows: Bools, most: int, rng: np.random.Generator) -> Times:

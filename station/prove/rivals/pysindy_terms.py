@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from station.physics.contact import Array, Bools
-from station.prove.rivals import Answer, Rival, Table, corrected_log_run
+from station.prove.rivals import Answer, Rival, Table, held_out_corrected
 from station.prove.terms import Terms, tables_of
 
 THRESHOLDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
@@ -45,21 +45,16 @@ class PySindy(Rival):
             for number, value in enumerate(np.abs(coefficients)):
                 if value > 0 and (largest is None or value > largest[0]):
                     largest = (float(value), terms, number)
+
+        def predict(train: Bools) -> dict[str, Array]:
+            return {terms.channel: terms.columns @ sparse(terms, train) for terms in tables}
+
         names, place = (), None
         if largest is not None:
             _, terms, number = largest
             name = NAMES.get(terms.names[number])
             names, place = (name,) if name else ("other",), (terms.phase, terms.covariates[number])
-        return Answer(names=names, place=place, log_run=_held_out(table, tables))
-
-
-def _held_out(table: Table, tables: list[Terms]) -> Array:
-    log_run = np.full(table.evidence.runs, np.nan)
-    for number in np.unique(table.fold):
-        train = table.fold != number
-        correction = {terms.channel: terms.columns @ sparse(terms, train) for terms in tables}
-        log_run[~train] = corrected_log_run(table, correction, train)[~train]
-    return log_run
+        return Answer(names=names, place=place, log_run=held_out_corrected(table, predict))
 
 
 def sparse(terms: Terms, train: Bools) -> Array:
