@@ -12,7 +12,7 @@ from station.gap.result import Located, Stretch
 from station.gap.search import Search, Stage
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.places import Place
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 
 LEVEL = 0.05
 MOST_PLACES = 12
@@ -111,7 +111,7 @@ def _amount(value: float, unit: str) -> str:
     return f"{100 * value:.2g} %" if unit in ("relative friction", "1") else f"{value:.2g} {unit}"
 
 
-def _curve(covariate: Array | None, residual: Array, known: Array) -> tuple[tuple[float, float, float], ...]:
+def _curve(covariate: Array | None, residual: Array, known: Bools) -> tuple[tuple[float, float, float], ...]:
     """Means of the residual in bins of the covariate, with standard errors."""
     if covariate is None:
         return ()

@@ -16,7 +16,7 @@ from station.gap.evidence.channel import Rows, rows_of
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.moments import Moments, RunFacts
 from station.gap.evidence.onsets import Onsets
-from station.gap.evidence.plate import Attitude
+from station.gap.evidence.plate import Attitude, Times
 from station.gap.evidence.slides import Across, Along, Motion, Turn
 from station.gap.result import EffectFound, NextExperiment
 from station.gap.search import Search
@@ -132,7 +132,7 @@ def separate(
         return NextExperiment(
             separates=(ids,), plan=_toml(DESIGNS[1], 200), runs=200, why=f"no plan alone separates them: {reason}"
         )
-    does = f"separates {' from '.join(ids)}" if len(ids) > 1 else f"shows {ids[0]}"
+    does = f"separates {' from '.join(ids)}" if len(ids) > 1 else f"shows {effects[0].id}"
     why = f"{design.name} {does}" + (f"; {design.by_hand}" if design.by_hand else "")
     return NextExperiment(separates=(ids,), plan=_toml(design, runs), runs=runs, why=why)
 
@@ -256,7 +256,7 @@ def _noise(noise: Noise | None) -> Noise:
     )
 
 
-def _attitude(draw: Draw, tilt: Array, place: Array, delay_s: float) -> Attitude:
+def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude:
     rate, down = draw["rate"][place], draw["down"][place]
     tilt = tilt - rate * delay_s
     gravity = np.column_stack([np.sin(tilt) * np.cos(down), np.sin(tilt) * np.sin(down), -np.cos(tilt)])
@@ -266,7 +266,7 @@ def _attitude(draw: Draw, tilt: Array, place: Array, delay_s: float) -> Attitude
     )
 
 
-def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Array, *, speed: Array, time_ns: Array) -> Moments:
+def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Times, *, speed: Array, time_ns: Times) -> Moments:
     way = np.column_stack([np.cos(draw["down"][place]), np.sin(draw["down"][place])])
     return Moments(
         time_ns=time_ns,
@@ -282,7 +282,7 @@ def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Array, *, speed: A
     )
 
 
-def _rows(run: Array, sigma: float) -> Rows:
+def _rows(run: Times, sigma: float) -> Rows:
     count = len(run)
     none = np.zeros(count, dtype=np.int64)
     return rows_of({"run": run, "from_ns": none, "to_ns": none, "sigma": np.full(count, sigma)}, {})

@@ -109,7 +109,7 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
 
 def _drawn(evidence: Evidence, part: Fit) -> Array:
     """What each run's onset (r,) leads one to expect of its slide: the friction that both share."""
-    expected = np.zeros(evidence.runs)
+    expected = np.full(evidence.runs, np.nan if evidence.channel("onset") else 0.0)
     channel = evidence.channel("onset")
     if channel is not None and part.noise.scatter > 0:
         share = part.noise.friction**2 / part.noise.scatter**2
@@ -122,7 +122,8 @@ def _paths(channel: Along, part: Fit, left_out: Bools, path: Array, *, drawn: Ar
     """Root mean square over each slide of where the unexplained force moves the block, its onset being known."""
     rows = channel.rows
     lost = (channel.residual(part.model) - drawn[rows.run]) * channel.friction_m_s2()
-    for run in np.unique(rows.run[left_out[rows.run]]):
+    known = np.isfinite(drawn[rows.run])  # without an onset of its own a slide's level is anybody's guess
+    for run in np.unique(rows.run[left_out[rows.run] & known]):
         mine = np.flatnonzero(rows.run == run)
         seconds = (rows.to_ns[mine] - rows.from_ns[mine]) * 1e-9
         speed = np.cumsum(lost[mine] * seconds)

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
 Verdict = Literal["supported", "not supported", "indistinguishable", "untestable"]
 
 
@@ -243,4 +245,6 @@ def _finite(value: Any) -> Any:
         return {str(name): _finite(part) for name, part in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [_finite(part) for part in value]
-    return value.item() if hasattr(value, "item") else value
+    if isinstance(value, np.generic):
+        return _finite(value.item())
+    return value

@@ -25,6 +25,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
         parts.append(Text("Where:"))
         parts += [Text(f"  {place.summary} (p = {place.p:.2g})") for place in diagnosis.located[:MOST_PLACES]]
     parts.append(_fit(diagnosis))
+    parts += _simulated(diagnosis)
     if diagnosis.next_experiment is not None:
         parts.append(Text(f"Next: {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"))
     if diagnosis.untestable:
@@ -48,6 +49,23 @@ def _sentence(diagnosis: Diagnosis) -> str:
         return "no missing effect is supported; the plain model explains this recording"
     names = [_name(effect) for effect in diagnosis.effects if effect.verdict != "not supported"]
     return "left out of the simulation: " + " and ".join(names)
+
+
+def _simulated(diagnosis: Diagnosis) -> list[Text]:
+    """What the user's simulator's numerics do, and how it fares before and after."""
+    lines = [
+        Text(f"Numerics, not physics: {one['id']} {one['size']:.2g} {one['unit']}, cured by {one['cured_by']}")
+        for one in diagnosis.numerics
+    ]
+    rerun = diagnosis.fit.simulator_rerun
+    if rerun:
+        levels = [rerun[when].get("own_level", rerun[when]) for when in ("before", "after") if rerun.get(when)]
+        figures = [" to ".join(f"{level[key] or math.nan:.2f}" for level in levels) for key in _RERUN]
+        lines.append(Text(f"In {rerun['engine']}, at each run's own level: onset {figures[0]}°, path {figures[1]} mm"))
+    return lines
+
+
+_RERUN = ("onset_rmse_deg", "path_rmse_mm")
 
 
 def _name(effect: EffectFound) -> str:

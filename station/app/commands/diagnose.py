@@ -26,6 +26,7 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.overlaid import write_overlay
+from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
 from station.gap.diagnose import Examined, examined
 from station.gap.evidence.evidence import Setting
@@ -37,6 +38,7 @@ from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
+from station.signals.session import Signals
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
@@ -55,6 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--report", type=Path, metavar="PATH", help="write it as one HTML page with figures")
     parser.add_argument(
         "--overlay", type=Path, metavar="PATH.rrd", help="write recording and simulations, marked, for the Rerun viewer"
+    )
+    parser.add_argument(
+        "--simulate",
+        metavar="NAME",
+        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
     parser.add_argument("--jobs", type=int, default=0, help="files at a time; 0: one for each core")
@@ -91,10 +98,16 @@ def run(options: argparse.Namespace) -> int:
 def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:
     if len(files) == 1:
         with console.status("reading the recording") as status:
-            return [diagnose_file(files[0], rig=options.rig, seed=options.seed, status=status.update)]
+            return [
+                diagnose_file(
+                    files[0], rig=options.rig, seed=options.seed, simulate=options.simulate, status=status.update
+                )
+            ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    work = (delayed(diagnose_file)(path, rig=options.rig, seed=options.seed) for path in files)
+    work = (
+        delayed(diagnose_file)(path, rig=options.rig, seed=options.seed, simulate=options.simulate) for path in files
+    )
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
     for path, one in zip(files, made, strict=True):
@@ -103,7 +116,14 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
     return found
 
 
-def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status: Progress = lambda _: None) -> Examined:
+def diagnose_file(
+    path: Path,
+    *,
+    rig: Path | None = None,
+    seed: int = 1,
+    simulate: str | None = None,
+    status: Progress = lambda _: None,
+) -> Examined:
     """Diagnoses one file; with what its report's figures need.
 
     Raises:
@@ -127,7 +147,12 @@ def diagnose_file(path: Path, *, rig: Path | None = None, seed: int = 1, status:
         seed=seed,
         progress=tell,
     )
-    answer = replace(found.diagnosis, seconds=time.monotonic() - began, versions=versions())
+    answer = found.diagnosis
+    if simulate:
+        if config is None or not isinstance(recorded, Signals):
+            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
+        answer = simulated_again(answer, recorded, rig=config, simulate=simulate, progress=tell)
+    answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
 
 

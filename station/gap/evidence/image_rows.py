@@ -15,6 +15,7 @@ from station.gap.evidence.channel import Channel, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
 from station.gap.evidence.moments import Moments
+from station.gap.evidence.plate import Times
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import windows_of
 from station.physics.contact import Array, View
@@ -93,7 +94,7 @@ def plate_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _fiducial(
-    recorded: Recorded, time_ns: Array, corner_m: Array, sigma_px: float, geometry: CameraGeometry
+    recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: float, geometry: CameraGeometry
 ) -> Sequence[Channel]:
     rows: list[tuple[int, int, int, Array, Array, float]] = []
     for place, track in enumerate(recorded.tracks):
@@ -186,7 +187,7 @@ def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: b
     return _Stretch(place, track, int(times[0]), int(times[-1]), mean, count, corners, velocity, yaw_rate)
 
 
-def _span(stretches: Sequence[_Stretch]) -> dict[str, Array]:
+def _span(stretches: Sequence[_Stretch]) -> dict[str, Times]:
     return {
         "run": np.array([stretch.place for stretch in stretches]),
         "from_ns": np.array([stretch.from_ns for stretch in stretches]),
@@ -274,7 +275,7 @@ def _level(view: View) -> View:
     )
 
 
-def _mean_corners(time_ns: Array, corner_m: Array, from_ns: int, to_ns: int) -> tuple[Array, int] | None:
+def _mean_corners(time_ns: Times, corner_m: Array, from_ns: int, to_ns: int) -> tuple[Array, int] | None:
     first, last = np.searchsorted(time_ns, (from_ns, to_ns))
     seen = corner_m[first:last]
     seen = seen[np.isfinite(seen).all(axis=(1, 2))]

@@ -41,7 +41,7 @@ class PlateMotion:
         rises = np.diff(attitude.time_ns, prepend=attitude.time_ns[:1] - 1) > 0
         known = attitude.select(rises & np.isfinite(attitude.quaternion).all(axis=1))
         self._origin = int(known.time_ns[0]) if len(known) else 0
-        self._time_s = (known.time_ns - self._origin) * 1e-9
+        self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
         rate = _rate(known, self._time_s)
         acceleration = np.gradient(rate, self._time_s, axis=0) if len(known) > 2 else np.zeros_like(rate)
         self._table = np.column_stack([known.gravity, rate, acceleration])

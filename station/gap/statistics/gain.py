@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from station.gap.statistics.columns import Scores
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 
 SINGULAR = 1e-8
 """Columns whose information is below this share of their own are absorbed by others."""
@@ -46,7 +46,7 @@ def _sizes(information: Array) -> Array:
     return np.where(diagonal > 1e-9, np.sqrt(np.maximum(diagonal, 1e-9)), 1e15)
 
 
-def _held(scored: Scores, chosen: Array, own: Array, outside: Array) -> Array:
+def _held(scored: Scores, chosen: Array, own: Array, outside: Bools) -> Array:
     """With the columns that would leave their bounds left out."""
     found = np.zeros(own.shape[1])
     for pattern in np.unique(outside, axis=1).T:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
+from station.gap.evidence.plate import Times
 from station.physics.contact import Array
 
 GAUSSIAN = 200.0
@@ -64,7 +65,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
 
 
-def _factor(values: Array, sigma: Array, run: Array) -> float:
+def _factor(values: Array, sigma: Array, run: Times) -> float:
     """How much more the rows of one run scatter than their sigma says, in pairs that follow each other."""
     if len(values) < 4:
         return 1.0
@@ -76,7 +77,7 @@ def _factor(values: Array, sigma: Array, run: Array) -> float:
     return max(_robust_sd(standardised), 0.5)
 
 
-def _run_means(values: Array, sigma: Array, run: Array, runs: int) -> tuple[Array, Array]:
+def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
     """Weighted mean of each run (nan: no rows) and its standard error."""
     weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
     total = np.bincount(run, weight, runs)

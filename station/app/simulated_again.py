@@ -1,0 +1,63 @@
+"""The user's simulator beside the diagnosis: what its numerics do, and how it fares before and after what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from shared.errors import UserError
+from shared.rig import RigConfig
+from station.gap.result import Diagnosis
+from station.physics.catalogue import catalogue_of_table
+from station.physics.model import Model, model_of_table
+from station.recording.arrays import load_signals
+from station.recording.reader import open_recording
+from station.signals.session import Signals
+from station.simulators.artefacts import artefacts
+from station.simulators.mujoco.numerics import numerics
+from station.simulators.rerun import Errors, errors, rerun
+from station.simulators.simulator import names
+
+Progress = Callable[[str], None]
+
+
+def simulated_again(
+    diagnosis: Diagnosis, recorded: Signals, *, rig: RigConfig, simulate: str, progress: Progress
+) -> Diagnosis:
+    """The diagnosis with `simulator_rerun` and `numerics` filled in.
+
+    `simulate` is the name of a simulator, or the path of a simulation's recording (.mcap).
+
+    Raises:
+        UserError: for another name, or a file that cannot be read.
+    """
+    if diagnosis.verdict == "untestable":
+        return diagnosis
+    mu_s = diagnosis.mu_s.value
+    if simulate.endswith(".mcap"):
+        return _elsewhere(diagnosis, recorded, Path(simulate), mu_s=mu_s)
+    if simulate not in names():
+        raise UserError(
+            f"Expected {', '.join(names())} or a simulation's recording (.mcap) to simulate with, got {simulate}"
+        )
+    found: list[dict[str, Any]] = []
+    if simulate == "mujoco":
+        progress("checking what MuJoCo's own settings do")
+        found = numerics(recorded, rig=rig, mu_s=mu_s)
+    progress(f"simulating with {simulate}, before and after")
+    before = Model(mu_s=mu_s, scatter=diagnosis.scatter)
+    after = model_of_table(diagnosis.model, catalogue_of_table(rig.physics))
+    table = rerun(recorded, before, after, rig=rig, engine=simulate).table()
+    fit = replace(diagnosis.fit, simulator_rerun=table)
+    return replace(diagnosis, simulator=simulate, fit=fit, numerics=tuple(found))
+
+
+def _elsewhere(diagnosis: Diagnosis, recorded: Signals, path: Path, *, mu_s: float) -> Diagnosis:
+    """Against a recording that another simulator made: there is a before, and no after."""
+    simulated = load_signals(open_recording(path))
+    before: Errors = errors(recorded, simulated)
+    table = {"engine": str(path), "before": before.summary(), "after": {}}
+    fit = replace(diagnosis.fit, simulator_rerun=table)
+    return replace(diagnosis, simulator=str(path), fit=fit, numerics=tuple(artefacts(simulated, mu_s=mu_s)))
