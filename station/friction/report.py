@@ -57,13 +57,18 @@ class Picture:
 
 
 def html_report(
-    results: Sequence[PairResult], *, sources: Sequence[str], pictures: Mapping[str, Sequence[Picture]]
+    results: Sequence[PairResult],
+    *,
+    sources: Sequence[str],
+    pictures: Mapping[str, Sequence[Picture]],
+    first: Sequence[ReportTable] = (),
 ) -> str:
-    """The page; `pictures` are by the pair's name."""
+    """The page; `pictures` are by the pair's name. The tables `first` stand before everything else."""
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
-    parts = [_conclusions(result.pair.name, conclusions(result)) for result in results]
+    parts = [_table(table) for table in first]
+    parts += [_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [_table(table) for table in tables(results)]
     parts += [_figures(result.pair.name, pictures.get(result.pair.name, ())) for result in results]
     return _PAGE.substitute(

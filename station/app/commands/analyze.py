@@ -65,8 +65,8 @@ def run(options: argparse.Namespace) -> int:
     pairs = pairs_of(sessions, opening=Opening(radius_m=options.cutout_mm * 1e-3))
     rng = np.random.default_rng(options.seed)
     results = with_limit_curves(analyse(pairs, rng=rng), rng=rng)
-    findings = _present(results, sessions)
-    _write(results, options.out, sources=[session.source for session in sessions])
+    findings = present(results, sessions)
+    write_results(results, options.out, sources=[session.source for session in sessions])
     return 1 if findings else 0
 
 
@@ -105,14 +105,14 @@ def _listed(paths: Sequence[Path]) -> str:
 # --- printing ---------------------------------------------------------------------------------------------------------
 
 
-def _present(results: Sequence[PairResult], sessions: Sequence[Session]) -> bool:
+def present(results: Sequence[PairResult], sessions: Sequence[Session]) -> bool:
     """Prints tables and conclusions; gives whether there are findings."""
     console = Console(width=None if sys.stdout.isatty() else 150, highlight=False)
     for session in sessions:
         if not session.samples:
             console.print(f"{session.source} holds no samples: no run of that session came to its end.")
     for table in tables(results):
-        console.print(_printed(table))
+        console.print(printed(table))
     findings = False
     for result in results:
         console.print(f"\n[bold]{_plain(result.pair.name)}[/]")
@@ -126,19 +126,23 @@ def _plain(text: str) -> str:
     return text.replace("[", r"\[")
 
 
-def _printed(table: ReportTable) -> Table:
-    printed = Table(title=table.title, title_justify="left", caption=table.note or None, caption_justify="left")
+def printed(table: ReportTable) -> Table:
+    """A table for the terminal."""
+    drawn = Table(title=table.title, title_justify="left", caption=table.note or None, caption_justify="left")
     for index, column in enumerate(table.columns):
-        printed.add_column(column, justify="right" if index else "left")
+        drawn.add_column(column, justify="right" if index else "left")
     for row in table.rows:
-        printed.add_row(*(_plain(cell) for cell in row))
-    return printed
+        drawn.add_row(*(_plain(cell) for cell in row))
+    return drawn
 
 
 # --- writing ----------------------------------------------------------------------------------------------------------
 
 
-def _write(results: Sequence[PairResult], folder: Path, *, sources: Sequence[str]) -> None:
+def write_results(
+    results: Sequence[PairResult], folder: Path, *, sources: Sequence[str], first: Sequence[ReportTable] = ()
+) -> None:
+    """Writes report, figures, samples and limit curves; the tables `first` stand before the analysis's own."""
     figures = folder / "figures"
     try:
         figures.mkdir(parents=True, exist_ok=True)
@@ -148,7 +152,7 @@ def _write(results: Sequence[PairResult], folder: Path, *, sources: Sequence[str
     samples = [sample for result in results for sample in _flagged(result.pair)]
     for name in ("samples.csv", "samples.parquet"):
         write_samples(samples, folder / name)
-    page = html_report(results, sources=sources, pictures=pictures)
+    page = html_report(results, sources=sources, pictures=pictures, first=first)
     _put(folder / "report.html", page)
     _put(folder / "limit_curves.json", json.dumps(limit_curve_table(results), indent=1, allow_nan=False))
     print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}\nSamples: {folder / 'samples.csv'}, .parquet")

@@ -1,0 +1,104 @@
+"""Repeats the paper's study in simulation: four surface pairs, sampled, filtered, tested, and put beside the paper.
+
+The sessions run in lockstep with all cores, one process each; their recordings go into --out/recordings. Whatever
+breaks the study off, the same command goes on with the sessions that are not whole. Then it does what `station analyze`
+does (report.html, figures, samples, limit_curves.json) and writes study.json: every number that the paper prints, the
+simulated one, and the difference in standard errors. A recording takes about 0.6 MB a sample. Exit status: 0; 2 for a
+mistake in what was asked, or a session that could not be carried out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from shared.errors import UserError
+from station.app.commands.analyze import present, printed, write_results
+from station.app.sessions import read_session
+from station.app.study import paper
+from station.app.study.compare import as_json, rows_of, tables_of, verdicts_of
+from station.app.study.design import SESSION_SAMPLES, Part, parts_of
+from station.app.study.sessions import simulate_all, tidy, whole
+from station.friction.pairs import pairs_of
+from station.friction.results import analyse, with_limit_curves
+from station.prove.workers import write_json
+from station.recording.provenance import versions
+
+NAME = "study"
+HELP = "repeat the paper's study in simulation and compare"
+BYTES_PER_SAMPLE = 700_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--out", type=Path, default=Path("study"), metavar="FOLDER", help="where everything goes")
+    parser.add_argument("--samples", type=int, default=paper.SAMPLES, help="of all pairs together (the paper's: 6330)")
+    parser.add_argument("--seed", type=int, default=1, help="of every random choice")
+    parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core")
+    parser.add_argument(
+        "--session-samples", type=int, default=SESSION_SAMPLES, metavar="N", help="at most so many in a session"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulates what is missing, analyses all, compares."""
+    if options.jobs < 0 or options.session_samples < 1:
+        raise UserError(
+            f"Expected --jobs of 0 or more and --session-samples of 1 or more, got {options.jobs} and "
+            f"{options.session_samples}"
+        )
+    begin, console = time.perf_counter(), Console(width=None if sys.stdout.isatty() else 150, highlight=False)
+    folder = options.out / "recordings"
+    parts = parts_of(options.samples, seed=options.seed, folder=folder, session_samples=options.session_samples)
+    simulated = _simulate(parts, folder, jobs=options.jobs or len(os.sched_getaffinity(0)))
+    simulating_s = time.perf_counter() - begin
+    sessions = [read_session(part.path) for part in sorted(parts, key=lambda part: part.path)]
+    rng = np.random.default_rng(options.seed)
+    results = with_limit_curves(analyse(pairs_of(sessions), rng=rng), rng=rng)
+    present(results, sessions)
+    rows, verdicts = rows_of(results), verdicts_of(results)
+    beside = tables_of(rows, verdicts)
+    write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
+    about = {
+        "date": f"{datetime.now().astimezone():%Y-%m-%d}",
+        "samples": options.samples,
+        "seed": options.seed,
+        "session_samples": options.session_samples,
+        "versions": versions(),
+        "sessions_simulated_now": simulated,
+        "sessions": len(parts),
+        "simulating_s": round(simulating_s, 1),
+        "total_s": round(time.perf_counter() - begin, 1),
+    }
+    write_json(options.out / "study.json", {"version": 1, "about": about, **as_json(rows, verdicts)})
+    for table in beside:
+        console.print(printed(table))
+    console.print(
+        f"{simulated} of {len(parts)} sessions simulated now, in {simulating_s:.0f} s; {about['total_s']} s all"
+    )
+    console.print(f"Numbers: {options.out / 'study.json'}")
+    return 0
+
+
+def _simulate(parts: tuple[Part, ...], folder: Path, *, jobs: int) -> int:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"Expected to write to the folder {folder}, but that failed: {error.strerror}") from error
+    needed = BYTES_PER_SAMPLE * sum(part.samples for part in parts if not whole(part))
+    if (free := shutil.disk_usage(folder).free) < needed:
+        raise UserError(
+            f"Expected {needed / 1e9:.1f} GB of room in {folder}, got {free / 1e9:.1f} GB; give another folder with "
+            "--out, or fewer --samples"
+        )
+    done = simulate_all(parts, jobs=jobs, console=Console(stderr=True))
+    tidy(folder)
+    return done
