@@ -18,6 +18,7 @@ SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not qui
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
+BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
 
 
@@ -30,7 +31,8 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
     run = max(profiles, ceil(line.weight.shape[1] * length_px / shortest_px))
     if run >= line.weight.shape[1]:
         return False
-    disagree = (believed > 0) & beside_line
+    # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
+    disagree = (believed > 0) & beside_line & (np.abs(line.residual) > BENT_LEAST_PX)
     at_ends = line.residual[:, _ENDS] * disagree[:, _ENDS]
     if max(at_ends.min(axis=2).max(), -at_ends.max(axis=2).min()) > BENT_END_PX:
         return True

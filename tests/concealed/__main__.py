@@ -8,13 +8,15 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from tests.concealed.cases import TIERS, finished, sealed, write_case
 from tests.concealed.tiers import plan_case
 
+T = TypeVar("T")
 KEY, HASH = "key.json", "key.sha256"
 
 
@@ -82,7 +84,7 @@ class _Here:
     imap = map
 
 
-def _progress(done, count: int, what: str):
+def _progress(done: Iterable[T], count: int, what: str) -> Iterator[T]:
     for number, item in enumerate(done, start=1):
         print(f"{what} {number} of {count}", end="\r" if sys.stderr.isatty() else "\n", file=sys.stderr, flush=True)
         yield item

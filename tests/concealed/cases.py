@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,9 @@ import numpy as np
 from numpy.random import Generator, SeedSequence
 
 from tests.concealed.catalogue import Effect, Planted, plant
-from tests.concealed.design import Setting
+from tests.concealed.design import Design, Setting
 from tests.concealed.files import rig_toml, write_session
+from tests.concealed.imitate import imitation
 from tests.concealed.limits import MOST_RUNS, POWER_SIGMAS, Analyst, Signature
 from tests.concealed.protocols import draw_setting
 from tests.concealed.session import SessionRecord, run_session
@@ -24,6 +25,8 @@ from tests.concealed.world import NULL, World
 TIERS = ("null", "null_nuisance", "single", "pair", "confounded", "absorbed", "outside", "artefact")
 STRENGTHS = (0.5, 1.0, 2.0, 4.0)
 _ATTEMPTS = 6
+_KNOWN = ("mu", "load_reference_n", "wall_radius", "side", "px_per_m", "mark_side", "mark_height", "camera_height")
+"""What a user knows of a world, or finds at once."""
 _Json = dict[str, Any]
 
 
@@ -58,7 +61,7 @@ class Strong:
             "value": _short(self.value),
             "unit": self.planted.effect.unit,
             "detection_limit": _short(self.limit),
-            "strength": _short(self.value / self.limit) if self.limit else None,
+            "strength": _short(self.value / self.limit),
             "parameters": {name: _short(value) for name, value in fields.items()},
         }
 
@@ -81,33 +84,47 @@ def case_id(origin: tuple[int, int, int]) -> str:
 # --- strengths --------------------------------------------------------------------------------------------------------
 
 
+Change = Callable[[Design], Design]
+
+
 def at_strength(
-    rng: Generator, effects: Sequence[Effect], strengths: Sequence[float], *, needs: Sequence[str] = ()
+    rng: Generator,
+    effects: Sequence[Effect],
+    strengths: Sequence[float],
+    *,
+    without: Sequence[str] = (),
+    change: Change = lambda design: design,
+    align: Callable[[list[Planted]], list[Planted]] = lambda planted: planted,
+    needs: Sequence[str] | None = None,
 ) -> tuple[Setting, list[Strong]]:
     """A setting in which every effect has its strength, in limits of its own, and is still physics.
 
-    Settings are drawn until the effects stay below their caps; each attempt has more runs and less scatter.
+    Settings are drawn until the effects stay below their caps; later attempts have more runs and less scatter. The
+    protocol has what the effects need (or `needs`), nothing of `without`, and is then changed by `change`; `align`
+    turns the effects towards each other.
     """
     best: tuple[float, Setting, list[Strong]] | None = None
-    wanted = {name for effect in effects for name in effect.needs} | set(needs)
+    wanted = {name for effect in effects for name in effect.needs} if needs is None else set(needs)
     for attempt in range(_ATTEMPTS):
         runs = None if attempt < 2 else min(500, 150 + 90 * attempt)
-        setting = draw_setting(rng, needs=sorted(wanted), runs=runs, calm=attempt > 0)
-        planted = [plant(effect, rng) for effect in effects]
-        baseline = run_session(setting, np.random.default_rng(rng.integers(2**63)))
-        analyst = Analyst(baseline, most_runs=MOST_RUNS)
-        limits = [analyst.limit(one.apply, start=one.effect.nominal) for one in planted]
-        worst = max(s * lim / one.effect.cap for one, lim, s in zip(planted, limits, strengths, strict=True))
-        strong = [
-            Strong(planted=one, value=min(s * lim, one.effect.cap), limit=lim)
-            for one, lim, s in zip(planted, limits, strengths, strict=True)
-        ]
+        setting = draw_setting(rng, needs=sorted(wanted), without=without, runs=runs, calm=attempt > 0)
+        setting = replace(setting, design=change(setting.design))
+        planted = align([plant(effect, rng) for effect in effects])
+        analyst = Analyst(run_session(setting, np.random.default_rng(rng.integers(2**63))), most_runs=MOST_RUNS)
+        strong = [_strong(one, analyst, strength) for one, strength in zip(planted, strengths, strict=True)]
+        worst = max(s * one.limit / one.planted.effect.cap for one, s in zip(strong, strengths, strict=True))
         if best is None or worst < best[0]:
             best = (worst, setting, strong)
         if worst <= 1.0:
             break
     assert best is not None
     return with_effects(best[1], best[2]), best[2]
+
+
+def _strong(planted: Planted, analyst: Analyst, strength: float) -> Strong:
+    effect = planted.effect
+    limit = analyst.limit(planted.apply, start=effect.nominal, onset_only=effect.onset_only)
+    return Strong(planted=planted, value=min(strength * limit, effect.cap), limit=limit)
 
 
 def with_effects(setting: Setting, strong: Sequence[Strong]) -> Setting:
@@ -123,8 +140,7 @@ def with_effects(setting: Setting, strong: Sequence[Strong]) -> Setting:
 
 def null_world(world: World) -> World:
     """The same rig and pair without any effect."""
-    known = ("mu", "load_reference_n", "wall_radius", "side", "px_per_m", "mark_side", "mark_height", "camera_height")
-    return NULL._replace(**{name: getattr(world, name) for name in known})
+    return NULL._replace(**{name: getattr(world, name) for name in _KNOWN})
 
 
 def entry_of(tier: str, setting: Setting, strong: Sequence[Strong], session: SessionRecord) -> _Json:
@@ -138,6 +154,7 @@ def entry_of(tier: str, setting: Setting, strong: Sequence[Strong], session: Ses
         "design": {**design, "opening_m": _short(2.0 * (world.wall_radius + 0.65 * world.side))},
         "censored_runs": [int(run.facts.number) + 1 for run in session.runs if run.censored],
         "foam_runs": [int(run.facts.number) + 1 for run in session.runs if run.ride.touched],
+        "tipped_runs": [int(run.facts.number) + 1 for run in session.runs if run.ride.tipped],
         "knocked_runs": [int(run.facts.number) + 1 for run in session.runs if math.isfinite(run.facts.knock_at_s)],
         "places": [],
     }
@@ -184,7 +201,12 @@ def write_case(plan: Plan, out: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     rig = rig_toml(plan.setting, mu_guess=plan.mu_guess, scatter_guess=0.1)
     (folder / "rig.toml").write_text(rig, encoding="utf-8")
-    write_session(plan.session(), folder / "session.mcap", rig=rig, rng=generator(plan.origin, "file"))
+    session = plan.session()
+    if artefact := plan.entry.get("artefact"):
+        simulated = imitation(session, artefact=artefact)
+        rng = generator(plan.origin, "simulated")
+        write_session(simulated, folder / "sim.mcap", rig=rig, rng=rng, mode="lockstep")
+    write_session(session, folder / "session.mcap", rig=rig, rng=generator(plan.origin, "file"))
 
 
 def sealed(key: _Json) -> tuple[str, str]:

@@ -35,6 +35,8 @@ class Effect:
     places: tuple[tuple[str, str], ...]
     needs: tuple[str, ...] = ()
     in_catalogue: bool = True
+    onset_only: bool = False
+    """Its strength is judged by the onsets alone, because its path is that of another effect."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,10 +85,7 @@ def _rate(rng: Generator) -> tuple[Fields, Fields]:
 
 
 def _ageing(rng: Generator) -> tuple[Fields, Fields]:
-    shape = _either(rng)
-    return {"ageing_cutoff_s": float(rng.uniform(0.02, 0.2)), "ageing_shape": shape}, {
-        "ageing": 1.0 if shape == 0.0 else math.log(10.0)
-    }
+    return {"ageing_cutoff_s": float(rng.uniform(0.02, 0.2)), "ageing_shape": _either(rng)}, {"ageing": 1.0}
 
 
 def _wear(rng: Generator) -> tuple[Fields, Fields]:
@@ -127,7 +126,7 @@ def _vector(x: str, y: str) -> Draw:
 
 
 def _shake(rng: Generator) -> tuple[Fields, Fields]:
-    return {"shake_axis": _axis(rng, full=True), "shake_hz": float(rng.uniform(7.0, 16.0))}, {"shake": 1.0}
+    return {"shake_axis": _axis(rng, full=True), "shake_hz": float(rng.uniform(3.0, 8.0))}, {"shake": 1.0}
 
 
 def _magnet(rng: Generator) -> tuple[Fields, Fields]:
@@ -158,7 +157,9 @@ _CONTACT = (
         places=(("slide", "speed"), ("stop", "speed")),
     ),
     Effect(
-        id="contact_aging", unit="share of mu_s per decade", nominal=0.03, cap=0.4, draw=_ageing, needs=("dwell",),
+        id="contact_aging", unit="share of mu_s per decade (shape 1: its logarithm)", nominal=0.03, cap=0.2,
+        draw=_ageing, needs=("dwell",),
+        onset_only=True,
         places=(("onset", "dwell"),),
     ),
     Effect(
@@ -223,7 +224,7 @@ _RIG = (
         places=(("onset", "step"), ("onset", "tilt_rate"), ("slide", "tilt_rate")),
     ),
     Effect(
-        id="arm_vibration", unit="m/s^2", nominal=0.1, cap=1.2, draw=_shake,
+        id="arm_vibration", unit="m/s^2", nominal=0.3, cap=2.0, draw=_shake, onset_only=True,
         places=(("onset", "direction"), ("onset", "step")),
     ),
     Effect(
@@ -258,7 +259,7 @@ _BEYOND = (
     ),
     Effect(
         id="charge_up", unit="g of extra press", nominal=0.06, cap=0.6, in_catalogue=False, needs=("replace",),
-        draw=lambda rng: ({"charge_slides": float(rng.uniform(3.0, 8.0))}, {"charge": 1.0}),
+        onset_only=True, draw=lambda rng: ({"charge_slides": float(rng.uniform(3.0, 8.0))}, {"charge": 1.0}),
         places=(("onset", "run"), ("slide", "run"), ("onset", "slides_since_handled")),
     ),
     Effect(
@@ -294,3 +295,8 @@ _BEYOND = (
 
 EFFECTS = {effect.id: effect for effect in (*_CONTACT, *_RIG, *_CAMERA)}
 BEYOND = {effect.id: effect for effect in _BEYOND}
+TIPPING = Effect(
+    id="tipping", unit="rad of tilt at which it tips", nominal=0.35, cap=math.inf, draw=_only("tips_at"),
+    places=(("onset", "tilt"), ("onset", "direction")),
+)  # fmt: skip
+"""Needs a taller block, which the rig file tells, and so is set apart."""

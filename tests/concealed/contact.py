@@ -1,3 +1,4 @@
+# ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
 """What drives the block and what holds it, per unit of mass: the hidden physics, compiled.
 
 Friction is a set of forces: `capacity` is its radius in the direction of the force, and sliding dissipates as much as
@@ -11,12 +12,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from tests.concealed.compiled import compiled
 from tests.concealed.world import GRAVITY, RunFacts, World
 
 
-@njit(cache=True)
+@compiled
 def gravity_of(world: World, azimuth: float, tilt: float) -> tuple[float, float, float]:
     """Gravity in the plate frame (x, y, z), as a unit vector, of a plate whose level is off by the world's."""
     gx, gy = world.level_x, world.level_y
@@ -31,13 +32,13 @@ def gravity_of(world: World, azimuth: float, tilt: float) -> tuple[float, float,
     return x, y, z
 
 
-@njit(cache=True)
+@compiled
 def true_tilt(world: World, reported: float) -> float:
     """The tilt that the plate has when the arm reports `reported`; the offset fades out towards level."""
     return (reported - world.offset * math.tanh(reported / 0.02)) / (1.0 + world.scale)
 
 
-@njit(cache=True)
+@compiled
 def shaking(world: World, run: RunFacts, time_s: float) -> float:
     """Acceleration noise along the steepest line (m/s²): three near tones, stronger in some poses of the arm."""
     gain = world.shake * (0.5 + 0.5 * math.cos(run.azimuth - world.shake_axis)) ** 2
@@ -47,28 +48,33 @@ def shaking(world: World, run: RunFacts, time_s: float) -> float:
     return gain * total / 1.32
 
 
-@njit(cache=True)
+@compiled
 def drive(
-    world: World, run: RunFacts, x: float, y: float, tilt: float, spin_up: float, shaken: float
+    world: World, run: RunFacts, x: float, y: float, tilt: float, turning: Any, shaken: float, v: Any
 ) -> tuple[float, float, float]:
-    """What pulls the block along the plate (x, y) and presses it on (m/s²); `spin_up` is the tilt's acceleration."""
+    """What pulls the block along the plate (x, y) and presses it on (m/s²).
+
+    `turning` are the tilt's rate and acceleration, `v` the block's velocity in the plate: in the frame of a turning
+    plate there are a centrifugal pull, and Coriolis and Euler forces that press.
+    """
     gx, gy, gz = gravity_of(world, run.azimuth, tilt)
     down_x, down_y = math.sin(run.azimuth), -math.cos(run.azimuth)
     # A block above the pivot is carried downhill by a growing tilt, and lags behind.
-    extra = -world.pivot_height * spin_up + shaken
+    far, fast = down_x * x + down_y * y, down_x * v[0] + down_y * v[1]
+    extra = -world.pivot_height * turning[1] + shaken + turning[0] ** 2 * far
     ax, ay = GRAVITY * gx + extra * down_x, GRAVITY * gy + extra * down_y
     if world.bend_per_m != 0.0:
         bent = GRAVITY * world.bend_per_m * math.sin(tilt)
         ax, ay = ax + bent * x, ay + bent * y
     if world.magnet != 0.0:
         to_x, to_y = world.magnet_x - x, world.magnet_y - y
-        far = (1.0 + (to_x * to_x + to_y * to_y) / world.magnet_radius**2) ** 2
-        ax += world.magnet * to_x / world.magnet_radius / far
-        ay += world.magnet * to_y / world.magnet_radius / far
-    return ax, ay, -GRAVITY * gz
+        fall = (1.0 + (to_x * to_x + to_y * to_y) / world.magnet_radius**2) ** 2
+        ax += world.magnet * to_x / world.magnet_radius / fall
+        ay += world.magnet * to_y / world.magnet_radius / fall
+    return ax, ay, max(-GRAVITY * gz - 2.0 * turning[0] * fast - turning[1] * far, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def _grain(angle: float, strength: float, shape: float) -> float:
     """Friction over its mean for a force at `angle` from the grain's axis of highest friction, exp(strength) to 1.
 
@@ -80,7 +86,7 @@ def _grain(angle: float, strength: float, shape: float) -> float:
     return 1.0 / math.sqrt(c * c * math.exp(-strength) + s * s * math.exp(strength))
 
 
-@njit(cache=True)
+@compiled
 def direction_law(world: World, run: RunFacts, angle: float, yaw: float) -> float:
     """Friction over its mean for a friction force that holds against a pull at `angle` (plate frame)."""
     value = 1.0
@@ -97,7 +103,7 @@ def direction_law(world: World, run: RunFacts, angle: float, yaw: float) -> floa
     return value
 
 
-@njit(cache=True)
+@compiled
 def turns_with_direction(world: World) -> bool:
     """Whether friction depends on direction at all."""
     return (
@@ -109,7 +115,7 @@ def turns_with_direction(world: World) -> bool:
     )
 
 
-@njit(cache=True)
+@compiled
 def _patch(world: World, run: RunFacts, x: float, y: float) -> float:
     """Shape 0: one round spot. Shape 1: waves over the whole plate. Both turn with the plate in its mount."""
     c, s = math.cos(run.mount), math.sin(run.mount)
@@ -121,7 +127,7 @@ def _patch(world: World, run: RunFacts, x: float, y: float) -> float:
     return 1.0 + world.patch * math.sin(wave * (px - world.patch_x)) * math.cos(wave * (py - world.patch_y))
 
 
-@njit(cache=True)
+@compiled
 def _wear(world: World, number: float) -> float:
     """Shape 0: runs in exponentially. Shape 1: a straight drift over `wear_runs` runs."""
     if world.wear_shape == 0.0:
@@ -129,7 +135,7 @@ def _wear(world: World, number: float) -> float:
     return 1.0 - world.wear * number / world.wear_runs
 
 
-@njit(cache=True)
+@compiled
 def _beyond_the_catalogue(world: World, run: RunFacts, time_s: float) -> float:
     value = 1.0 + world.damp * (run.humidity - 45.0) / 10.0
     value *= 1.0 + world.echo_length * (run.previous_length - 0.008) / 0.004
@@ -139,7 +145,7 @@ def _beyond_the_catalogue(world: World, run: RunFacts, time_s: float) -> float:
     return value
 
 
-@njit(cache=True)
+@compiled
 def level_law(world: World, run: RunFacts, x: float, y: float, pressed: float, time_s: float, speed: float) -> float:
     """Friction force per mass (m/s²) but for direction, age and speed: what the place, the load and the run make it."""
     mu = world.mu * run.draw * _wear(world, run.number) * _beyond_the_catalogue(world, run, time_s)
@@ -155,7 +161,7 @@ def level_law(world: World, run: RunFacts, x: float, y: float, pressed: float, t
     return mu * max(held, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def age_law(world: World, age_s: float) -> float:
     """Static friction over its value at a contact one second old. Shape 0: logarithm with a cutoff. 1: power law."""
     if world.ageing == 0.0:
@@ -167,9 +173,9 @@ def age_law(world: World, age_s: float) -> float:
     return math.exp(world.ageing * decades)
 
 
-@njit(cache=True)
+@compiled
 def speed_law(world: World, speed: float) -> float:
-    """Sliding friction over static friction. Fall shape 0: exponential. 1: Lorentzian (Bo and Pavelescu, exponent 2)."""
+    """Sliding friction over static friction. Fall shape 0: exponential. 1: Lorentzian."""
     value = 1.0 - world.drop
     if world.fall != 0.0:
         ratio = speed / world.fall_speed
@@ -180,7 +186,7 @@ def speed_law(world: World, speed: float) -> float:
     return max(value, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def nearest(world: World, run: RunFacts, yaw: float, radius: float, px: float, py: float) -> tuple[float, float]:
     """The friction that opposes (px, py) most: the point of the friction set nearest to it, itself if it lies inside.
 
@@ -212,7 +218,7 @@ def nearest(world: World, run: RunFacts, yaw: float, radius: float, px: float, p
     return edge * math.cos(at), edge * math.sin(at)
 
 
-@njit(cache=True)
+@compiled
 def _pull(world: World, run: RunFacts, yaw: float, radius: float, px: float, py: float, angle: float) -> float:
     """Half the derivative of the squared distance from (px, py) to the boundary at `angle`."""
     step = 1e-4
@@ -226,7 +232,7 @@ def _pull(world: World, run: RunFacts, yaw: float, radius: float, px: float, py:
     return -((px - r * c) * (slope * c - r * s) + (py - r * s) * (slope * s + r * c))
 
 
-@njit(cache=True)
+@compiled
 def foam(world: World, x: float, y: float, vx: float, vy: float) -> tuple[float, float]:
     """The pull of the foam's lip (m/s²): a spring and a damper that push the block back inwards, never pull it out."""
     reach = math.hypot(x, y)
@@ -240,7 +246,7 @@ def foam(world: World, x: float, y: float, vx: float, vy: float) -> tuple[float,
     return -push * ux, -push * uy
 
 
-@njit(cache=True)
+@compiled
 def turning_step(world: World, hold: Any, dt: float, v: Any, pull: Any, cx: float, cy: float, radius: float) -> None:
     """One step of a block whose centre of mass lies (cx, cy) off the middle of its sole; v (3) and hold (3) change.
 

@@ -37,8 +37,9 @@ class Nuisance:
 class Design:
     """A session's protocol. Angles in radians, except where a name says degrees, because plans are written in them.
 
-    `wide_steps` up to `wide_deg` are tried until `adapt_after` slips of a direction are there, then `steps` within three
-    standard deviations of their mean. The block is put back by hand every `handled_every` runs (0: never), with a new
+    `wide_steps` up to `wide_deg` are tried until `adapt_after` slips of a direction are there, then `steps` within
+    three standard deviations of their mean. The block is put back by hand every `handled_every` runs (0: never), with a
+    new
     yaw if `yaw_varies`. `masses` and `mounts_deg` change in blocks of runs, so that nobody has to touch the rig for
     every run; rates and dwells are drawn for each run.
     """
@@ -64,7 +65,7 @@ class Design:
     second_sensor: bool = False
     sensor_noise_deg: float = 0.1
     shuttle: bool = False
-    """Back and forth between two directions, whatever the distances: start place and previous direction coincide."""
+    """Always where there is most room: start place and previous direction coincide."""
     base_px: float = 10.0
     per_deg_px: float = 1.0
     pair: str = "steel on steel"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -55,7 +56,7 @@ mount_deg = {design.mounts_deg[0]:.1f}
 name = "{block} cube"
 material = "{block}"
 size_m = [{world.side:.4f}, {world.side:.4f}, {height:.4f}]
-mass_kg = {cube_kg * height / world.side:.5f}
+mass_kg = {cube_kg:.5f}
 
 [arm]
 driver = "simulated"
@@ -69,10 +70,12 @@ ratio = 1.0
 {_ANGLES if design.second_sensor else ""}"""
 
 
-def write_session(session: SessionRecord, path: Path, *, rig: str, rng: Generator) -> None:
+def write_session(
+    session: SessionRecord, path: Path, *, rig: str, rng: Generator, mode: Literal["live", "lockstep"] = "live"
+) -> None:
     """Writes a session under its final name, or nothing."""
     partial = path.with_name(path.name + ".partial")
-    provenance = Provenance(rig_id=RIG_ID, started_ns=EPOCH_NS, mode="live", rig_toml=rig)
+    provenance = Provenance(rig_id=RIG_ID, started_ns=EPOCH_NS, mode=mode, rig_toml=rig)
     with partial.open("wb") as file:
         writer = McapFile(file, library=f"repose {versions()['repose']}", compression="zstd")
         writer.add_metadata("session", provenance.session())

@@ -1,3 +1,4 @@
+# ruff: noqa: PLR0917 (short rows of numbers read better by place)
 """The rare messages of a session: phases, commands, motions, samples, calibration, clocks, the air."""
 
 from __future__ import annotations

@@ -19,10 +19,12 @@ another angle sensor looks on; and whether slides reach the foam."""
 _EXTRAS = ("free", "yaw", "replace", "masses", "mounts", "dwell", "rates", "sensor")
 
 
-def draw_design(rng: Generator, *, pair: str, scatter: float, runs: int, needs: Collection[str]) -> Design:
-    """A protocol with the features that are needed, and perhaps more of them."""
+def draw_design(
+    rng: Generator, *, pair: str, scatter: float, runs: int, needs: Collection[str], without: Collection[str]
+) -> Design:
+    """A protocol with the features that are needed, and perhaps more of them, but not those of `without`."""
     features = set(needs)
-    features |= {name for name in _EXTRAS if rng.random() < 0.15}
+    features |= {name for name in _EXTRAS if rng.random() < 0.15} - set(without)
     kind = rng.choice(["paper", "short", "one"], p=[0.3, 0.6, 0.1])
     changes: dict[str, Any] = {}
     mean_deg = math.degrees(math.atan(PAIRS[pair][2]))
@@ -31,7 +33,7 @@ def draw_design(rng: Generator, *, pair: str, scatter: float, runs: int, needs: 
     else:
         wide = min(mean_deg * (1.25 + 4.0 * scatter) + 4.0, 67.5)
         changes |= {"wide_deg": wide, "wide_steps": max(10, round(wide / 1.8)), "steps": 30, "adapt_after": 8}
-    if kind == "one" and not features & {"free", "yaw", "mounts", "border"}:
+    if kind == "one" and not (features | set(without)) & {"free", "yaw", "mounts", "border"}:
         changes |= {"directions": (int(rng.integers(4)),), "handled_every": 1}
     changes["rates_deg_s"] = (float(rng.choice([5.0, 8.0, 10.0])),)
     return Design(runs=runs, pair=pair, **(changes | _of_features(features, rng)))
@@ -82,7 +84,13 @@ def draw_runs(rng: Generator) -> int:
 
 
 def draw_setting(
-    rng: Generator, *, needs: Collection[str] = (), harsh: bool = False, runs: int | None = None, calm: bool = False
+    rng: Generator,
+    *,
+    needs: Collection[str] = (),
+    without: Collection[str] = (),
+    harsh: bool = False,
+    runs: int | None = None,
+    calm: bool = False,
 ) -> Setting:
     """A session's setting in a world without any effect; `calm` sessions scatter by a tenth at most."""
     pair = str(rng.choice(list(PAIRS)))
@@ -90,7 +98,7 @@ def draw_setting(
     nuisance = draw_nuisance(rng, runs=runs, harsh=harsh)
     if calm:
         nuisance = replace(nuisance, scatter=min(nuisance.scatter, float(rng.uniform(0.05, 0.1))))
-    design = draw_design(rng, pair=pair, scatter=nuisance.scatter, runs=runs, needs=needs)
+    design = draw_design(rng, pair=pair, scatter=nuisance.scatter, runs=runs, needs=needs, without=without)
     return Setting(design=design, nuisance=nuisance, world=_world(pair, rng, border="border" in needs))
 
 

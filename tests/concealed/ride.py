@@ -1,3 +1,4 @@
+# ruff: noqa: PLR0917, PLR0912, PLR0915 (compiled functions take no keyword-only arguments, and the loop is one)
 """One run of the rig, from level to level: arm, block, camera and the machine's slip rule, compiled.
 
 The arm moves in trapezoids of speed. The block sticks until the pull leaves the friction set: that moment is located
@@ -11,8 +12,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from tests.concealed.compiled import compiled
 from tests.concealed.contact import (
     age_law,
     direction_law,
@@ -75,7 +76,7 @@ class Ride(NamedTuple):
     pose: Any
 
 
-@njit(cache=True)
+@compiled
 def _toward(angle: float, rate: float, target: float, limit: float, acceleration: float) -> tuple[float, float, float]:
     """One substep of the arm towards a target: angle, rate, acceleration."""
     left = target - angle
@@ -87,8 +88,8 @@ def _toward(angle: float, rate: float, target: float, limit: float, acceleration
     return angle + 0.5 * (rate + new) * DT_S, new, change / DT_S
 
 
-@njit(cache=True)
-def _holds(
+@compiled
+def holds(
     world: World, run: RunFacts, pose: Any, ax: float, ay: float, pressed: float, time_s: float, age_s: float
 ) -> float:
     """The pull over what the contact can hold: above 1 the block slips."""
@@ -103,8 +104,8 @@ def _holds(
     return size / max(edge, 1e-9)
 
 
-@njit(cache=True)
-def _against_wall(world: World, pose: Any, ax: float, ay: float) -> tuple[float, float]:
+@compiled
+def against_wall(world: World, pose: Any, ax: float, ay: float) -> tuple[float, float]:
     """The pull on a block that rests against the plate's wall: what points outwards the wall takes."""
     reach = math.hypot(pose[0], pose[1])
     if reach < world.wall_radius - 1e-7:
@@ -114,15 +115,18 @@ def _against_wall(world: World, pose: Any, ax: float, ay: float) -> tuple[float,
     return ax - out * ux, ay - out * uy
 
 
-@njit(cache=True)
+@compiled
 def slide_step(
-    world: World, run: RunFacts, pose: Any, v: Any, hold: Any, tilt: float, spin_up: float, time_s: float, dt: float,
+    world: World, run: RunFacts, pose: Any, v: Any, hold: Any, tilt: float, turning: Any, time_s: float, dt: float,
     more: float = 1.0,
 ) -> bool:  # fmt: skip
-    """Moves a sliding block by dt; whether it has come to rest. `v` is (m/s, m/s, rad/s), `more` times the friction."""
-    ax, ay, pressed = drive(world, run, pose[0], pose[1], tilt, spin_up, shaking(world, run, time_s))
+    """Moves a sliding block by dt; whether it has come to rest. `v` is (m/s, m/s, rad/s), `more` times the friction.
+
+    `turning` are the tilt's rate and acceleration.
+    """
+    ax, ay, pressed = drive(world, run, pose[0], pose[1], tilt, turning, shaking(world, run, time_s), v)
     fx, fy = foam(world, pose[0], pose[1], v[0], v[1])
-    ax, ay = _against_wall(world, pose, ax + fx, ay + fy)
+    ax, ay = against_wall(world, pose, ax + fx, ay + fy)
     speed = math.hypot(v[0] + 0.5 * dt * (ax + hold[0]), v[1] + 0.5 * dt * (ay + hold[1]))
     radius = level_law(world, run, pose[0], pose[1], pressed, time_s, speed) * more
     radius *= speed_law(world, speed)
@@ -148,7 +152,7 @@ def slide_step(
     return math.hypot(v[0], v[1]) < 1e-9 and abs(v[2]) < 1e-6
 
 
-@njit(cache=True)
+@compiled
 def stop_at_wall(world: World, pose: Any, v: Any) -> bool:
     """Stops a block that has reached the wall, where it is; whether it has."""
     reach = math.hypot(pose[0], pose[1])
@@ -165,7 +169,7 @@ def stop_at_wall(world: World, pose: Any, v: Any) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def presliding(world: World, load: float, held_s: float) -> float:
     """Displacement (m) below onset. Shape 0: elastic, stiff at first. Shape 1: creep, with the logarithm of time."""
     if world.presliding_m == 0.0:
@@ -176,7 +180,7 @@ def presliding(world: World, load: float, held_s: float) -> float:
     return world.presliding_m * share**3 * math.log1p(held_s / 0.3) / 2.0
 
 
-@njit(cache=True)
+@compiled
 def _far_corners(corners: Any, reference: Any, limit: float) -> int:
     far = 0
     for i in range(4):
@@ -184,7 +188,7 @@ def _far_corners(corners: Any, reference: Any, limit: float) -> int:
     return far
 
 
-@njit(cache=True)
+@compiled
 def ride(
     world: World, run: RunFacts, program: Program, angles: Any, k0: int, start: Any, rest_at: float, rng: Any
 ) -> Ride:
@@ -255,12 +259,14 @@ def ride(
                         phase, phase_at = RETURN, k
                 if phase == RETURN:
                     truths[2] = angle
-                    marks[2] = k
+                    # The machine waits for the attitude of the frame's own stamp, which comes late if that is late.
+                    back = k + (round(world.late_s / DT_S) if marks[1] >= 0 else 0)
+                    marks[2] = back
                     if not motion_done:
-                        step_at[steps - 1, 2] = k + COMMAND_DELAY
+                        step_at[steps - 1, 2] = back + COMMAND_DELAY
                     if motion_at > k:  # never begun: it begins and is replaced at once
-                        step_at[steps - 1, 1] = k + COMMAND_DELAY
-                    target, motion_at, motion_done, limit = 0.0, k + COMMAND_DELAY, False, program.return_rate
+                        step_at[steps - 1, 1] = back + COMMAND_DELAY
+                    target, motion_at, motion_done, limit = 0.0, back + COMMAND_DELAY, False, program.return_rate
             elif phase == RETURN and motion_done and k - hold_at >= REST_AFTER:
                 marks[4] = k
         # --- attitude and another sensor's view of it ---
@@ -294,9 +300,9 @@ def ride(
         # A play operator: the plate follows only when the play is used up.
         plate = min(max(plate, wanted - 0.5 * world.play), wanted + 0.5 * world.play)
         k += 1
-        if phase == DWELL or phase == REFERENCE:
-            if world.presliding_m == 0.0 and world.level_x == 0.0 and world.level_y == 0.0:
-                continue
+        level = phase in (DWELL, REFERENCE)
+        if level and world.presliding_m == 0.0 and world.level_x == 0.0 and world.level_y == 0.0:
+            continue
         # --- the block ---
         time_s = k * DT_S
         if not knocked and marks[0] >= 0 and (k - marks[0]) * DT_S >= run.knock_at_s:
@@ -308,10 +314,11 @@ def ride(
                     sliding = True
                     truths[0], truths[1] = float(k), angle
         slid_for = 0.0
+        turning = ((plate - was_plate) / DT_S, spin_up)
         if not sliding:
-            ax, ay, pressed = drive(world, run, pose[0], pose[1], plate, spin_up, shaking(world, run, time_s))
-            ax, ay = _against_wall(world, pose, ax, ay)
-            load = _holds(world, run, pose, ax, ay, pressed, time_s, (k - last_stop) * DT_S)
+            ax, ay, pressed = drive(world, run, pose[0], pose[1], plate, turning, shaking(world, run, time_s), v)
+            ax, ay = against_wall(world, pose, ax, ay)
+            load = holds(world, run, pose, ax, ay, pressed, time_s, (k - last_stop) * DT_S)
             if phase == TILT and plate > world.tips_at and load <= 1.0:
                 tip_rate += TIP_PER_S2 * (tip + plate - world.tips_at) * DT_S
                 tip = min(tip + tip_rate * DT_S, 1.2)
@@ -341,7 +348,7 @@ def ride(
                 share = (inner + 0.5) / INNER
                 tilt = plate - (plate - was_plate) * (1.0 - share) * slid_for / DT_S
                 at = time_s - (1.0 - share) * slid_for
-                stopped = slide_step(world, run, pose, v, hold, tilt, spin_up, at, slid_for / INNER)
+                stopped = slide_step(world, run, pose, v, hold, tilt, turning, at, slid_for / INNER)
                 if stop_at_wall(world, pose, v):
                     touched = True
                     stopped = True

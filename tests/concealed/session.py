@@ -63,23 +63,17 @@ class _Machine:
     def __init__(self, design: Design, rng: Generator) -> None:
         self._design, self._rng = design, rng
         self._onsets: defaultdict[int, list[float]] = defaultdict(list)
-        self._last = -1
 
     def direction(self, place: Array, world: World) -> tuple[int, float]:
         """A direction's number (−1: free) and azimuth, at random by the distance that the block has left there."""
         design = self._design
-        if design.shuttle:
-            self._last = (
-                design.directions[(design.directions.index(self._last) + 1) % 2]
-                if self._last >= 0
-                else (design.directions[0])
-            )
-            return self._last, 0.5 * math.pi * self._last
         if design.free:
             options = [(-1, 2.0 * math.pi * i / _FREE_CHOICES) for i in range(_FREE_CHOICES)]
         else:
             options = [(number, 0.5 * math.pi * number) for number in design.directions]
         room = np.array([_room_px(place, azimuth, world) for _, azimuth in options])
+        if design.shuttle:
+            return options[int(np.argmax(room))]
         usable = np.where(room >= design.min_slide_px, room, 0.0)
         if not usable.any():
             usable = np.where(room >= room.max() - 1e-9, np.maximum(room, 1e-6), 0.0)
@@ -88,7 +82,7 @@ class _Machine:
     def angles(self, sector: int) -> Array:
         """The tilts to try."""
         design, known = self._design, self._onsets[sector]
-        if len(known) < max(design.adapt_after, 2):
+        if not design.adapt_after or len(known) < max(design.adapt_after, 2):
             return np.radians(np.linspace(0.0, design.wide_deg, design.wide_steps + 1)[1:])
         mean, spread = float(np.mean(known)), 3.0 * float(np.std(known, ddof=1))
         low, high = max(mean - spread, 0.0), min(mean + spread, math.radians(67.5))

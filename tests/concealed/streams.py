@@ -190,7 +190,7 @@ def _rounded(values: Array) -> Array:
 
 
 def _joint_stream(at: Integers, tilt: Array, rate: Array, azimuth: Array) -> Stream:
-    """A gimbal's two joints that give this attitude: about x first, then about the turned y, to first order in rates."""
+    """A gimbal's two joints that give this attitude: about x, then about the turned y, to first order in rates."""
     stamps = times_ns(at)
     c, s = np.cos(azimuth), np.sin(azimuth)
     roll, pitch = np.arctan2(c * np.sin(tilt), np.cos(tilt)), np.arcsin(s * np.sin(tilt))

@@ -1,6 +1,8 @@
+# ruff: noqa: PLR0917 (short rows of numbers read better by place)
 """What the camera sees: the mark's corners and the plate's fiducial in pixels, compiled.
 
-The camera is fixed to the plate's frame and looks straight down at its centre; image x is the plate's x, image y its −y.
+The camera is fixed to the plate's frame and looks straight down at its centre; image x is the plate's x, image y
+its −y.
 """
 
 from __future__ import annotations
@@ -8,8 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
+from tests.concealed.compiled import compiled
 from tests.concealed.world import World
 
 CENTRE_PX = 299.5
@@ -17,7 +18,7 @@ HALF_IMAGE_PX = 300.0
 IMAGE_PX = 600.0
 
 
-@njit(cache=True)
+@compiled
 def project(world: World, x: float, y: float, height: float, down_x: float, down_y: float) -> tuple[float, float]:
     """Where a point `height` above the plate is seen; (down_x, down_y) is gravity along the plate over g.
 
@@ -32,7 +33,7 @@ def project(world: World, x: float, y: float, height: float, down_x: float, down
     return CENTRE_PX + u, CENTRE_PX + v
 
 
-@njit(cache=True)
+@compiled
 def see_mark(world: World, pose: Any, speed: Any, down_x: float, down_y: float, corners: Any) -> None:
     """Fills `corners` (8) with the mark of a block at `pose` (x, y, yaw) that moves at `speed` (m/s, m/s, rad/s).
 
@@ -43,6 +44,7 @@ def see_mark(world: World, pose: Any, speed: Any, down_x: float, down_y: float, 
         sx = -half if i in (0, 3) else half
         sy = half if i < 2 else -half
         wait = 0.0
+        u, v = 0.0, 0.0
         for again in range(2 if world.readout_s != 0.0 else 1):
             yaw = pose[2] + wait * speed[2]
             c, s = math.cos(yaw), math.sin(yaw)
@@ -54,7 +56,7 @@ def see_mark(world: World, pose: Any, speed: Any, down_x: float, down_y: float, 
         corners[2 * i], corners[2 * i + 1] = u, v
 
 
-@njit(cache=True)
+@compiled
 def tip_over(world: World, azimuth: float, pose: Any, tip: float, corners: Any) -> None:
     """Moves the corners (8) of a block that has tipped by `tip` about its lower edge: shifted and foreshortened."""
     grow = world.px_per_m / (1.0 - world.mark_height / world.camera_height)

@@ -131,7 +131,7 @@ def test_a_nearly_full_disk_is_refused_at_once(tmp_path: Path, monkeypatch: pyte
         return writer.MIN_FREE_BYTES
 
     monkeypatch.setattr(writer, "free_bytes", little)
-    with pytest.raises(UserError, match="at least 71 MB .* got 67 MB"):
+    with pytest.raises(UserError, match=r"at least 71 MB .* got 67 MB"):
         Recording(tmp_path / "a.mcap", provenance=session.provenance())
     assert not list(tmp_path.iterdir())
 
