@@ -42,7 +42,7 @@ def whole(part: Part) -> bool:
     """
     if not part.path.exists():
         return False
-    attached = open_recording(part.path).attachments()
+    attached = open_recording(part.path).attachments
     expected = {"rig.toml": rig_of(part.pair).text, "plan.toml": recordings.plan_toml(_plan(part))}
     if any(attached.get(name, b"").decode() != text for name, text in expected.items()):
         raise UserError(
