@@ -19,7 +19,7 @@ from station.physics.contact import Array
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded
 
-LEAST_MU = 0.05
+LEAST_MU = 0.15
 """Guards the relative residuals; measured friction is several times more."""
 
 LEAST_SLOPE_RAD = 0.05

@@ -12,11 +12,16 @@ from scipy.spatial.transform import Rotation
 from shared.geometry import Array
 from shared.messages import CameraGeometry, Sample
 from station.gap.evidence.plate import Times
+from station.physics.contact import Bools
 from station.signals.session import Signals
 from station.signals.tracks import CornerTrack, PoseTrack
 
 SLOW_M_S, FAST_M_S = 5e-3, 1e-2
 NOISE_SPEEDS = 3.0
+FLAT_RAD, FLAT_M = 0.05, 3e-3
+SETTLED_NS = 60_000_000
+"""An impact rings for about 50 ms."""
+
 _STOP_FRAMES = 4
 
 
@@ -61,6 +66,8 @@ class _Track:
     sigma_m: Array
     sigma_rad: Array
     corner_sigma_m: Array
+    flat: Bools | None = None
+    """Of a block that another tracker follows in space: whether it lies flat on the plate."""
 
 
 def run_tracks(signals: Signals) -> tuple[RunTrack, ...]:
@@ -104,7 +111,12 @@ def _other_tracker(block: PoseTrack) -> _Track:
     turn = Rotation.from_quat(block.quaternion, scalar_first=True).as_matrix()
     yaw = np.unwrap(np.arctan2(turn[:, 1, 0], turn[:, 0, 0]))
     sigma = np.where(block.sigma_m > 0, block.sigma_m, 1e-4)
-    return _Track(block.time_ns, np.column_stack([block.position_m[:, :2], yaw]), None, sigma, block.sigma_rad, sigma)
+    height = block.position_m[:, 2]
+    upright = np.max(np.abs(turn[:, 2, :]), axis=1) > math.cos(FLAT_RAD)  # on any of its faces
+    flat = upright & (np.abs(height - np.median(height)) < FLAT_M)
+    pose = np.column_stack([block.position_m[:, :2], yaw])
+    sigma_rad = np.where(block.sigma_rad > 0, block.sigma_rad, 1e-3)
+    return _Track(block.time_ns, pose, None, sigma, sigma_rad, sigma, flat)
 
 
 def _bounds(signals: Signals) -> Mapping[int, tuple[int, int, int, int]]:
@@ -126,6 +138,8 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
     chosen = slice(int(first), int(last))
     time_ns, pose = track.time_ns[chosen], track.pose[chosen]
     slip_ns = 0 if sample.censored else sample.slip_ns
+    if not slip_ns and track.flat is not None:
+        slip_ns = _landed_ns(time_ns, track.flat[chosen])
     if len(time_ns) == 0:
         sigma = (1e-4, 1e-2, 1e-4)
     else:
@@ -146,6 +160,15 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
         sigma_rad=sigma[1],
         corner_sigma_m=sigma[2],
     )
+
+
+def _landed_ns(time_ns: Times, flat: Bools) -> int:
+    """When a thrown block had come to lie flat for the last time and the impact was over; 0 if never."""
+    if not len(flat) or not flat[-1]:
+        return 0
+    lifted = np.flatnonzero(~flat)
+    first = int(lifted[-1]) + 1 if len(lifted) else 0
+    return int(time_ns[first]) + SETTLED_NS if len(flat) - first > 3 * _STOP_FRAMES else 0
 
 
 def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:

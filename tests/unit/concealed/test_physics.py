@@ -308,17 +308,17 @@ def test_a_rolling_shutter_shears_a_moving_mark_by_speed_times_row():
 # --- in no catalogue --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("change", "covariate"),
-    [
-        ({"damp": 0.2}, lambda run: run.facts.humidity),
-        ({"echo_length": 0.1}, lambda run: run.facts.previous_length),
-        ({"charge": 0.3}, lambda run: 1.0 - math.exp(-run.facts.slides_since_handled / 8.0)),
-        ({"tide": 0.1, "tide_s": 100.0}, lambda run: math.sin(2.0 * math.pi * run.ride.truths[0] / 900.0 / 100.0)),
-        ({"bend_per_m": 6.0}, lambda run: -float(run.start[:2] @ downhill(run))),
-        ({"fourfold": 0.05}, lambda run: math.cos(4.0 * math.atan2(*downhill(run)[::-1]))),
-    ],
-)  # fmt: skip
+BEYOND_LAWS: list[tuple[dict[str, float], Callable[[RunRecord], float]]] = [
+    ({"damp": 0.2}, lambda run: run.facts.humidity),
+    ({"echo_length": 0.1}, lambda run: run.facts.previous_length),
+    ({"charge": 0.3}, lambda run: 1.0 - math.exp(-run.facts.slides_since_handled / 8.0)),
+    ({"tide": 0.1, "tide_s": 100.0}, lambda run: math.sin(2.0 * math.pi * run.ride.truths[0] / 900.0 / 100.0)),
+    ({"bend_per_m": 6.0}, lambda run: -float(run.start[:2] @ downhill(run))),
+    ({"fourfold": 0.05}, lambda run: math.cos(4.0 * math.atan2(*downhill(run)[::-1]))),
+]
+
+
+@pytest.mark.parametrize(("change", "covariate"), BEYOND_LAWS)
 def test_effects_beyond_the_catalogue_follow_their_covariates(
     change: dict[str, float], covariate: Callable[[RunRecord], float]
 ):
