@@ -57,7 +57,7 @@ def _chosen(rows: Bools, most: int, rng: np.random.Generator) -> Times:
 
 def length_scales(terms: Terms, rng: np.random.Generator) -> Any:
     """The kernel with the likeliest length scales, amplitude and noise."""
-    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel  # noqa: PLC0415  (may be missing)
+    from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel  # noqa: PLC0415  (may be missing)  # pyright: ignore[reportMissingImports] (optional)
 
     rows = _chosen(terms.known, SCALES_FROM, rng)
     size = terms.columns.shape[1]
@@ -71,7 +71,7 @@ def length_scales(terms: Terms, rng: np.random.Generator) -> Any:
 
 
 def _model(kernel: Any, *, optimizer: Any) -> Any:
-    from sklearn.gaussian_process import GaussianProcessRegressor  # noqa: PLC0415  (may be missing)
+    from sklearn.gaussian_process import GaussianProcessRegressor  # noqa: PLC0415  (may be missing)  # pyright: ignore[reportMissingImports] (optional)
 
     return GaussianProcessRegressor(kernel, normalize_y=True, optimizer=optimizer, alpha=1e-8)
 

@@ -75,7 +75,7 @@ def sparse(terms: Terms, train: Bools) -> Array:
 
 
 def _stlsq(columns: Array, residual: Array, threshold: float) -> Array:
-    import pysindy  # noqa: PLC0415  (a package that may be missing)
+    import pysindy  # noqa: PLC0415  (a package that may be missing)  # pyright: ignore[reportMissingImports] (optional)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it warns when no term is left, which is an answer
