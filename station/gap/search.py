@@ -10,11 +10,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
+from station.gap.evidence.onsets import Onsets
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import Scores, Variant, scores, variants_of
 from station.gap.statistics.fit import Fit, fit
@@ -92,7 +93,6 @@ class Search:
     model: Fit
     other: tuple[Candidate, ...]
     untestable: Mapping[str, str]
-    notes: tuple[str, ...] = field(default=())
 
     @property
     def global_p(self) -> float:
@@ -140,8 +140,7 @@ def _stage(
     gained: Sequence[tuple[frozenset[str], float]],
     progress: Progress,
 ) -> Stage:
-    count = len(scores_columns(effects))
-    places, columns = places_of(evidence, count)
+    places, columns = places_of(evidence, _column_count(effects))
     scored = scores(evidence, current, effects, columns)
     singles = [_scored(scored, (variant,)) for variant in scored.variants]
     best = _best_variants(scored, singles)
@@ -170,14 +169,9 @@ def _stage(
     )
 
 
-def scores_columns(effects: Sequence[Effect]) -> list[str]:
-    """Names of the columns that the variants of effects have before those of the places."""
-    return [
-        f"{effect.id}.{parameter.name}"
-        for effect, _ in variants_of(effects)
-        for parameter in effect.parameters
-        if not parameter.is_shape
-    ]
+def _column_count(effects: Sequence[Effect]) -> int:
+    """How many columns the variants of effects have before those of the places."""
+    return sum(not parameter.is_shape for effect, _ in variants_of(effects) for parameter in effect.parameters)
 
 
 def _penalty(scored: Scores, effects: Sequence[Effect]) -> float:
@@ -317,8 +311,7 @@ def _untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dic
         if effect.absorbed_by_mu and "attitude" in hooks and not sensed:
             reasons[effect.id] = f"without another angle sensor it is the same as another mu; {effect.separated_by}"
             continue
-        contact = getattr(getattr(onset, "moments", None), "reported", None)
-        why = effect.why_untestable(contact) if contact is not None else None
+        why = effect.why_untestable(onset.moments.reported) if isinstance(onset, Onsets) else None
         if why and not (sensed and "attitude" in hooks):
             reasons[effect.id] = why
             continue

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import re
 import sys
 from collections.abc import Sequence
@@ -23,7 +22,8 @@ from rich.console import Console
 from rich.table import Table
 
 from shared.errors import UserError
-from shared.messages import CameraGeometry, Sample
+from shared.messages import Sample
+from station.app.sessions import geometry_of, read_session
 from station.friction.conclusions import conclusions
 from station.friction.drawing import render
 from station.friction.figures import figure_kinds
@@ -32,8 +32,7 @@ from station.friction.pairs import Pair, Session, pairs_of
 from station.friction.report import Picture, html_report
 from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult, analyse, limit_curve_table, with_limit_curves
-from station.recording.reader import open_recording
-from station.recording.tables import read_samples, write_samples
+from station.recording.tables import write_samples
 
 NAME = "analyze"
 HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
@@ -54,12 +53,12 @@ def run(options: argparse.Namespace) -> int:
     """Analyses the files; 0 when everything could be concluded, 1 when not."""
     if not options.cutout_mm > 0:
         raise UserError(f"Expected a positive radius for --cutout-mm, got {options.cutout_mm:g}")
-    spare = _geometry(options.calibration) if options.calibration else None
+    spare = geometry_of(options.calibration) if options.calibration else None
     if options.calibration and spare is None:
         raise UserError(
             f"Expected a recording with a calibration for --calibration, but {options.calibration} has none"
         )
-    sessions = [_session(path, spare) for path in options.files]
+    sessions = [read_session(path, spare=spare) for path in options.files]
     if not any(session.samples for session in sessions):
         raise UserError(f"Expected samples in {_listed(options.files)}, but there is none: no run came to its end")
     pairs = pairs_of(sessions, opening=Opening(radius_m=options.cutout_mm * 1e-3))
@@ -71,31 +70,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 # --- reading ----------------------------------------------------------------------------------------------------------
-
-
-def _session(path: Path, spare: CameraGeometry | None) -> Session:
-    samples = read_samples(path)
-    for sample in samples:
-        _check(sample, path)
-    own = _geometry(path) if path.suffix == ".mcap" else None
-    return Session(samples, own or spare, str(path))
-
-
-def _geometry(path: Path) -> CameraGeometry | None:
-    """The first calibration of a recording; a session has one."""
-    for item in open_recording(path).messages({"camera/geometry"}):
-        if isinstance(item.message, CameraGeometry) and len(item.message.plate_from_pixel) == 9:
-            return item.message
-    return None
-
-
-def _check(sample: Sample, path: Path) -> None:
-    angle = sample.onset_angle_rad
-    if not (0 <= angle < math.pi / 2 and (angle > 0 or sample.censored)):
-        raise UserError(
-            f"{path}, run {sample.run}: expected onset_angle_rad between 0 and {math.pi / 2:.3f}, got {angle:g}; "
-            "are these degrees?"
-        )
 
 
 def _listed(paths: Sequence[Path]) -> str:

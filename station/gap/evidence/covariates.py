@@ -33,8 +33,6 @@ TITLES = {
     "temperature": "temperature",
     "humidity": "relative humidity",
     "rising": "tilt growing or falling",
-    "step_time": "time since the step began",
-    "camera_place": "place in the image",
 }
 
 

@@ -60,7 +60,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         own[channel.name] = _between(mean, error)
     if "onset" in own:
         # Runs without a slide say that the tail goes on: without them the scatter would read too small.
-        own["onset"] *= _censoring(evidence, residuals["onset"])
+        own["onset"] *= _censoring(evidence)
     friction = _share(means, errors, own)
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
 
@@ -104,12 +104,11 @@ def _robust_sd(values: Array) -> float:
     return float(np.std(clipped)) / 0.9933
 
 
-def _censoring(evidence: Evidence, residual: Array) -> float:
+def _censoring(evidence: Evidence) -> float:
     """Factor on the scatter: a share q of limits at the top leaves a truncated Gaussian of smaller spread."""
     channel = evidence.channel("onset")
     if channel is None or not channel.rows.limit.any():
         return 1.0
-    del residual
     share = float(channel.rows.limit.mean())
     return 1.0 + 1.5 * min(share, 0.3)
 
