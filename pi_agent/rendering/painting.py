@@ -147,20 +147,33 @@ def _paint_instant(
     fine: int,
     sag_px: tuple[float, float],
 ) -> Image:
-    """One point in time: all coats' edges go through one accumulation."""
+    """One point in time: all coats' edges go through one accumulation; layers that lie elsewhere are left out."""
     rows = patch.top + (np.arange(patch.height * fine) + 0.5) / fine - 0.5
     origin = np.array([patch.left - 0.5, patch.top - 0.5]) - np.asarray(sag_px)
     seen = [coat.seen(scene, rows, instant_s) for coat in coats]
     times = max(len(ends[0]) for ends in seen)
     starts, ends = (
-        np.concatenate([np.broadcast_to(part[side], (times, *part[side].shape[1:])) for part in seen], axis=1)
+        np.concatenate([np.broadcast_to(part[side], (times, *part[side].shape[1:])) for part in seen], axis=1) - origin
         for side in (0, 1)
     )
     first = np.cumsum([0] + [len(coat.edges.reflectances) for coat in coats])
     layer = np.concatenate([coat.edges.layer + begin for coat, begin in zip(coats, first, strict=False)])
+    reflectances = np.array([r for coat in coats for r in coat.edges.reflectances])
+    kept = _within(starts, layer, layers=int(first[-1]), size=(patch.width, patch.height))
+    own, number = kept[layer], np.cumsum(kept) - 1
     shape = (patch.height * fine, patch.width * fine)
-    covered = polygon_coverage((starts - origin) * fine, (ends - origin) * fine, layer, layers=first[-1], shape=shape)
-    return composite(base, covered, tuple(r for coat in coats for r in coat.edges.reflectances))
+    covered = polygon_coverage(
+        starts[:, own] * fine, ends[:, own] * fine, number[layer[own]], layers=int(kept.sum()), shape=shape
+    )
+    return composite(base, covered, tuple(reflectances[kept].tolist()))
+
+
+def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which layers (layers,) have a polygon that may reach into a patch of `size`, by the box around each layer."""
+    low, high = np.full((layers, 2), np.inf), np.full((layers, 2), -np.inf)
+    np.minimum.at(low, layer, starts.min(axis=0))
+    np.maximum.at(high, layer, starts.max(axis=0))
+    return np.all((high > 0.0) & (low < np.asarray(size)), axis=1)
 
 
 def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:

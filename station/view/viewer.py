@@ -20,7 +20,9 @@ from station.view.canvas import ELAPSED
 
 LOOPBACK = "127.0.0.1"
 _LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
-_START_S, _LOAD_S, _SETTLE_S = 20.0, 30.0, 1.0
+_START_S, _LOAD_S, _SETTLE_S = 60.0, 60.0, 1.0
+_PICTURE_TRIES = 6
+"""The viewer gives up on a picture after some seconds, which a software renderer on a busy machine may need."""
 
 
 def has_display() -> bool:
@@ -105,7 +107,7 @@ def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
         try:
             client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
             client.get_state()
-        except (ConnectionError, RuntimeError):  # not listening yet, or not answering yet
+        except (ConnectionError, RuntimeError, TimeoutError):  # not listening yet, or not answering yet
             time.sleep(0.1)
         else:
             return client
@@ -141,6 +143,20 @@ def _loaded(state: Any) -> bool:
     return bool(state.recordings) and bool(state.views) and not state.loading
 
 
+def picture_of(client: ViewerClient, view_id: str | None = None) -> bytes:
+    """What the viewer shows as a PNG: the whole window, or one view.
+
+    Raises:
+        UserError: if it does not draw in time, asked again and again.
+    """
+    for _ in range(_PICTURE_TRIES):
+        try:
+            return client.take_screenshot(view_id)
+        except TimeoutError:
+            time.sleep(_SETTLE_S)
+    raise UserError("Expected a picture from Rerun's headless viewer, but it draws none in time; is the machine busy?")
+
+
 def screenshot(path: Path, out: Path, *, at_s: float | None = None) -> list[str]:
     """Draws a file as the viewer shows it into a PNG; gives what the views complained of.
 
@@ -149,7 +165,7 @@ def screenshot(path: Path, out: Path, *, at_s: float | None = None) -> list[str]
     """
     with headless() as client:
         state = show(client, path, at_s=at_s)
-        picture = client.take_screenshot()
+        picture = picture_of(client)
     try:
         out.write_bytes(picture)
     except OSError as error:

@@ -31,6 +31,7 @@ Rng = np.random.Generator
 
 FRAME_S = 1 / 90
 MOVING = Quality(fine=3, instants=13, step_px=0.3)
+BEFORE = Quality(fine=2, instants=6, step_px=0.7)  # of frames that are followed but not judged
 ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000.0)
 
 
@@ -165,12 +166,12 @@ def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, fram
     direction = float(rng.uniform(0, 2 * np.pi))
     vx, vy = speed_mm_s * np.cos(direction), speed_mm_s * np.sin(direction)
     turn, yaw = float(rng.uniform(-turn_rad_s, turn_rad_s)), float(rng.uniform(0, 2 * np.pi))
-    renderer = ExactRenderer(scene, quality=MOVING)
+    before, last = ExactRenderer(scene, quality=BEFORE), ExactRenderer(scene, quality=MOVING)
     shots = []
     for number in range(frames):
         time = (number - 0.5 * (frames - 1)) * FRAME_S
         pose = Pose(vx * time, vy * time, yaw + turn * time, vx, vy, turn)
-        shots.append(renderer.render(pose, rng=rng))
+        shots.append((last if number == frames - 1 else before).render(pose, rng=rng))
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 

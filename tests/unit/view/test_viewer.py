@@ -34,7 +34,7 @@ def test_no_view_complains_and_none_is_missing(camera: bool, tmp_path: Path) -> 
     with viewer.headless(size=(1200, 800)) as client:
         state = viewer.show(client, path, at_s=session.SLIP_S + 0.15)
         views = {view.name: view for view in state.views}
-        picture = np.asarray(Image.open(io.BytesIO(client.take_screenshot())).convert("RGB")).astype(int)
+        picture = np.asarray(Image.open(io.BytesIO(viewer.picture_of(client))).convert("RGB")).astype(int)
     assert {name: view.reports for name, view in views.items() if view.reports} == {}
     assert {view.view_class for view in views.values()} >= {
         "3D",
@@ -92,7 +92,7 @@ def test_plain_rerun_draws_the_corners_over_the_image_unaided(tmp_path: Path) ->
                 break
         time.sleep(1.5)
         (image_view,) = [view for view in client.get_state().views if view.view_class == "2D"]
-        picture = np.asarray(Image.open(io.BytesIO(client.take_screenshot(image_view.view_id))).convert("RGB"))
+        picture = np.asarray(Image.open(io.BytesIO(viewer.picture_of(client, image_view.view_id))).convert("RGB"))
     assert image_view.reports == []
     assert _near(picture.astype(int), colours.MARK).sum() > 50
 
