@@ -118,7 +118,7 @@ def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
 
 
 def show(client: ViewerClient, path: Path, *, at_s: float | None = None) -> Any:
-    """Loads a file, moves to `at_s` seconds after its start (None: its end); gives the viewer's state.
+    """Loads a file, moves to `at_s` seconds after its start (None: its end, if it has times); gives the viewer's state.
 
     Raises:
         UserError: if the file does not appear.
@@ -133,8 +133,9 @@ def show(client: ViewerClient, path: Path, *, at_s: float | None = None) -> Any:
         raise UserError(f"Expected the viewer to show {path}, but it did not load within {_LOAD_S:g} s")
     if at_s is None:
         lines = [line for recording in state.recordings for line in recording.timelines if line.name == ELAPSED]
-        at_s = max((line.end or 0 for line in lines), default=0) * 1e-9
-    client.set_time(ELAPSED, duration=at_s, play_state="paused")
+        at_s = max(line.end or 0 for line in lines) * 1e-9 if lines else None
+    if at_s is not None:
+        client.set_time(ELAPSED, duration=at_s, play_state="paused")
     time.sleep(_SETTLE_S)  # the views are laid out and drawn over several frames
     return client.get_state()
 

@@ -17,6 +17,7 @@ from station.__main__ import main
 from station.app.commands import analyze
 from station.recording.tables import read_samples, write_samples
 from station.recording.writer import Recording
+from station.view import viewer
 from tests.unit.friction.sessions import GEOMETRY, sample, session
 from tests.unit.recording.session import START_NS, provenance
 
@@ -73,6 +74,7 @@ def test_two_files_become_pairs_with_tables_figures_and_a_report_in_one_file(
     assert all(source.startswith("data:image/png;base64,") for source in links.sources)
     assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
     assert len(list((out / "figures").glob("*.png"))) == len(list((out / "figures").glob("*.pdf"))) == 12
+    assert (out / "figures.rrd").stat().st_size > 10_000
     written = {one.run: one.flags for one in read_samples(out / "samples.parquet") if one.object == "cube"}
     assert len(written) == 83
     assert {run: flags for run, flags in written.items() if flags} == {901: ("distance",), 902: ("distance",)}
@@ -89,6 +91,24 @@ def test_its_own_table_gives_the_same_numbers_with_the_calibration_named(
     again = [str(tmp_path / "a" / "samples.csv"), "--calibration", str(mcap), "--out", str(tmp_path / "b")]
     assert main(["analyze", *again]) == 0
     assert capsys.readouterr().out.split("Report:")[0] == direct
+
+
+def test_rerun_is_opened_on_request_and_where_there_is_a_display(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(analyze, "figure_kinds", tuple)
+    path, out, opened = table([sample()], tmp_path / "t.csv"), tmp_path / "out", list[Path]()
+    monkeypatch.setattr(viewer, "open_file", opened.append)
+    monkeypatch.setattr(viewer, "has_display", lambda: True)
+    assert main(["analyze", str(path), "--out", str(out)]) == 1
+    assert opened == []
+    assert main(["analyze", str(path), "--out", str(out), "--rerun"]) == 1
+    assert opened == [out / "figures.rrd"]
+    monkeypatch.setattr(viewer, "has_display", lambda: False)
+    capsys.readouterr()
+    assert main(["analyze", str(path), "--out", str(out), "--rerun"]) == 1
+    assert f"rerun {out / 'figures.rrd'}" in capsys.readouterr().out.splitlines()[-1]
+    assert len(opened) == 1
 
 
 def test_what_cannot_be_concluded_is_said_and_ends_with_one(

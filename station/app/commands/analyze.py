@@ -1,10 +1,10 @@
 """Analyses recordings or tables of samples: filters, results by surface pair, tests of anisotropy, figures, a report.
 
 Every file may hold any surface pairs; what has the same object and plate is put together. Into the folder of --out go
-report.html (self-contained), the figures as PNG and PDF, samples.csv and samples.parquet with every sample and the
-names of the filters that flagged it, and limit_curves.json with the fitted limit curves and distributions. Exit status:
-0; 1 when something asked of the data cannot be concluded (a sentence says what and why); 2 for a mistake in what was
-asked.
+report.html (self-contained), the figures as PNG and PDF, figures.rrd with the paper's Figs. 7 to 9 for Rerun (--rerun
+opens it), samples.csv and samples.parquet with every sample and the names of the filters that flagged it, and
+limit_curves.json with the fitted limit curves and distributions. Exit status: 0; 1 when something asked of the data
+cannot be concluded (a sentence says what and why); 2 for a mistake in what was asked.
 """
 
 from __future__ import annotations
@@ -33,8 +33,11 @@ from station.friction.report import Picture, html_report
 from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult, analyse, limit_curve_table, with_limit_curves
 from station.recording.tables import write_samples
+from station.view import viewer
+from station.view.analysis.rrd import write_analysis
 
 NAME = "analyze"
+FIGURES_RRD = "figures.rrd"
 HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
 
 
@@ -46,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, default=Path("analysis"), metavar="FOLDER", help="where the results go")
     parser.add_argument("--calibration", type=Path, metavar="RECORDING", help="calibration of files that have none")
     parser.add_argument("--cutout-mm", type=float, default=CUTOUT_M * 1e3, help="radius of the opening in the foam")
+    parser.add_argument("--rerun", action="store_true", help="open the figures in Rerun (they are always written)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the permutation tests")
 
 
@@ -66,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
     results = with_limit_curves(analyse(pairs, rng=rng), rng=rng)
     findings = present(results, sessions)
     write_results(results, options.out, sources=[session.source for session in sessions])
+    if options.rerun:
+        _open(options.out / FIGURES_RRD)
     return 1 if findings else 0
 
 
@@ -129,8 +135,17 @@ def write_results(
     page = html_report(results, sources=sources, pictures=pictures, first=first)
     _put(folder / "report.html", page)
     _put(folder / "limit_curves.json", json.dumps(limit_curve_table(results), indent=1, allow_nan=False))
-    print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}\nSamples: {folder / 'samples.csv'}, .parquet")
+    write_analysis(results, folder / FIGURES_RRD, first=first)
+    print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}, in Rerun: rerun {folder / FIGURES_RRD}")
+    print(f"Samples: {folder / 'samples.csv'}, .parquet")
     print(f"Limit curves: {folder / 'limit_curves.json'}")
+
+
+def _open(path: Path) -> None:
+    if viewer.has_display():
+        viewer.open_file(path)
+    else:
+        print(f"There is no display here. Look elsewhere with: rerun {path}")
 
 
 def _put(path: Path, text: str) -> None:
