@@ -16,6 +16,7 @@ from shared.rig import RigConfig, load_rig
 from station.angles.settings import SourceSettings
 from station.angles.sources.kinematics import KinematicsOptions
 from station.arm.drivers.ros1 import Ros1Options
+from station.physics.catalogue import PhysicsSettings, catalogue, catalogue_of_table
 from station.rig.arm_settings import ArmSettings
 
 EXAMPLE = Path(__file__).parents[3] / "deploy/rig.example.toml"
@@ -25,6 +26,7 @@ READ_BY = {
     "camera.options": PiCameraOptions,
     "arm.options": Ros1Options,
     "angles.kinematics": (SourceSettings, KinematicsOptions),
+    "physics": PhysicsSettings,
 }
 """Tables that a part of the software reads by itself; the others are in RigConfig."""
 NOT_OF_A_REAL_RIG = {"twin", "text"}
@@ -69,6 +71,7 @@ def test_the_example_is_read_by_all_its_readers():
     parse(PiCameraOptions, rig.camera.options)
     arm = parse(ArmSettings, rig.arm)
     parse(Ros1Options, arm.options)
+    assert catalogue_of_table(rig.physics) == catalogue()
     assert rig.camera.driver == "pi_camera"
     assert arm.driver == "ros1"
     assert not arm.armed, "an example must not move an arm"
