@@ -8,39 +8,48 @@ run (`run_signals`) it is that of one run.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from shared.geometry import Array
+from shared import wire
+from shared.errors import UserError
 from shared.messages import (
+    AngleReading,
+    BlockPose,
     CameraGeometry,
     Environment,
     MarkerCorners,
     Message,
     MotionReport,
+    PlatformState,
     RunEvent,
     Sample,
     TiltCommand,
 )
 from shared.topics import ANGLE_PREFIX
 from station.recording import columns
+from station.recording.batches import Batch
 from station.recording.columns import Columns
-from station.recording.reader import Recorded, RecordingReader
+from station.recording.reader import RecordingReader, TopicInfo
 from station.signals.session import Signals
-from station.signals.tracks import CommandTrack, EnvironmentTrack, EventTrack, MotionTrack
 
 LATE_NS = 30_000_000_000
 """A recovered message may come this much after its capture (the cache of the corners' publisher)."""
 _AROUND_NS = 1_000_000_000
-_TOPICS = (
-    *("camera/corners", "camera/plate", "camera/geometry", "block/pose", "arm/platform", "arm/command", "arm/motion"),
-    *("session/event", "session/sample", "environment"),
-)
-_Rows = list[tuple[int, Any]]
+_TRACKS: dict[str, type[Message]] = {
+    "camera/corners": MarkerCorners,
+    "camera/plate": MarkerCorners,
+    "block/pose": BlockPose,
+    "arm/platform": PlatformState,
+    "arm/command": TiltCommand,
+    "arm/motion": MotionReport,
+    "session/event": RunEvent,
+    "environment": Environment,
+}
+_WHOLE: dict[str, type[Message]] = {"camera/geometry": CameraGeometry, "session/sample": Sample}
+"""Topics of few messages, which are kept as they are."""
 
 
 def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: int | None = None) -> Signals:
@@ -52,17 +61,22 @@ def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: 
         UserError: if the file is damaged.
     """
     collected = _Collected()
-    topics = [*_TOPICS, *(name for name in reader.topics if name.startswith(ANGLE_PREFIX))]
+    topics = [*_TRACKS, *_WHOLE, *(name for name in reader.topics if name.startswith(ANGLE_PREFIX))]
     first_ns = None if from_ns is None else from_ns - _AROUND_NS
     last_ns = None if to_ns is None else to_ns + LATE_NS
-    for item in reader.messages(topics, first_ns, last_ns):
-        if (from_ns is None or item.publish_ns >= from_ns) and (to_ns is None or item.publish_ns < to_ns):
-            collected.add(item)
-    if collected.geometry is None:
-        for item in reader.messages({"camera/geometry"}):
-            collected.add(item)
-            break
-    return collected.signals()
+    for channels, batch in reader.batches(topics, first_ns, last_ns):
+        inside = np.ones(len(batch.channel), dtype=bool)
+        if from_ns is not None:
+            inside &= batch.publish_ns >= from_ns
+        if to_ns is not None:
+            inside &= batch.publish_ns < to_ns
+        collected.add(channels, batch if inside.all() else batch.select(inside))
+    signals = collected.signals()
+    if signals.geometry is not None:
+        return signals
+    first = next(reader.messages({"camera/geometry"}), None)
+    geometry = None if first is None else first.message
+    return replace(signals, geometry=geometry if isinstance(geometry, CameraGeometry) else None)
 
 
 def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iterator[tuple[int, Signals]]:
@@ -83,111 +97,60 @@ class _Collected:
     """What has been read so far."""
 
     def __init__(self) -> None:
-        self.geometry: CameraGeometry | None = None
-        self._corners = columns.corner_columns()
-        self._fiducials: defaultdict[int, Columns] = defaultdict(columns.corner_columns)
-        self._block = columns.pose_columns()
-        self._attitude = columns.attitude_columns()
-        self._angles: defaultdict[str, Columns] = defaultdict(columns.angle_columns)
-        self._rare: defaultdict[str, _Rows] = defaultdict(list)
+        self._columns: dict[str, Columns] = {name: Columns(cls) for name, cls in _TRACKS.items()}
+        self._angles: defaultdict[str, Columns] = defaultdict(lambda: Columns(AngleReading))
+        self._messages: dict[str, list[tuple[int, int, Message]]] = {name: [] for name in _WHOLE}
 
-    def add(self, item: Recorded) -> None:
-        time_ns, message = item.publish_ns, item.message
-        if isinstance(message, MarkerCorners):
-            block = item.topic == "camera/corners"
-            (self._corners if block else self._fiducials[message.marker_id]).add(time_ns, message)
-        elif item.topic == "arm/platform":
-            self._attitude.add(time_ns, message)
-        elif item.topic == "block/pose":
-            self._block.add(time_ns, message)
-        elif item.topic.startswith(ANGLE_PREFIX):
-            self._angles[item.topic.removeprefix(ANGLE_PREFIX)].add(time_ns, message)
-        elif isinstance(message, CameraGeometry):
-            self.geometry = message
-        else:
-            self._rare[item.topic].append((time_ns, message))
+    def add(self, channels: dict[int, TopicInfo], batch: Batch) -> None:
+        """Takes the messages of a chunk; raises UserError for a payload that does not parse."""
+        topics = dict[str, list[int]]()
+        for number in np.unique(batch.channel).tolist():
+            info = channels[number]
+            _refuse_other(info)
+            topics.setdefault(info.name, []).append(number)
+        for topic, numbers in topics.items():
+            part = batch.select(np.isin(batch.channel, numbers))
+            if topic in _WHOLE:
+                self._messages[topic] += _decoded(part, _WHOLE[topic])
+            else:
+                own = self._columns.get(topic) or self._angles[topic.removeprefix(ANGLE_PREFIX)]
+                own.add(part.payloads, log_ns=part.log_ns, publish_ns=part.publish_ns)
 
     def signals(self) -> Signals:
-        for rows in self._rare.values():
-            rows.sort(key=_time_ns)
-        fiducials, angles = sorted(self._fiducials.items()), sorted(self._angles.items())
+        """All of it, in the order of capture."""
+        geometries = sorted(self._messages["camera/geometry"], key=_log_ns)
+        samples = sorted(sorted(self._messages["session/sample"], key=_log_ns), key=_publish_ns)
+        own = self._columns
         return Signals(
-            corners=columns.corner_track(self._corners),
-            fiducials={number: columns.corner_track(found) for number, found in fiducials},
-            block=columns.pose_track(self._block),
-            attitude=columns.attitude_track(self._attitude),
-            commands=_commands(self._rare["arm/command"]),
-            motions=_motions(self._rare["arm/motion"]),
-            events=_events(self._rare["session/event"]),
-            environment=_environment(self._rare["environment"]),
-            angles={source: columns.angle_track(found) for source, found in angles},
-            geometry=self.geometry,
-            samples=tuple(row for _, row in self._rare["session/sample"] if isinstance(row, Sample)),
+            corners=columns.corner_track(own["camera/corners"]),
+            fiducials=columns.corner_tracks(own["camera/plate"]),
+            block=columns.pose_track(own["block/pose"]),
+            attitude=columns.attitude_track(own["arm/platform"]),
+            commands=columns.command_track(own["arm/command"]),
+            motions=columns.motion_track(own["arm/motion"]),
+            events=columns.event_track(own["session/event"]),
+            environment=columns.environment_track(own["environment"]),
+            angles={source: columns.angle_track(found) for source, found in sorted(self._angles.items())},
+            geometry=next((each for *_, each in geometries[-1:] if isinstance(each, CameraGeometry)), None),
+            samples=tuple(sample for *_, sample in samples if isinstance(sample, Sample)),
         )
 
 
-def _time_ns(row: tuple[int, Message]) -> int:
+def _refuse_other(info: TopicInfo) -> None:
+    """A topic that carries something else than its message would be read as nonsense."""
+    expected = _TRACKS.get(info.name) or _WHOLE.get(info.name) or AngleReading
+    if info.message is not expected:
+        raise UserError(f"Expected {wire.schema_name(expected)} on the topic {info.name}, got {info.schema}")
+
+
+def _decoded(part: Batch, cls: type[Message]) -> list[tuple[int, int, Message]]:
+    found = (wire.decode(cls, part.payloads.bytes(number)) for number in range(len(part.channel)))
+    return list(zip(part.log_ns.tolist(), part.publish_ns.tolist(), found, strict=True))
+
+
+def _log_ns(row: tuple[int, int, Message]) -> int:
     return row[0]
 
 
-def _times(rows: Sequence[tuple[int, Any]]) -> NDArray[np.int64]:
-    return np.array([time_ns for time_ns, _ in rows], dtype=np.int64)
-
-
-def _column(rows: _Rows, pick: Callable[[Any], Any], dtype: Any) -> NDArray[Any]:
-    return np.array([pick(message) for _, message in rows], dtype=dtype)
-
-
-def _commands(rows: _Rows) -> CommandTrack:
-    def command(pick: Callable[[TiltCommand], float], dtype: Any) -> NDArray[Any]:
-        return _column(rows, pick, dtype)
-
-    return CommandTrack(
-        time_ns=_times(rows),
-        run=command(lambda message: message.run, np.int64),
-        direction=command(lambda message: message.direction, np.int64),
-        azimuth_rad=command(lambda message: message.azimuth_rad, float),
-        angle_rad=command(lambda message: message.angle_rad, float),
-        step=command(lambda message: message.step, np.int64),
-        rate_rad_s=command(lambda message: message.rate_rad_s, float),
-    )
-
-
-def _motions(rows: _Rows) -> MotionTrack:
-    """Begin and end stand in the agent's clock inside the message; its publish time says how far that is off."""
-    ended: _Rows = []
-    ends: list[int] = []
-    for publish_ns, report in rows:
-        if isinstance(report, MotionReport) and report.end_ns:
-            offset_ns = publish_ns - report.stamp_ns
-            ended.append((report.begin_ns + offset_ns, report))
-            ends.append(report.end_ns + offset_ns)
-    order = np.argsort(_times(ended), kind="stable")
-    return MotionTrack(
-        time_ns=_times(ended)[order],
-        end_ns=np.array(ends, dtype=np.int64)[order],
-        run=_column(ended, lambda message: message.run, np.int64)[order],
-        step=_column(ended, lambda message: message.step, np.int64)[order],
-        failed=_column(ended, lambda message: bool(message.fault), bool)[order],
-    )
-
-
-def _events(rows: _Rows) -> EventTrack:
-    return EventTrack(
-        time_ns=_times(rows),
-        run=_column(rows, lambda event: event.run, np.int64),
-        phase=_column(rows, lambda event: event.phase, np.str_),
-        step=_column(rows, lambda event: event.step, np.int64),
-        reason=_column(rows, lambda event: event.reason, np.str_),
-    )
-
-
-def _environment(rows: _Rows) -> EnvironmentTrack:
-    def value(pick: Callable[[Environment], float]) -> Array:
-        return _column(rows, pick, float)
-
-    return EnvironmentTrack(
-        time_ns=_times(rows),
-        temperature_c=value(lambda message: message.temperature_c),
-        relative_humidity=value(lambda message: message.relative_humidity),
-    )
+def _publish_ns(row: tuple[int, int, Message]) -> int:
+    return row[1]

@@ -1,133 +1,241 @@
-"""Frequent messages, collected as plain numbers: a message object takes five times the room of its figures."""
+"""Messages of one topic, collected as columns of numbers: a message object takes five times the room of its figures."""
 
 from __future__ import annotations
 
 import math
-from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from shared import wire
 from shared.geometry import Array
-from shared.messages import AngleReading, BlockPose, MarkerCorners, PlatformState
-from station.signals.tracks import AngleTrack, AttitudeTrack, CornerTrack, PoseTrack
+from shared.messages import (
+    AngleReading,
+    BlockPose,
+    Environment,
+    MarkerCorners,
+    Message,
+    MotionReport,
+    PlatformState,
+    RunEvent,
+    TiltCommand,
+)
+from station.recording.unpacking import Integers, Payloads, fields_of
+from station.signals.tracks import (
+    AngleTrack,
+    AttitudeTrack,
+    CommandTrack,
+    CornerTrack,
+    EnvironmentTrack,
+    EventTrack,
+    MotionTrack,
+    PoseTrack,
+)
 
-Integers = NDArray[np.int64]
-Row = Callable[[Any], tuple[Sequence[float], Sequence[int]]]
-"""The floats and the integers of a message, always as many of each."""
+Named = Mapping[str, Any]
+"""Columns by the field's name, each with as many rows."""
+
+_CORNERS = {"corners_px": 8, "sigma_px": 0, "corner_dt_ns": 4, "seq": 0, "boot_id": 0, "found": 0, "tipped": 0}
+_NAMES: Mapping[type[Message], Mapping[str, int]] = {
+    MarkerCorners: {**_CORNERS, "marker_id": 0},
+    BlockPose: dict.fromkeys(("x", "y", "z", "qw", "qx", "qy", "qz", "sigma_m", "sigma_rad", "found"), 0),
+    PlatformState: dict.fromkeys(("qw", "qx", "qy", "qz", "wx", "wy", "wz", "px", "py", "pz"), 0),
+    AngleReading: dict.fromkeys(("angle_rad", "sigma_rad", "gravity_x", "gravity_y", "gravity_z"), 0),
+    TiltCommand: dict.fromkeys(("run", "direction", "azimuth_rad", "angle_rad", "step", "rate_rad_s"), 0),
+    MotionReport: dict.fromkeys(("stamp_ns", "run", "step", "begin_ns", "end_ns", "fault"), 0),
+    RunEvent: dict.fromkeys(("run", "phase", "reason", "step"), 0),
+    Environment: dict.fromkeys(("temperature_c", "relative_humidity"), 0),
+}
+"""The fields that the tracks need, with the length of a list (0: no list)."""
 
 
 class Columns:
-    """Numbers of one topic, row by row. `sorted` gives them in the order of time."""
+    """What is wanted of the messages of one class, chunk by chunk."""
 
-    def __init__(self, row: Row, *, floats: int, integers: int) -> None:
-        self._row = row
-        self._widths = (floats, integers)
-        self._times = array("q")
-        self._floats = array("d")
-        self._integers = array("q")
+    def __init__(self, cls: type[Message]) -> None:
+        self._cls, self._names = cls, _NAMES[cls]
+        self._parts = list[dict[str, Any]]()
 
-    def add(self, time_ns: int, message: Any) -> None:
-        """Takes one message."""
-        floats, integers = self._row(message)
-        self._times.append(time_ns)
-        self._floats.extend(floats)
-        self._integers.extend(integers)
+    def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> None:
+        """Takes messages (n,) as they stand in the file.
 
-    def sorted(self) -> tuple[Integers, Array, Integers]:
-        """Times (n,), floats (n, f) and integers (n, i)."""
-        times = np.array(self._times, dtype=np.int64)
-        floats = np.array(self._floats, dtype=float).reshape(len(times), self._widths[0])
-        integers = np.array(self._integers, dtype=np.int64).reshape(len(times), self._widths[1])
-        if len(times) > 1 and np.any(np.diff(times) < 0):
-            order = np.argsort(times, kind="stable")
-            return times[order], floats[order], integers[order]
-        return times, floats, integers
+        Raises:
+            UserError: if a payload is not of this class.
+        """
+        fields = fields_of(self._cls, payloads, names=self._names)
+        for number in np.flatnonzero(~fields.understood).tolist():
+            message = wire.decode(self._cls, payloads.bytes(number))
+            for name, width in self._names.items():
+                fields.values[name][number] = _kept(getattr(message, name), fields.values[name], width)
+        self._parts.append({"log_ns": log_ns, "publish_ns": publish_ns, **fields.values})
 
+    def sorted(self) -> Named:
+        """All columns by name, and `publish_ns`: in the order of that, and equal ones as they came."""
+        columns = {name: _joined([part.pop(name) for part in self._parts], width) for name, width in self._all()}
+        for key in ("log_ns", "publish_ns"):
+            if np.any(np.diff(columns[key]) < 0):
+                order = np.argsort(columns[key], kind="stable")
+                columns = {name: _taken(column, order) for name, column in columns.items()}
+        return columns
 
-_NAN4, _NAN8 = (math.nan,) * 4, (math.nan,) * 8
-
-
-def _corner_row(message: MarkerCorners) -> tuple[Sequence[float], Sequence[int]]:
-    found = message.found and len(message.corners_px) == 8
-    pixels = message.corners_px if found else _NAN8
-    delays = message.corner_dt_ns if len(message.corner_dt_ns) == 4 else (0, 0, 0, 0)
-    return (*pixels, message.sigma_px), (*delays, message.seq, message.boot_id, found, message.tipped)
+    def _all(self) -> list[tuple[str, int]]:
+        return [("log_ns", 0), ("publish_ns", 0), *self._names.items()]
 
 
-def corner_columns() -> Columns:
-    """For the messages of one marker."""
-    return Columns(_corner_row, floats=9, integers=8)
+def _kept(value: Any, column: Any, width: int) -> Any:
+    """A field of a message, as the column has it: lists of another length are nan, or 0 for whole numbers."""
+    if not width or len(value) == width:
+        return value
+    return math.nan if column.dtype.kind == "f" else 0
+
+
+def _joined(parts: list[Any], width: int) -> Any:
+    if parts and isinstance(parts[0], list):
+        return [text for part in parts for text in part]
+    return np.concatenate(parts) if parts else np.empty((0, width) if width else 0)
+
+
+def _taken(column: Any, order: NDArray[np.intp]) -> Any:
+    return [column[place] for place in order.tolist()] if isinstance(column, list) else column[order]
+
+
+def _whole(column: Any) -> Integers:
+    return np.asarray(column, dtype=np.int64)
+
+
+def _stacked(columns: Named, names: str) -> Array:
+    """Columns side by side (n, k), nan if there are no rows."""
+    return np.column_stack([np.asarray(columns[name], dtype=float) for name in names.split()])
+
+
+# --- tracks ---------------------------------------------------------------------------------------------------------
+
+
+def corner_tracks(columns: Columns) -> dict[int, CornerTrack]:
+    """The track of each marker by its number."""
+    rows = columns.sorted()
+    numbers = _whole(rows["marker_id"])
+    whole = _corner_track(rows)
+    found = sorted(set(numbers.tolist()))
+    if len(found) < 2:
+        return dict.fromkeys(found, whole)
+    return {number: whole.select(np.flatnonzero(numbers == number)) for number in found}
 
 
 def corner_track(columns: Columns) -> CornerTrack:
-    """The marker's track."""
-    times, floats, integers = columns.sorted()
+    """The track of the one marker that they are all of."""
+    return _corner_track(columns.sorted())
+
+
+def _corner_track(rows: Named) -> CornerTrack:
+    found = np.asarray(rows["found"], dtype=bool)
+    pixels = np.asarray(rows["corners_px"], dtype=float)
+    if not found.all():
+        pixels[~found] = np.nan
     return CornerTrack(
-        time_ns=times,
-        corner_px=floats[:, :8].reshape(-1, 4, 2),
-        sigma_px=floats[:, 8],
-        corner_dt_ns=integers[:, :4],
-        seq=integers[:, 4],
-        boot_id=integers[:, 5],
-        found=integers[:, 6].astype(bool),
-        tipped=integers[:, 7].astype(bool),
+        time_ns=_whole(rows["publish_ns"]),
+        corner_px=pixels.reshape(-1, 4, 2),
+        sigma_px=np.asarray(rows["sigma_px"], dtype=float),
+        corner_dt_ns=_whole(rows["corner_dt_ns"]),
+        seq=_whole(rows["seq"]),
+        boot_id=_whole(rows["boot_id"]),
+        found=found,
+        tipped=np.asarray(rows["tipped"], dtype=bool),
     )
-
-
-def _pose_row(message: BlockPose) -> tuple[Sequence[float], Sequence[int]]:
-    place = (message.x, message.y, message.z) if message.found else _NAN4[:3]
-    turn = (message.qw, message.qx, message.qy, message.qz) if message.found else _NAN4
-    return (*place, *turn, message.sigma_m, message.sigma_rad), (message.found,)
-
-
-def pose_columns() -> Columns:
-    """For a block followed by another tracker."""
-    return Columns(_pose_row, floats=9, integers=1)
 
 
 def pose_track(columns: Columns) -> PoseTrack:
-    """The block's track."""
-    times, floats, integers = columns.sorted()
+    """The block's track by another tracker."""
+    rows = columns.sorted()
+    found = np.asarray(rows["found"], dtype=bool)
+    place, turn = _stacked(rows, "x y z"), _stacked(rows, "qw qx qy qz")
+    place[~found], turn[~found] = np.nan, np.nan
     return PoseTrack(
-        time_ns=times,
-        position_m=floats[:, :3],
-        quaternion=floats[:, 3:7],
-        sigma_m=floats[:, 7],
-        sigma_rad=floats[:, 8],
-        found=integers[:, 0].astype(bool),
+        time_ns=_whole(rows["publish_ns"]),
+        position_m=place,
+        quaternion=turn,
+        sigma_m=np.asarray(rows["sigma_m"], dtype=float),
+        sigma_rad=np.asarray(rows["sigma_rad"], dtype=float),
+        found=found,
     )
-
-
-def _attitude_row(state: PlatformState) -> tuple[Sequence[float], Sequence[int]]:
-    turn = (state.qw, state.qx, state.qy, state.qz)
-    return (*turn, state.wx, state.wy, state.wz, state.px, state.py, state.pz), ()
-
-
-def attitude_columns() -> Columns:
-    """For the plate's attitude."""
-    return Columns(_attitude_row, floats=10, integers=0)
 
 
 def attitude_track(columns: Columns) -> AttitudeTrack:
     """The plate's track."""
-    times, floats, _ = columns.sorted()
-    return AttitudeTrack(time_ns=times, quaternion=floats[:, :4], rate_rad_s=floats[:, 4:7], pivot_m=floats[:, 7:])
-
-
-def _angle_row(reading: AngleReading) -> tuple[Sequence[float], Sequence[int]]:
-    gravity = (reading.gravity_x, reading.gravity_y, reading.gravity_z)
-    return (reading.angle_rad, reading.sigma_rad, *gravity), ()
-
-
-def angle_columns() -> Columns:
-    """For one angle sensor."""
-    return Columns(_angle_row, floats=5, integers=0)
+    rows = columns.sorted()
+    return AttitudeTrack(
+        time_ns=_whole(rows["publish_ns"]),
+        quaternion=_stacked(rows, "qw qx qy qz"),
+        rate_rad_s=_stacked(rows, "wx wy wz"),
+        pivot_m=_stacked(rows, "px py pz"),
+    )
 
 
 def angle_track(columns: Columns) -> AngleTrack:
-    """The sensor's track."""
-    times, floats, _ = columns.sorted()
-    return AngleTrack(time_ns=times, angle_rad=floats[:, 0], sigma_rad=floats[:, 1], gravity=floats[:, 2:])
+    """The track of another angle sensor."""
+    rows = columns.sorted()
+    return AngleTrack(
+        time_ns=_whole(rows["publish_ns"]),
+        angle_rad=np.asarray(rows["angle_rad"], dtype=float),
+        sigma_rad=np.asarray(rows["sigma_rad"], dtype=float),
+        gravity=_stacked(rows, "gravity_x gravity_y gravity_z"),
+    )
+
+
+def command_track(columns: Columns) -> CommandTrack:
+    """What the arm was asked for."""
+    rows = columns.sorted()
+    return CommandTrack(
+        time_ns=_whole(rows["publish_ns"]),
+        run=_whole(rows["run"]),
+        direction=_whole(rows["direction"]),
+        azimuth_rad=np.asarray(rows["azimuth_rad"], dtype=float),
+        angle_rad=np.asarray(rows["angle_rad"], dtype=float),
+        step=_whole(rows["step"]),
+        rate_rad_s=np.asarray(rows["rate_rad_s"], dtype=float),
+    )
+
+
+def motion_track(columns: Columns) -> MotionTrack:
+    """The motions that ended.
+
+    Begin and end stand in the agent's clock inside the message; its publish time says how far that is off.
+    """
+    rows = columns.sorted()
+    publish, stamp, begin, end, run, step = (
+        _whole(rows[name]) for name in ("publish_ns", "stamp_ns", "begin_ns", "end_ns", "run", "step")
+    )
+    offset = publish - stamp
+    ended = np.flatnonzero(end)
+    ended = ended[np.argsort((begin + offset)[ended], kind="stable")]
+    return MotionTrack(
+        time_ns=(begin + offset)[ended],
+        end_ns=(end + offset)[ended],
+        run=run[ended],
+        step=step[ended],
+        failed=np.array([bool(fault) for fault in rows["fault"]], dtype=bool)[ended],
+    )
+
+
+def event_track(columns: Columns) -> EventTrack:
+    """The phases of the runs."""
+    rows = columns.sorted()
+    return EventTrack(
+        time_ns=_whole(rows["publish_ns"]),
+        run=_whole(rows["run"]),
+        phase=np.array(list(rows["phase"]), dtype=np.str_),
+        step=_whole(rows["step"]),
+        reason=np.array(list(rows["reason"]), dtype=np.str_),
+    )
+
+
+def environment_track(columns: Columns) -> EnvironmentTrack:
+    """The air around the rig."""
+    rows = columns.sorted()
+    return EnvironmentTrack(
+        time_ns=_whole(rows["publish_ns"]),
+        temperature_c=np.asarray(rows["temperature_c"], dtype=float),
+        relative_humidity=np.asarray(rows["relative_humidity"], dtype=float),
+    )

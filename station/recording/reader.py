@@ -28,6 +28,7 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
+from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
 from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.mcap_file import MAGIC
 from station.recording.writer import PARTIAL
@@ -37,6 +38,8 @@ _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPI
     wire.schema_name(AngleReading): AngleReading
 }
 _FOOTER_BYTES = 9 + 20
+_TOGETHER_BYTES = 1 << 20
+"""Chunks smaller than this are read together, where whole columns are wanted."""
 _BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
 """What the library raises when the bytes are not what they should be (its EndOfFile is a McapError)."""
 
@@ -202,15 +205,54 @@ class RecordingReader:
             and (names is None or info.name in names)
         }
 
-    def _raw(self, wanted: dict[int, TopicInfo], from_ns: int | None, to_ns: int | None) -> Iterator[RawMessage]:
-        low, high = from_ns or 0, to_ns if to_ns is not None else self.end_ns + 1
-        chunks = [
+    def batches(
+        self, topics: Collection[str], from_ns: int | None = None, to_ns: int | None = None
+    ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
+        """As `messages`, many at a time in the order of the file: what the channels' numbers mean, and the messages.
+
+        Raises:
+            UserError: as `messages` does, but for payloads, which are not looked at.
+        """
+        wanted = self._wanted(topics, truth=False)
+        low, high = self._span(from_ns, to_ns)
+        with self.path.open("rb") as file:
+            together, size = list[tuple[ChunkIndex, Unpacked]](), 0
+            chunks = self._chunks(wanted, low, high)
+            for number, index in enumerate(chunks, start=1):
+                together.append((index, Unpacked(self._records(file, index), file.read(index.message_index_length))))
+                size += len(together[-1][1].records)
+                if size >= _TOGETHER_BYTES or number == len(chunks):
+                    for batch in self._batched(together, wanted):
+                        yield wanted, batch.select((batch.log_ns >= low) & (batch.log_ns < high))
+                    together, size = [], 0
+
+    def _batched(self, together: list[tuple[ChunkIndex, Unpacked]], wanted: dict[int, TopicInfo]) -> Iterator[Batch]:
+        at_once = batch_of([chunk for _, chunk in together], wanted=wanted)
+        if at_once is not None:
+            yield at_once
+            return
+        for index, chunk in together:
+            try:
+                yield batch_by_walking(chunk.records, wanted=wanted)
+            except _BROKEN as error:
+                raise self._damage_at(index, error) from error
+
+    def _span(self, from_ns: int | None, to_ns: int | None) -> tuple[int, int]:
+        return from_ns or 0, to_ns if to_ns is not None else self.end_ns + 1
+
+    def _chunks(self, wanted: dict[int, TopicInfo], low: int, high: int) -> list[ChunkIndex]:
+        """The chunks with messages of these channels and times, by the time of their first message."""
+        return [
             index
             for index in sorted(self._summary.chunk_indexes, key=lambda index: index.message_start_time)
             if index.message_end_time >= low
             and index.message_start_time < high
             and (not index.message_index_offsets or not wanted.keys().isdisjoint(index.message_index_offsets))
         ]
+
+    def _raw(self, wanted: dict[int, TopicInfo], from_ns: int | None, to_ns: int | None) -> Iterator[RawMessage]:
+        low, high = self._span(from_ns, to_ns)
+        chunks = self._chunks(wanted, low, high)
         waiting: list[RawMessage] = []
         with self.path.open("rb") as file:
             for number, index in enumerate(chunks):
@@ -224,12 +266,23 @@ class RecordingReader:
             yield from waiting
 
     def _chunk(self, file: BinaryIO, index: ChunkIndex, wanted: Collection[int]) -> list[RawMessage]:
+        records = self._records(file, index)
+        try:
+            return messages(records, wanted=wanted)
+        except _BROKEN as error:
+            raise self._damage_at(index, error) from error
+
+    def _records(self, file: BinaryIO, index: ChunkIndex) -> bytes:
+        """The records of a chunk; the file is then where its message indexes begin."""
         try:
             file.seek(index.chunk_start_offset)
             content = io.BytesIO(file.read(index.chunk_length)[9:])
-            return messages(unpack(Chunk.read(ReadDataStream(content))), wanted=wanted)
+            return unpack(Chunk.read(ReadDataStream(content)))
         except _BROKEN as error:
-            raise _damaged(self.path, f"{error} (at byte {index.chunk_start_offset})") from error
+            raise self._damage_at(index, error) from error
+
+    def _damage_at(self, index: ChunkIndex, error: BaseException) -> UserError:
+        return _damaged(self.path, f"{error} (at byte {index.chunk_start_offset})")
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:

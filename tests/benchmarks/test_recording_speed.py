@@ -27,6 +27,7 @@ from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
 from station.recording.recorder import record_within
 from station.recording.writer import Recording
+from tests.unit.recording.by_message import signals_by_message
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(900)]
 
@@ -138,7 +139,10 @@ def test_reading_is_quick_and_small(tmp_path: Path, items: Traffic) -> None:
     print(f"  open: {cost_us(lambda: open_recording(path), 1) / 1e3:.1f} ms")
     print(f"  payloads: {cost_us(lambda: sum(1 for _ in reader.messages()), len(items)):5.2f}")
     print(f"  decoded:  {cost_us(lambda: [item.message for item in reader.messages()], len(items)):5.2f}")
-    print(f"  arrays:   {cost_us(lambda: load_signals(reader), len(items)):5.2f}")
+    at_once = cost_us(lambda: load_signals(reader), len(items))
+    one_by_one = cost_us(lambda: signals_by_message(reader), len(items))
+    print(f"  arrays:   {at_once:5.2f}, message by message {one_by_one:5.2f}: {one_by_one / at_once:.1f} times as long")
+    assert at_once < one_by_one
     tracemalloc.start()
     for _ in reader.messages():
         pass

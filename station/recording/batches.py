@@ -1,0 +1,126 @@
+"""The messages of chunks as places in their bytes, for those who read many of them at once.
+
+The message indexes that follow a chunk say where its messages begin. They have no checksum of their own, so they are
+believed only if the records that they point at follow each other without a gap from the first to the last byte; else
+the records are read one after another, as `station.recording.chunks` does.
+
+A live recording has hundreds of small chunks: several are taken together.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Container, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from station.recording.chunks import messages
+from station.recording.unpacking import PADDING, Integers, Payloads
+
+_INDEX = struct.Struct("<BQHI")
+_HEADER = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_ns", "<i8"), ("publish_ns", "<i8")]
+)
+_PREFIX = 9
+"""Bytes of a record before its content: opcode and length."""
+_RECORD = struct.Struct("<BQ")
+
+
+class Batch(NamedTuple):
+    """Messages in the order of the file: channel, times (n,), and where their payloads are."""
+
+    channel: Integers
+    log_ns: Integers
+    publish_ns: Integers
+    payloads: Payloads
+
+    def select(self, chosen: NDArray[Any]) -> Batch:
+        """Some of them."""
+        return Batch(self.channel[chosen], self.log_ns[chosen], self.publish_ns[chosen], self.payloads.select(chosen))
+
+
+class Unpacked(NamedTuple):
+    """A chunk's records, and the message indexes that follow it in the file."""
+
+    records: bytes
+    indexes: bytes
+
+
+def batch_of(chunks: Sequence[Unpacked], *, wanted: Container[int]) -> Batch | None:
+    """The messages of the wanted channels in successive chunks; None if the indexes are missing or wrong."""
+    begins, size = list[Integers](), 0
+    for chunk in chunks:
+        begin = _begins(chunk.indexes)
+        if begin is None:
+            return None
+        begins.append(begin + size)
+        size += len(chunk.records)
+    # The records of chunks one after another are such records again.
+    records = b"".join([*(chunk.records for chunk in chunks), bytes(PADDING)])
+    begin = np.sort(np.concatenate([np.empty(0, np.int64), *begins]))
+    if len(begin) and not 0 <= begin[0] <= begin[-1] <= size - _HEADER.itemsize:
+        return None
+    data = np.frombuffer(records, dtype=np.uint8)
+    header: Any = np.ndarray((len(data) - _HEADER.itemsize,), _HEADER, buffer=data, strides=(1,))[begin]
+    if not _tiles(records, size, begin, header):
+        return None
+    channel, log_ns, publish_ns, length = (
+        header[name].astype(np.int64) for name in ("channel", "log_ns", "publish_ns", "length")
+    )
+    found = Batch(channel, log_ns, publish_ns, Payloads(data, begin + _HEADER.itemsize, begin + _PREFIX + length))
+    known = [number for number in np.unique(channel).tolist() if number in wanted]
+    return found.select(np.isin(channel, known))
+
+
+def batch_by_walking(records: bytes, *, wanted: Container[int]) -> Batch:
+    """The same of one chunk, record by record.
+
+    Raises:
+        DamageError: if they do not fit together.
+    """
+    found = messages(records, wanted=wanted)
+    data = np.frombuffer(b"".join([*(raw.payload for raw in found), bytes(PADDING)]), dtype=np.uint8)
+    end = np.cumsum([len(raw.payload) for raw in found], dtype=np.int64)
+    begin = np.concatenate([np.zeros(1, np.int64), end])[:-1]
+    columns = ((raw.channel_id, raw.log_ns, raw.publish_ns) for raw in found)
+    channel, log_ns, publish_ns = np.array(list(columns), dtype=np.int64).reshape(-1, 3).T
+    return Batch(channel, log_ns, publish_ns, Payloads(data, begin, end))
+
+
+def _begins(indexes: bytes) -> Integers | None:
+    """Where a chunk's messages begin; None if the indexes cannot be right."""
+    found, position = list[NDArray[np.int64]](), 0
+    while position < len(indexes):
+        if position + _INDEX.size > len(indexes):
+            return None
+        opcode, length, _, entries = _INDEX.unpack_from(indexes, position)
+        inside = position + _INDEX.size
+        if opcode != Opcode.MESSAGE_INDEX or entries % 16 or length < entries + 6 or inside + entries > len(indexes):
+            return None
+        found.append(np.frombuffer(indexes, "<i8", entries // 8, inside)[1::2])
+        position += _PREFIX + length
+    return np.concatenate(found) if found else None
+
+
+def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
+    """Whether the messages, with other records between them, fill the first `size` bytes without a gap."""
+    length = header["length"]
+    if not np.all((header["opcode"] == Opcode.MESSAGE) & (length >= _HEADER.itemsize - _PREFIX) & (length <= size)):
+        return False
+    ends = np.concatenate([[0], begin + _PREFIX + length.astype(np.int64)])
+    begins = np.concatenate([begin, [size]])
+    gaps = np.flatnonzero(ends != begins)
+    return all(_others(records, int(ends[gap]), int(begins[gap])) for gap in gaps.tolist())
+
+
+def _others(records: bytes, position: int, end: int) -> bool:
+    """Whether a stretch is records other than messages."""
+    while position + _RECORD.size <= end:
+        opcode, length = _RECORD.unpack_from(records, position)
+        if opcode == Opcode.MESSAGE:
+            return False
+        position += _RECORD.size + length
+    return position == end
