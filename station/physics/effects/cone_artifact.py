@@ -8,6 +8,7 @@ squares) and holds 0.72 instead of 0.71 of the force at 45°.
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,11 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 ROUNDED_RAD = 0.05
+_COS, _SIN = math.cos(ROUNDED_RAD), math.sin(ROUNDED_RAD)
+_NEAR = math.sqrt(2.0) * _SIN
+"""|cos| and |sin| differ by less where φ ± ROUNDED_RAD holds a corner; the mean is then made of both sides."""
+_OF_LARGER = _SIN / ROUNDED_RAD
+_AT_CORNER, _OF_SUM = math.sqrt(2.0) / (2.0 * ROUNDED_RAD), (_COS - _SIN) / (2.0 * ROUNDED_RAD)
 
 
 class ConeArtifact(Effect):
@@ -34,12 +40,8 @@ class ConeArtifact(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        way = contact.way_rad
-        square = (_integral(way + ROUNDED_RAD) - _integral(way - ROUNDED_RAD)) / (2.0 * ROUNDED_RAD)
+        along, across = np.abs(np.cos(contact.way_rad)), np.abs(np.sin(contact.way_rad))
+        larger, smaller = np.maximum(along, across), np.minimum(along, across)
+        corner = larger - smaller < _NEAR
+        square = np.where(corner, _AT_CORNER - _OF_SUM * (larger + smaller), _OF_LARGER * larger)
         return 1.0 - values["share"] * (1.0 - square)
-
-
-def _integral(way_rad: Array) -> Array:
-    """Of max(|cos|, |sin|) from 0: √2 for every quarter."""
-    quarter = np.round(way_rad / (np.pi / 2))
-    return np.sqrt(2.0) * quarter + np.sin(way_rad - quarter * (np.pi / 2))

@@ -104,10 +104,10 @@ class World:
         """The same blocks on other stretches."""
         return replace(blocks, number=number, stretch=self.plate.stretch(blocks.row, number))
 
-    def pull(self, blocks: Blocks, time_s: Array, at: Motion) -> Pull:
-        """The load at times (a,)."""
+    def pull(self, blocks: Blocks, time_s: Array, at: Motion, heading: tuple[Array, Array] | None = None) -> Pull:
+        """The load at times (a,); `heading` is cos and sin of the motion's way, of whoever has them already."""
         down = gravity_at(blocks.stretch, time_s)
-        x, y, normal = self._inertial(blocks.stretch, down, at)
+        x, y, normal = self._inertial(blocks.stretch, down, at, heading or (np.cos(at.way), np.sin(at.way)))
         border = None
         if self.walled:
             border = self.border_m(blocks.row, at)
@@ -119,9 +119,11 @@ class World:
             x, y, normal = x + push[:, 0], y + push[:, 1], normal - push[:, 2]
         return Pull(x, y, np.maximum(normal, 0.0), contact)
 
-    def _inertial(self, stretch: Array, down: Down, at: Motion) -> tuple[Array, Array, Array]:
+    def _inertial(
+        self, stretch: Array, down: Down, at: Motion, heading: tuple[Array, Array]
+    ) -> tuple[Array, Array, Array]:
         wx, wy, wz = stretch[Column.RATE : Column.RATE + 3]
-        vx, vy = at.speed * np.cos(at.way), at.speed * np.sin(at.way)
+        vx, vy = at.speed * heading[0], at.speed * heading[1]
         inward = wx * at.x + wy * at.y
         square = wx * wx + wy * wy
         x = down.x + square * at.x - wx * inward

@@ -24,8 +24,8 @@ _APART_S = 0.25
 _APART_CREEPING_S = 0.125
 _WINDOW_S = 0.1
 _BLOCK = 2048
-_NEWTON = 4
-_TURN_RAD = 0.35
+_ROUNDS_MOST, _SETTLED_RAD = 20, 1e-3
+_FARTHEST_RAD, _LEAST_BEND = 1.5, 1e-3
 _ROUNDS = 60
 _LEAST_MARGIN_M_S2, _MOST_MARGIN_M_S2 = 1e-3, 0.1
 _CLOSE_S, _LEAST_M_S2 = 1e-9, 1e-12
@@ -137,13 +137,8 @@ class Rest:
 
     # --- what it lacks to slide ---------------------------------------------------------------------------------------
 
-    def excess(
-        self, blocks: Blocks, time_s: Array, place: Array, *, way: Array | None = None, rounds: int = _NEWTON
-    ) -> tuple[Array, Array]:
-        """E (a,) at times (a,), and the direction of the sliding that would begin.
-
-        `way` is a first guess at it (down the slope by default), bettered by `rounds` steps of Newton's method.
-        """
+    def excess(self, blocks: Blocks, time_s: Array, place: Array, *, way: Array | None = None) -> tuple[Array, Array]:
+        """E (a,) at times (a,), and the direction of the sliding that would begin; `way` is a first guess at it."""
         zero = np.zeros(len(time_s))
         at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, zero if way is None else way)
         x, y, normal, contact = self._world.pull(blocks, time_s, at)
@@ -155,15 +150,33 @@ class Rest:
         if contact is None or self._curve.is_round:
             facing = None if contact is None else facing_to(contact, way)
             return np.hypot(x, y) - self._hold(facing, blocks) * normal - self._margin[blocks.row], way
-        for _ in range(rounds):
-            cosine, sine = np.cos(way), np.sin(way)
-            curve = self._curve.at(facing_to(contact, way), blocks.friction)
-            slope = y * cosine - x * sine - curve.slope * normal
-            bend = x * cosine + y * sine + curve.bend * normal
-            turn = np.where(bend > 0, slope / np.where(bend > 0, bend, 1.0), np.sign(slope) * _TURN_RAD)
-            way = way + np.clip(turn, -_TURN_RAD, _TURN_RAD)
+        way = self._weakest(contact, blocks, (x, y), way)
         value = self._hold(facing_to(contact, way), blocks)
         return x * np.cos(way) + y * np.sin(way) - value * normal - self._margin[blocks.row], way
+
+    def _weakest(self, contact: Contact, blocks: Blocks, load: tuple[Array, Array], way: Array) -> Array:
+        """The direction (a,) in which h / cos is least, cos being that of its angle to the load; from a guess at it.
+
+        By Newton's method within a bracket: in the tangent of that angle the function is convex for any limit curve, so
+        that its slope tells the side, also at a corner of the curve or on a straight part of it, where Newton's step is
+        worthless. Where E vanishes this is the direction of its maximum.
+        """
+        downward = np.arctan2(load[1], load[0])
+        off = np.clip(np.remainder(way - downward + np.pi, 2.0 * np.pi) - np.pi, -_FARTHEST_RAD, _FARTHEST_RAD)
+        low, high = np.full(len(off), -_FARTHEST_RAD), np.full(len(off), _FARTHEST_RAD)
+        for _ in range(_ROUNDS_MOST):
+            curve = self._curve.at(facing_to(contact, downward + off), blocks.friction)
+            tangent = np.tan(off)
+            slope = curve.slope + curve.value * tangent
+            low, high = np.where(slope < 0, off, low), np.where(slope < 0, high, off)
+            bend = curve.bend + curve.slope * tangent + curve.value * (1.0 + tangent * tangent)
+            wanted = off - slope / np.where(bend > _LEAST_BEND * curve.value, bend, np.nan)
+            wanted = np.where((wanted >= low) & (wanted <= high), wanted, 0.5 * (low + high))
+            turned = np.abs(wanted - off).max(initial=0.0)
+            off = wanted
+            if turned < _SETTLED_RAD:
+                break
+        return downward + off
 
     def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
         """What friction can hold (a,): the static limit, or the kinetic one where a slip was seen not to get away."""
@@ -222,8 +235,7 @@ class Rest:
             if creep is not None:
                 place = np.column_stack([creep.place[left, columns].reshape(-1, 2), place[:, 2]])
             guess = None if column == 0 else np.repeat(way[left], width)
-            rounds = _NEWTON if column == 0 else 1
-            excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess, rounds=rounds)
+            excess, found = self.excess(blocks, grid.time_s[left, columns].ravel(), place, way=guess)
             way[left] = found.reshape(len(left), width)[:, -1]
             slips = excess.reshape(len(left), width) >= 0
             hit = slips.any(axis=1)
@@ -247,7 +259,7 @@ class Rest:
             place = own.place
             if creep is not None:
                 place = np.column_stack([creep.place_at(found, time_s), place[:, 2]])
-            return self.excess(blocks, time_s, place, way=way, rounds=_NEWTON if way is None else 1)
+            return self.excess(blocks, time_s, place, way=way)
 
         onset.time_s[found], onset.way[found] = _root(at, low, high)
         onset.number[found] = number

@@ -2,8 +2,9 @@
 
     v′ = T·e(φ) − h(φ) N,    v φ′ = T·e⊥(φ) − h′(φ) N = G.
 
-Kutta's third-order rule, with the step from its embedded second-order one. At low speed φ relaxes faster than any step:
-there it is not integrated but moved by what an exponential relaxation with the rate λ = (T·e + h″ N) / v gives.
+Kutta's third-order rule, with the step from its embedded second-order one. At low speed φ relaxes faster than any step,
+the faster the more the limit curve bends: there it is not integrated but moved by what an exponential relaxation with
+the rate λ = (T·e + h″ N) / v gives.
 A step never passes a knot; one that passes a stop is taken again, up to the stop.
 """
 
@@ -75,6 +76,7 @@ class _Rates(NamedTuple):
     moved: Array | float
     drag: Array
     bend: Array | float
+    slow: NDArray[np.bool_]
     contact: Contact | None
 
 
@@ -116,13 +118,12 @@ class Slide:
         blocks, at, time = state.blocks, state.at, state.time_s
         left = blocks.stretch[Column.END] - time
         step = np.minimum(state.step_s, left)
-        slow = at.speed < SLOW_M_S
-        first = self._rates(blocks, time, at, slow, 0.0 * step)
+        first = self._rates(blocks, time, at)
         half = _moved(at, 0.5 * step, first)
-        second = self._rates(blocks, time + 0.5 * step, half, slow, 0.5 * step, bend=first.bend)
+        second = self._rates(blocks, time + 0.5 * step, half, since=0.5 * step, like=first)
         full = _moved(at, step, first, second)
-        third = self._rates(blocks, time + step, full, slow, step, bend=first.bend)
-        after, wrong = _kutta(at, (first, second, third), step, slow)
+        third = self._rates(blocks, time + step, full, since=step, like=first)
+        after, wrong = _kutta(at, (first, second, third), step)
 
         stops = after.speed <= 0.0
         arrived = stops & ((after.speed > -_STOPPED_M_S) | (step <= 1e-9))
@@ -160,22 +161,26 @@ class Slide:
         return blocks, over
 
     def _rates(
-        self, blocks: Blocks, time_s: Array, at: Motion, slow: NDArray[np.bool_], since: Array, *,
-        bend: Array | float | None = None,
-    ) -> _Rates:  # fmt: skip
-        """What changes how fast; h″ hardly changes in a step, so that its later stages may take it from the first."""
-        x, y, normal, contact = self._world.pull(blocks, time_s, at)
+        self, blocks: Blocks, time_s: Array, at: Motion, *, since: Array | None = None, like: _Rates | None = None
+    ) -> _Rates:
+        """What changes how fast, at the beginning of a step or `since` (a,) s after it.
+
+        Who is slow, and h″, which hardly changes in a step, its later stages take from the first (`like`).
+        """
+        cosine, sine = np.cos(at.way), np.sin(at.way)
+        x, y, normal, contact = self._world.pull(blocks, time_s, at, (cosine, sine))
         if contact is not None and self._shakes:
             # A push that sets a block off lasts as long as the slide; else no slip before its time would get away.
             push = np.maximum(blocks.shake, 0.0) * self._world.model.shaking(contact)
             x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
-        h = self._curve.at(contact, blocks.friction, bends=bend is None and bool(slow.any()))
-        h = h if bend is None else h._replace(bend=bend)
-        cosine, sine = np.cos(at.way), np.sin(at.way)
+        h = self._curve.at(contact, blocks.friction, bends=like is None)
+        slow = like.slow if like is not None else at.speed < SLOW_M_S * (1.0 + np.maximum(h.bend, 0.0) / h.value)
+        if like is not None:
+            h = h._replace(bend=like.bend)
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
         aside = aside - h.slope * normal
         moved: Array | float = 0.0
-        if slow.any():
+        if since is not None and slow.any():
             moved = _relaxed(ahead + h.bend * normal, aside, at.speed, since, slow)
             turned_cosine, turned_sine = np.cos(moved), np.sin(moved)
             cosine, sine = cosine * turned_cosine - sine * turned_sine, sine * turned_cosine + cosine * turned_sine
@@ -183,7 +188,7 @@ class Slide:
             h = Support(h.value + moved * (h.slope + 0.5 * moved * h.bend), h.slope, h.bend)
         turning = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
         drag = h.value * normal
-        return _Rates(at.speed * cosine, at.speed * sine, ahead - drag, turning, moved, drag, h.bend, contact)
+        return _Rates(at.speed * cosine, at.speed * sine, ahead - drag, turning, moved, drag, h.bend, slow, contact)
 
     def _turned(self, state: _State, half: Motion, second: _Rates, step: Array) -> tuple[Array, Array]:
         """Yaw and yaw rate after a step: an exponential approach, as sliding damps the turning of a slow block at once.
@@ -223,7 +228,7 @@ def _moved(at: Motion, step: Array, first: _Rates, second: _Rates | None = None)
     )
 
 
-def _kutta(at: Motion, stages: _Stages, step: Array, slow: NDArray[np.bool_]) -> tuple[Motion, Array]:
+def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
     """The state after a step, and its error against the tolerance.
 
     On a corner of the support function (a facet of the limit curve) φ is held by forces from both sides, faster than
@@ -247,7 +252,7 @@ def _kutta(at: Motion, stages: _Stages, step: Array, slow: NDArray[np.bool_]) ->
         at.y + sixth * (first.y + 4.0 * second.y + third.y),
         at.yaw,
         at.speed + sixth * (first.speed + 4.0 * second.speed + third.speed),
-        np.where(slow, at.way + third.moved, way),
+        np.where(first.slow, at.way + third.moved, way),
     )
     return after, sixth * np.maximum(along, _ACROSS * across) / TOLERANCE_M_S
 
