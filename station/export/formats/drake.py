@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from station.export.exported import ExportedFile, NamedPair, measured_lines, number, xml_comment
+from station.export import sdf
+from station.export.exported import ExportedFile, NamedPair, measured_lines, number
 from station.export.materials import each_material
 from station.export.measured import MeasuredPair
 from station.export.scene import Scene, scene_of
@@ -53,58 +54,25 @@ def _world(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
         *(f"NOT SAID: {text}" for text in unsaid),
     ]
     friction = _friction(each_material("harmonic", pair.mu))
-    plate = " ".join(map(number, (scene.plate_side_m, scene.plate_side_m, scene.plate_thickness_m)))
-    inertia, middle = number(scene.inertia_kg_m2), number(scene.side_m / 2)
-    return f"""<?xml version="1.0"?>
-{xml_comment(about)}
-<sdf version="1.9" xmlns:drake="http://drake.mit.edu">
-  <world name="{stem}">
-    <model name="plate">
-      <static>true</static>
-      <link name="plate">
-        <collision name="plate">
-          <pose>0 0 {number(-scene.plate_thickness_m / 2)} 0 0 0</pose>
-          <geometry><box><size>{plate}</size></box></geometry>
-          {friction}
-        </collision>
-        <visual name="plate">
-          <pose>0 0 {number(-scene.plate_thickness_m / 2)} 0 0 0</pose>
-          <geometry><box><size>{plate}</size></box></geometry>
-        </visual>
-      </link>
-    </model>
-    <model name="object">
-      <link name="object">
-        <inertial>
-          <pose>0 0 {middle} 0 0 0</pose>
-          <mass>{number(scene.mass_kg)}</mass>
-          <inertia>
-            <ixx>{inertia}</ixx><iyy>{inertia}</iyy><izz>{inertia}</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>
-          </inertia>
-        </inertial>
-{_feet(scene, friction)}
-        <visual name="object">
-          <pose>0 0 {middle} 0 0 0</pose>
-          <geometry><box><size>{" ".join([number(scene.side_m)] * 3)}</size></box></geometry>
-        </visual>
-      </link>
-    </model>
-  </world>
-</sdf>
-"""
+    return sdf.world(
+        stem,
+        scene=scene,
+        about=about,
+        plate_surface=friction,
+        object_collisions=_feet(scene, friction),
+        namespace='xmlns:drake="http://drake.mit.edu"',
+    )
 
 
-def _feet(scene: Scene, friction: str) -> str:
+def _feet(scene: Scene, friction: str) -> list[str]:
     radius = _FOOT * scene.side_m
     out = scene.side_m / 2 - radius
-    return "\n".join(
-        f"""        <collision name="foot_{index}">
-          <pose>{number(x * out)} {number(y * out)} {number(radius)} 0 0 0</pose>
-          <geometry><sphere><radius>{number(radius)}</radius></sphere></geometry>
-          {friction}
-        </collision>"""
+    return [
+        sdf.collision(
+            f"foot_{index}", place_m=(x * out, y * out, radius), geometry=sdf.sphere(radius), surface=friction
+        )
         for index, (x, y) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1)))
-    )
+    ]
 
 
 def _friction(mu: float) -> str:

@@ -10,12 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from station.export.exported import ExportedFile, NamedPair, measured_lines, number, xml_comment
+from station.export import sdf
+from station.export.exported import ExportedFile, NamedPair, measured_lines, number
 from station.export.measured import MeasuredPair
 from station.export.scene import scene_of
 from station.export.unsaid import always_unsaid, no_kinetic, pyramid_excess_rad
 
 NAME = "gazebo"
+_SETTINGS = """\
+    <physics name="1ms" type="ode">
+      <max_step_size>0.001</max_step_size>
+      <ode><solver><type>quick</type><iters>200</iters><friction_model>cone_model</friction_model></solver></ode>
+    </physics>"""
 HELP = "SDF world for Gazebo: mu, mu2 and fdir1 (DART and ODE take the smaller of two)"
 
 
@@ -45,55 +51,20 @@ def _world(stem: str, pair: MeasuredPair, unsaid: Sequence[str]) -> str:
         "fdir1 is the direction of mu in the frame of its collision.",
         *(f"NOT SAID: {text}" for text in unsaid),
     ]
-    inertia = number(scene.inertia_kg_m2)
-    middle = number(scene.side_m / 2)
-    plate = " ".join(map(number, (scene.plate_side_m, scene.plate_side_m, scene.plate_thickness_m)))
-    cube = " ".join([number(scene.side_m)] * 3)
-    return f"""<?xml version="1.0"?>
-{xml_comment(about)}
-<sdf version="1.6">
-  <world name="{stem}">
-    <physics name="1ms" type="ode">
-      <max_step_size>0.001</max_step_size>
-      <ode><solver><type>quick</type><iters>200</iters><friction_model>cone_model</friction_model></solver></ode>
-    </physics>
-    <model name="plate">
-      <static>true</static>
-      <link name="plate">
-        <collision name="plate">
-          <pose>0 0 {number(-scene.plate_thickness_m / 2)} 0 0 0</pose>
-          <geometry><box><size>{plate}</size></box></geometry>
-{_surface(pair, owner=pair.fixed_in == "plate")}
-        </collision>
-        <visual name="plate">
-          <pose>0 0 {number(-scene.plate_thickness_m / 2)} 0 0 0</pose>
-          <geometry><box><size>{plate}</size></box></geometry>
-        </visual>
-      </link>
-    </model>
-    <model name="object">
-      <link name="object">
-        <inertial>
-          <pose>0 0 {middle} 0 0 0</pose>
-          <mass>{number(scene.mass_kg)}</mass>
-          <inertia>
-            <ixx>{inertia}</ixx><iyy>{inertia}</iyy><izz>{inertia}</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz>
-          </inertia>
-        </inertial>
-        <collision name="object">
-          <pose>0 0 {middle} 0 0 0</pose>
-          <geometry><box><size>{cube}</size></box></geometry>
-{_surface(pair, owner=pair.fixed_in == "object")}
-        </collision>
-        <visual name="object">
-          <pose>0 0 {middle} 0 0 0</pose>
-          <geometry><box><size>{cube}</size></box></geometry>
-        </visual>
-      </link>
-    </model>
-  </world>
-</sdf>
-"""
+    cube = sdf.collision(
+        "object",
+        place_m=(0.0, 0.0, scene.side_m / 2),
+        geometry=sdf.box(*[scene.side_m] * 3),
+        surface=_surface(pair, owner=pair.fixed_in == "object"),
+    )
+    return sdf.world(
+        stem,
+        scene=scene,
+        about=about,
+        plate_surface=_surface(pair, owner=pair.fixed_in == "plate"),
+        object_collisions=[cube],
+        settings=_SETTINGS,
+    )
 
 
 def _surface(pair: MeasuredPair, *, owner: bool) -> str:
@@ -101,6 +72,5 @@ def _surface(pair: MeasuredPair, *, owner: bool) -> str:
     axis = f"{number(math.cos(pair.axis_rad))} {number(math.sin(pair.axis_rad))} 0"
     direction = f"<fdir1>{axis}</fdir1>" if owner else ""
     return (
-        f"          <surface><friction><ode><mu>{number(mu)}</mu><mu2>{number(mu2)}</mu2>{direction}"
-        "</ode></friction></surface>"
+        f"<surface><friction><ode><mu>{number(mu)}</mu><mu2>{number(mu2)}</mu2>{direction}</ode></friction></surface>"
     )
