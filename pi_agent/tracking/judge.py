@@ -40,10 +40,14 @@ TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
 @dataclass(frozen=True)
 class Verdict:
-    """`reason` is empty when the fit is believed; `tip_rad`: lean told by foreshortening."""
+    """`reason` is empty when the fit is believed.
+
+    `tip_rad`: lean told by foreshortening; `rough`: the mark is there, but its edges are not told exactly enough.
+    """
 
     reason: str = ""
     tip_rad: float = 0.0
+    rough: bool = False
 
 
 def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float) -> Verdict:
@@ -65,6 +69,8 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     stretch = ideal if shape is None else max(ideal, foreshortening(sides, shape))
     if shape is not None and stretch < 1.0 - TIPPED:
         return Verdict(f"tipping: {_lean(stretch)}", acos(stretch))
+    if not fit.sigma_px < _demand(config).limit_px(fit.contrast):
+        return Verdict(f"edges too uncertain: sigma {fit.sigma_px:.2f} px", rough=True)
     return Verdict()
 
 
@@ -94,8 +100,6 @@ def _pixels_reason(fit: Fit, demand: Demand) -> str:
         return "outline broken: covered, in glare or beside something dark"
     if fit.bent:
         return "outline bent: the edge of something else lies along it"
-    if not fit.sigma_px < demand.limit_px(fit.contrast):
-        return f"edges too uncertain: sigma {fit.sigma_px:.2f} px"
     return ""
 
 

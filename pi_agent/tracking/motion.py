@@ -1,4 +1,6 @@
-"""Where the mark will be in the next frame, from the last two. Corners (4,) are complex: x + i y, px."""
+"""Where the mark will be in the next frame, from the last ones. Corners (4,) are complex: x + i y, px."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,29 +8,55 @@ from numpy.typing import NDArray
 Points = NDArray[np.complex128]
 
 LONGEST_GAP_S = 0.25  # after a longer dropout the last velocity says nothing
+LEAST_GAIN_PX = 0.4  # a change of the step from frame to frame that is expected to go on: less may be noise
+
+
+@dataclass(frozen=True)
+class Way:
+    """How the mark moves: its centre's velocity and its yaw rate."""
+
+    velocity_px_s: complex = 0j
+    yaw_rate_rad_s: float = 0.0
+
+
+STILL = Way()
 
 
 class Motion:
-    """Constant velocity and yaw rate, from the corners of the last two frames in which the mark was found."""
+    """Velocity, its change and yaw rate, from the corners of the last frames in which the mark was found."""
 
     def __init__(self) -> None:
         self.corners: Points | None = None
         self.centre = 0j
         self.time_s = 0.0
-        self.velocity_px_s = 0j
-        self.yaw_rate_rad_s = 0.0
+        self.way = STILL
         self.has_velocity = False
+        self._gain_px_s2 = 0j
 
     def update(self, corners: Points, time_s: float) -> None:
         """Takes the corners seen at a time."""
-        centre = complex(corners.sum()) / 4
         if self.corners is not None:
+            had_velocity, before = self.has_velocity, self.way
+            self.has_velocity = self.gains(time_s)
+            self.way = self.way_to(corners, time_s)
             gap = time_s - self.time_s
-            near = self.has_velocity = 0.0 < gap < LONGEST_GAP_S
-            self.velocity_px_s = (centre - self.centre) / gap if near else 0j
-            turn = float(np.angle(np.vdot(self.corners - self.centre, corners - centre)))
-            self.yaw_rate_rad_s = turn / gap if near else 0.0
-        self.corners, self.centre, self.time_s = corners, centre, time_s
+            change = self.way.velocity_px_s - before.velocity_px_s
+            lasting = had_velocity and self.has_velocity and abs(change) * gap > LEAST_GAIN_PX
+            self._gain_px_s2 = change / gap if lasting else 0j
+        self.corners, self.centre, self.time_s = corners, complex(corners.sum()) / 4, time_s
+
+    def gains(self, time_s: float) -> bool:
+        """Whether corners at this time tell of a velocity: the last ones are not too long ago."""
+        return self.corners is not None and 0.0 < time_s - self.time_s < LONGEST_GAP_S
+
+    def way_to(self, corners: Points, time_s: float) -> Way:
+        """The way from the last corners to these."""
+        last, gap = self.corners, time_s - self.time_s
+        if last is None or not 0.0 < gap < LONGEST_GAP_S:
+            return STILL
+        centre = complex(corners.sum()) / 4
+        turn = float(np.angle(np.vdot(last - self.centre, corners - centre)))
+        return Way((centre - self.centre) / gap, turn / gap)
 
     def predict(self, time_s: float) -> Points | None:
         """The corners expected at a time; None before the first sight."""
@@ -37,9 +65,6 @@ class Motion:
         gap = time_s - self.time_s
         if not 0.0 < gap < LONGEST_GAP_S:
             return self.corners
-        turn = np.exp(1j * self.yaw_rate_rad_s * gap)
-        return (self.corners - self.centre) * turn + (self.centre + self.velocity_px_s * gap)
-
-    def velocity_at(self, points: Points) -> Points:
-        """Velocity of the mark's points at the image points given, px/s."""
-        return self.velocity_px_s + 1j * self.yaw_rate_rad_s * (points - self.centre)
+        turn = np.exp(1j * self.way.yaw_rate_rad_s * gap)
+        step = (self.way.velocity_px_s + self._gain_px_s2 * gap) * gap
+        return (self.corners - self.centre) * turn + (self.centre + step)

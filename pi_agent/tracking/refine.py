@@ -6,7 +6,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import doubts, edges, lines
+from pi_agent.tracking import doubts, edges, lines, steps
 from pi_agent.tracking.pixels import PixelReader
 
 Floats = NDArray[np.float64]
@@ -35,34 +35,48 @@ class Task:
     """What stays the same from frame to frame.
 
     The estimators for an unknown and for a known blur, in good and in dim light (all one beside an even margin, where
-    it does not matter), and the part of each edge that is no edge (a notch).
+    it does not matter), those for a moving mark, and the part of each edge that is no edge (a notch).
     """
 
-    model: edges.StepModel
-    known: edges.StepModel
-    dim: edges.StepModel
+    model: steps.StepModel
+    known: steps.StepModel
+    dim: steps.StepModel
+    moving: steps.SmearedModels
     left_out: Floats | None = None
 
     @staticmethod
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
         """The task for bare tape on a textured plate, or for a mark with its own margin."""
-        model = edges.step_model(textured=textured)
+        model, moving = steps.step_model(textured=textured), steps.smeared_models(textured=textured)
         if not textured:
-            return Task(model, model, model, left_out)
-        known = edges.step_model(textured=True, known_blur=True)
-        dim = edges.step_model(textured=True, known_blur=True, noise=edges.DIM_NOISE)
-        return Task(model, known, dim, left_out)
+            return Task(model, model, model, moving, left_out)
+        known = steps.step_model(textured=True, known_blur=True)
+        dim = steps.step_model(textured=True, known_blur=True, noise=steps.DIM_NOISE)
+        return Task(model, known, dim, moving, left_out)
 
     @property
     def even(self) -> bool:
         """Whether the mark lies in an even margin."""
         return self.known is self.model
 
-    def estimator(self, *, known_blur: bool, contrast: float) -> edges.StepModel:
+    def estimator(self, *, known_blur: bool, contrast: float) -> steps.StepModel:
         """The estimator at a contrast (of 255)."""
         if not known_blur:
             return self.model
         return self.known if contrast > DIM else self.dim
+
+
+@dataclass(frozen=True)
+class Smear:
+    """The way of a moving mark within the exposure: that of its centre (px), and its turn (rad) about it."""
+
+    centre: complex
+    path_px: complex
+    turn_rad: float
+
+    def across(self, points: Points, tangent: Points) -> Floats:
+        """How far the edges with these tangents (4, 1) move across themselves at points (4, n), in px."""
+        return np.abs((np.conj(tangent) * (self.path_px + 1j * self.turn_rad * (points - self.centre))).imag)
 
 
 @dataclass(frozen=True)
@@ -95,8 +109,8 @@ class Fit:
 
     Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's readable
     profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, the largest corrections of
-    the last pass (of a corner in blur deviations, of the blur in shares of it), and whether neighbouring profiles show
-    an edge beside the line of theirs.
+    the last pass (of a corner in blur deviations, of the blur in shares of it), whether neighbouring profiles show an
+    edge beside the line of theirs, and the path within the exposure that was reckoned with.
     """
 
     corners: Points
@@ -109,6 +123,7 @@ class Fit:
     moved: float
     blur_change: float
     bent: bool
+    path_px: float
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
@@ -133,21 +148,23 @@ def refine(
     most_passes: int,
     blur_known: bool = False,
     sweep: Sweep | None = None,
+    smear: Smear | None = None,
 ) -> Fit | None:
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges; `blur_known`: from earlier frames. When it is not, all edges are fitted
-    with blurs of their own first, then with the one that they share, if they do. Ends when a pass changed little.
+    `blur_px`: (4,) expected blur of the edges, with `smear` that of the lens; `blur_known`: from earlier frames. When
+    it is not, all edges are fitted with blurs of their own first, then with the one that they share, if they do. Ends
+    when a pass changed little.
     """
     blur = np.clip(blur_px, *BLUR_RANGE_PX)
-    known = blur_known
+    known = blur_known or smear is not None
     still = SETTLED_BESIDE_MARGIN if task.even else SETTLED
     limit = still if blur_known else FOUND
     fit: Fit | None = None
     contrast = np.inf
     for _ in range(most_passes):
         model = task.estimator(known_blur=known, contrast=contrast)
-        fit = _one_pass(reader, corners, blur, task=task, model=model, shared_blur=known, sweep=sweep)
+        fit = _one_pass(reader, corners, blur, task=task, model=model, shared_blur=known, sweep=sweep, smear=smear)
         if fit is None:
             return None
         contrast = fit.contrast
@@ -167,39 +184,52 @@ def _one_pass(
     blur: Floats,
     *,
     task: Task,
-    model: edges.StepModel,
+    model: steps.StepModel,
     shared_blur: bool,
     sweep: Sweep | None,
+    smear: Smear | None,
 ) -> Fit | None:
-    expected = lines.expected_edges(corners, clear_px=1.0 + 3.0 * float(blur.max()))
+    clear_px, width, sharp = 1.0 + 3.0 * float(blur.max()), blur, np.ones(4)
+    path = np.zeros(4)
+    if smear is not None:
+        step = corners[lines.NEXT] - corners
+        path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
+        model = task.moving.at(path / blur)
+        clear_px += 0.5 * float(path.max())
+        width = np.sqrt(blur**2 + path**2 / 12.0)
+        sharp = (blur / width) ** 4
+    expected = lines.expected_edges(corners, clear_px=clear_px)
     if expected.length.min() < 8.0:
         return None
     found = edges.measure(reader, expected, blur_px=blur, count=PROFILES, model=model)
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = _believed(found, typical, blur, even=task.even)
+    weight = _believed(found, typical, width, even=task.even)
     if task.left_out is not None:
         _leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
     if counted.min() < PROFILES // 4:
         return None
-    offset = found.offset
+    offset, apart = found.offset, found.pull
+    if smear is not None:
+        longer = smear.across(found.base, expected.tangent[:, None]) - path[:, None]
+        offset = offset - model.smear_gain[:, None] * longer
+        apart = apart - (model.other_gain - model.smear_gain)[:, None] * longer
     if sweep is not None:
         offset = offset - (1j * np.conj(expected.tangent)[:, None] * sweep.shift(found.base)).real
     line = _robust_lines(offset, weight, counted, expected)
     total = line.moments[:, 0]
     if total.min() < PROFILES / 6:
         return None
-    # An edge away from where it was expected is read as wider: to second order, by half the square of its distance.
-    far = found.offset / blur[:, None]
-    wider = np.add.reduce(line.weight * (found.blur_change / typical - 0.5 * far * far), axis=1) / total
+    wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
     # Further away the blur cannot be told, and there will be another pass.
-    change = np.where(np.add.reduce(line.weight * np.abs(far), axis=1) < FAR * total, wider, 0.0)
+    far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) / total
+    change = np.where(far < FAR * width, wider, 0.0)
     if shared_blur:
-        change = np.full(4, change.mean())
+        change = np.full(4, float(np.vdot(sharp, change)) / float(sharp.sum()))
     refined = lines.intersect(expected, line.offset, line.rise)
-    pull = np.abs(doubts.corner_pull(found.pull, line, expected) - corners)
+    pull = np.abs(doubts.corner_pull(apart, line, expected) - corners)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
@@ -214,9 +244,10 @@ def _one_pass(
         contrast=typical,
         blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        moved=float(np.max(np.abs(refined - corners) / blur)),
+        moved=float(np.max(np.abs(refined - corners) / width)),
         blur_change=float(np.max(np.abs(change))),
         bent=doubts.bent(line, weight, shortest_px=float(expected.free.min())),
+        path_px=0.0 if smear is None else abs(smear.path_px),
     )
 
 

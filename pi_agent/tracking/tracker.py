@@ -13,25 +13,28 @@ from numpy.typing import NDArray
 from pi_agent.tracking import identity, judge
 from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
-from pi_agent.tracking.motion import Motion
+from pi_agent.tracking.motion import Motion, Way
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.refine import Fit, Sweep, Task, refine, search_edges
+from pi_agent.tracking.refine import Fit, Smear, Sweep, Task, refine, search_edges
 from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
 Attempt = tuple[Fit | None, judge.Verdict]
+Seen = tuple[Fit, judge.Verdict]
 
 MOST_PASSES = 5
 LEAST_BEND_PX = 0.003  # a smaller bend of the edges by the rolling shutter is left alone
 LEARNING = 0.05  # share of the newest frame in the blur and the shape that are remembered
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
 SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
-SMEARED = 0.004  # what a path within the exposure adds to a corner's sigma, in shares of the path
-SMEARED_ON_GRAIN = 0.015  # the same beside a textured plate, where a smeared edge is no Gaussian one
+SMEARED = 0.003  # what a path within the exposure adds to a corner's sigma, in shares of the path
+SMEARED_ON_GRAIN = 0.005  # the same beside a textured plate, where a smeared edge is no Gaussian one
 UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before it has been seen twice
-STILL_PX = 0.3  # a path within the exposure that leaves the lens's blur to be learned
+OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
+MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
+STILL_PX = 0.3  # a path within the exposure that is no smear
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
@@ -47,6 +50,7 @@ class Tracker:
         bare = config.mark.margin <= 0
         self._task = Task.beside(textured=bare, left_out=identity.notch_gap(config.mark))
         self._first_task = Task.beside(textured=bare)
+        self._exposure_s = config.shutter.exposure_ns * 1e-9
         self.reset()
 
     def reset(self) -> None:
@@ -56,6 +60,7 @@ class Tracker:
         self._blur_px = self.config.blur_px
         self._blur_known = False
         self._shape: judge.Shape | None = None
+        self._shape_known = False
         self._identity = ""
         self._dropout = 0
 
@@ -64,12 +69,16 @@ class Tracker:
         self._reader.open(frame)
         time_s = capture_ns * 1e-9
         fit, verdict = self._follow(time_s)
-        if _unusable(fit, verdict):
+        if _unusable(fit, verdict) and not verdict.rough:
             fit, verdict = self._acquire(frame, time_s, verdict)
+            if fit is not None:
+                fit, verdict = self._with_smear(fit, verdict, time_s)
         elif fit is not None and self._doubtful(time_s):
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._at_rest(fit, verdict)
+        if fit is not None and verdict.rough:
+            self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
@@ -100,68 +109,82 @@ class Tracker:
     def _follow(self, time_s: float) -> Attempt:
         """The mark near its prediction, else near its last place."""
         predicted, last = self._motion.predict(time_s), self._motion.corners
-        if predicted is None or last is None or self._shape is None:
+        if predicted is None or last is None:
             return None, NO_MARK
-        attempt = self._refined(predicted)
+        attempt = self._refined(predicted, time_s)
         for start in (predicted, last):
-            if attempt[0] is not None and not attempt[1].reason:
+            if attempt[0] is not None and (not attempt[1].reason or attempt[1].rough):
                 break
             near = search_edges(self._reader, start, reach_px=self.config.reach_px)
             if near is not None:
-                attempt = self._refined(near)
+                attempt = self._refined(near, time_s)
         return attempt
 
-    def _refined(self, corners: Points) -> Attempt:
+    def _refined(self, corners: Points, time_s: float) -> Attempt:
+        """The fit near the corners; once more when the mark has another speed than was expected."""
         if not _inside(corners, self._reader):
             return None, judge.Verdict("the mark leaves the frame")
-        fit = refine(
-            self._reader,
-            corners,
-            blur_px=self._expected_blur(corners),
-            task=self._task,
-            most_passes=MOST_PASSES,
-            blur_known=self._blur_known and self._path_px() < STILL_PX,
-            sweep=self._sweep(corners),
-        )
+        way = self._motion.way
+        fit = self._fitted(corners, way)
         if fit is None:
             return None, NO_MARK
-        return fit, judge.judge(fit, config=self.config, shape=self._shape, shear=self._shear())
+        return self._with_smear(fit, self._judged(fit, way), time_s)
 
-    def _expected_blur(self, corners: Points) -> NDArray[np.float64]:
-        """The lens's blur and the motion's, across each edge (4,)."""
-        path = self._motion.velocity_px_s * self.config.shutter.exposure_ns * 1e-9
-        if abs(path) < STILL_PX:
-            return np.full(4, self._blur_px)
-        step = np.roll(corners, -1) - corners
-        across = (np.conj(step) * path).imag / np.abs(step)
-        return np.sqrt(self._blur_px**2 + across**2 / 12.0)
+    def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
+        """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
+        way = self._motion.way_to(fit.corners, time_s)
+        path_px = abs(way.velocity_px_s) * self._exposure_s
+        if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
+            return fit, verdict
+        again = self._fitted(fit.corners, way)
+        return (None, NO_MARK) if again is None else (again, self._judged(again, way))
 
-    def _sweep(self, corners: Points) -> Sweep | None:
+    def _judged(self, fit: Fit, way: Way) -> judge.Verdict:
+        shape = self._shape if self._shape_known else None
+        return judge.judge(fit, config=self.config, shape=shape, shear=self._shear(way))
+
+    def _fitted(self, corners: Points, way: Way) -> Fit | None:
+        path = way.velocity_px_s * self._exposure_s
+        smear = None
+        if abs(path) >= STILL_PX:
+            smear = Smear(complex(corners.sum()) / 4, path, way.yaw_rate_rad_s * self._exposure_s)
+        return refine(
+            self._reader,
+            corners,
+            blur_px=np.full(4, self._blur_px),
+            task=self._task,
+            most_passes=MOST_PASSES,
+            blur_known=self._blur_known,
+            sweep=self._sweep(corners, way),
+            smear=smear,
+        )
+
+    def _sweep(self, corners: Points, way: Way) -> Sweep | None:
         """The bend of a turning mark's edges by the rolling shutter, where it can be seen."""
-        line_s, motion = self.config.shutter.line_s, self._motion
+        line_s = self.config.shutter.line_s
         diagonal = abs(complex(corners[2] - corners[0]))
-        if abs(motion.yaw_rate_rad_s) * line_s * diagonal**2 / 8 < LEAST_BEND_PX:
+        if abs(way.yaw_rate_rad_s) * line_s * diagonal**2 / 8 < LEAST_BEND_PX:
             return None
-        return Sweep(complex(corners.sum()) / 4, motion.velocity_px_s, motion.yaw_rate_rad_s, line_s)
+        return Sweep(complex(corners.sum()) / 4, way.velocity_px_s, way.yaw_rate_rad_s, line_s)
 
     def _path_px(self) -> float:
         """The mark's path within the exposure."""
-        return abs(self._motion.velocity_px_s) * self.config.shutter.exposure_ns * 1e-9
+        return abs(self._motion.way.velocity_px_s) * self._exposure_s
 
-    def _shear(self) -> float:
-        return self._motion.velocity_px_s.real * self.config.shutter.line_s
+    def _shear(self, way: Way) -> float:
+        return way.velocity_px_s.real * self.config.shutter.line_s
 
     def _acquire(self, frame: Frame, time_s: float, why: judge.Verdict) -> Attempt:
         """The mark anywhere in the frame (or the region): the candidate that is believed, when it is the only one."""
         left, top, width, height = self.config.region_px or (0, 0, frame.shape[1], frame.shape[0])
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]
         origin = complex(max(left, 0), max(top, 0))
-        believed: list[Fit] = []
+        believed: list[Seen] = []
         quads = candidates(part, side_px=self.config.side_px, aspect=self.config.mark.aspect)
         for quad in quads or self._tag_outline(part):
             fit, verdict = self._first_sight(quad + origin)
-            if fit is not None and not verdict.reason:
-                believed.append(fit)
+            if fit is not None and (not verdict.reason or verdict.rough):
+                believed.append((fit, verdict))
             elif fit is not None:
                 why = verdict
         return self._only_one(believed, time_s) if believed else (None, why)
@@ -185,11 +208,12 @@ class Tracker:
             return None, NO_MARK
         return fit, judge.judge(fit, config=self.config, shape=None, shear=0.0)
 
-    def _only_one(self, believed: list[Fit], time_s: float) -> Attempt:
+    def _only_one(self, believed: list[Seen], time_s: float) -> Attempt:
         if self.config.mark.feature != "none":
-            believed = [fit for fit in believed if self._feature.turn(self._reader, fit.corners) is not None]
+            believed = [pair for pair in believed if self._feature.turn(self._reader, pair[0].corners) is not None]
         if len(believed) == 1:
-            return self._named(believed[0], time_s), judge.Verdict()
+            fit, verdict = believed[0]
+            return self._named(fit, time_s), verdict
         if not believed:
             return None, judge.Verdict("a mark, but its feature cannot be read")
         return None, judge.Verdict("two marks in this frame: cover one, or set the mark's size")
@@ -249,15 +273,18 @@ class Tracker:
 
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
-        sides = judge.side_vectors(fit.corners, aspect=self.config.mark.aspect, shear=self._shear())
+        sides = judge.side_vectors(fit.corners, aspect=self.config.mark.aspect, shear=self._shear(self._motion.way))
         seen = judge.flat_shape(sides)
-        if self._shape is None:
-            self._shape = seen
+        if self._shape is None or not self._shape_known:
+            # At first sight nothing is known of the speed, nor of what the rolling shutter makes of the shape by it.
+            self._shape, self._shape_known = seen, self._motion.has_velocity or self.config.shutter.line_ns == 0
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
             self._shape = (a, b, c)
         self._resting.learn(fit.corners)
-        if self._path_px() < STILL_PX and (self._motion.has_velocity or self.config.shutter.exposure_ns == 0):
+        if abs(fit.path_px - self._path_px()) < OTHER_PATH_PX and (
+            self._motion.has_velocity or self.config.shutter.exposure_ns == 0
+        ):
             share = LEARNING if self._blur_known else 1.0
             self._blur_px += share * (float(fit.blur_px.sum()) / 4 - self._blur_px)
             self._blur_known = True

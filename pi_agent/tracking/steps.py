@@ -1,0 +1,220 @@
+"""Estimators of where an edge lies: blurred steps, smeared by motion within the exposure, fitted to profiles across it.
+
+Along a profile the light is `dark + contrast × f(s − e)`: s is the distance outwards, e the edge's place, f the step
+from 0 to 1 as lens and motion blur it. All lengths are in deviations of the lens's blur. Linearised about e = 0 a fit
+is one matrix product for all profiles; what the estimator answers to a step that lies elsewhere is known, and turned
+back by a table.
+
+The fit is by generalised least squares: the pixels' noise, and for a bare tape the texture of the plate beside it, seen
+through the blur. Texture disturbs the bright side only, so the dark foot of the edge counts more; how far the foot
+reaches depends on the blur, so beside texture the blur must be known, from all four edges and from earlier frames, and
+the smear from the mark's speed. Under a mark that moves the plate lies still: what a place shows of it goes with the
+share of the exposure for which it is uncovered.
+"""
+
+from functools import lru_cache
+from math import erf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Matrix = NDArray[np.float32]
+
+STEPS = np.linspace(-3.0, 3.0, 13)  # places along a profile, in blur deviations
+STEPS_ON_GRAIN = np.linspace(-4.5, 3.0, 15)  # the same beside a textured plate: the dark must be known well
+NOISE = 0.009  # of the pixels, in contrasts, as far as it is left in the mean of neighbouring profiles
+DIM_NOISE = 0.02  # the same in dim light
+OTHER_NOISE = 0.06, 0.1  # noise and relative error of the blur for an estimator beside a margin that minds shadows less
+KNOWN_BLUR = 0.007  # relative error of a blur that is taken as known
+REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of blur and smear
+TEXTURE = 0.15  # relative deviation of a plate's reflectance
+TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
+LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
+SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
+MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
+
+
+class Table(NamedTuple):
+    """What an estimator answers to a step away from where it is expected; (k,), or (4, k) for each edge its own.
+
+    `answers`: e as the estimator gives it; `reach`: where the step lies (both increasing); `wider`: how much wider
+    than it is such a step seems to it, as a share of the lens's blur, at places `span` × REACH.
+    """
+
+    answers: Floats
+    reach: Floats
+    wider: Floats
+    span: Floats
+
+    def place(self, answer: Matrix) -> Floats:
+        """Where the steps (4, n) lie, in blur deviations."""
+        if self.answers.ndim == 1:
+            return np.interp(answer, self.answers, self.reach)
+        return np.stack([np.interp(a, x, y) for a, x, y in zip(answer, self.answers, self.reach, strict=True)])
+
+    def widening(self, place: Floats) -> Floats:
+        """How much wider steps at the places (4, n) seem, as a share of the blur."""
+        if self.wider.ndim == 1:
+            return np.interp(place, float(self.span) * REACH, self.wider)
+        edges = zip(place, self.span.tolist(), self.wider, strict=True)
+        return np.stack([np.interp(at, span * REACH, wider) for at, span, wider in edges])
+
+
+class StepModel(NamedTuple):
+    """Places along a profile, and matrices for `light @ matrix`: `solve` (m, 5) and `misfit` (m, m).
+
+    `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by an estimator that leans on
+    neither side of the edge and is pulled further by the texture. `smear_gain`, `other_gain`: how much further out a
+    step seems to each of the two for each deviation by which its smear is longer than expected. Each is one for all
+    edges, or (4, …), one for each.
+    """
+
+    steps: Floats
+    solve: Matrix
+    misfit: Matrix
+    table: Table
+    other_table: Table
+    smear_gain: Floats
+    other_gain: Floats
+
+
+@lru_cache(maxsize=8)
+def step_model(*, textured: bool, known_blur: bool = False, noise: float = NOISE) -> StepModel:
+    """The estimator for a mark beside a textured plate, or beside its own white margin.
+
+    `known_blur`: e is estimated with the blur as given; its error is estimated all the same, as if it were not.
+    `noise`: of the pixels, in contrasts.
+    """
+    return _model(textured=textured, known_blur=known_blur, noise=noise, smear=0.0)
+
+
+class SmearedModels:
+    """The estimators for any path of the mark across an edge within the exposure; see `step_model`."""
+
+    def __init__(self, *, textured: bool) -> None:
+        smears = np.arange(0.0, MOST_SMEAR + SMEAR_STEP, SMEAR_STEP)
+        models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
+        self._parts = [np.stack(part) for part in zip(*(_flat(model) for model in models), strict=True)]
+
+    def at(self, smear: Floats) -> StepModel:
+        """The estimators of four edges with these smears (4,), in blur deviations: between the two nearest ones."""
+        place = np.clip(smear / SMEAR_STEP, 0.0, len(self._parts[0]) - 1.001)
+        first = place.astype(np.intp)
+        share = place - first
+        mixed = [_between(part, first, share) for part in self._parts]
+        return StepModel(*mixed[:3], Table(*mixed[3:7]), Table(*mixed[7:11]), *mixed[11:])
+
+
+@lru_cache(maxsize=2)
+def smeared_models(*, textured: bool) -> SmearedModels:
+    """The estimators for a moving mark, made once: they take some tens of milliseconds."""
+    return SmearedModels(textured=textured)
+
+
+def _flat(model: StepModel) -> tuple[NDArray[np.float32] | Floats, ...]:
+    return (*model[:3], *model.table, *model.other_table, *model[5:])
+
+
+def _between(part: Floats, first: NDArray[np.intp], share: Floats) -> Floats:
+    weight = share.reshape(4, *([1] * (part.ndim - 1))).astype(part.dtype)
+    return part[first] * (1 - weight) + part[first + 1] * weight
+
+
+def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> StepModel:
+    places = STEPS_ON_GRAIN if textured else STEPS
+    steps = np.linspace(places[0] - 0.5 * smear, places[-1] + 0.5 * smear, len(places))
+    model = _derivatives(steps, smear)
+    covariance = _covariance(steps, noise=noise, texture=TEXTURE if textured else 0.0, smear=smear)
+    free = _solution(model, covariance, blur_error=np.inf)
+    solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
+    plain = np.linalg.pinv(model).T
+    misfit = (np.eye(len(steps)) - plain @ model.T) / np.sqrt(len(steps) - 4)
+    other = _other(steps, textured=textured, noise=noise, smear=smear)
+    wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3], other[:, 1], other[:, 2]], axis=1)
+    return StepModel(
+        steps,
+        wanted.astype(np.float32),
+        misfit.astype(np.float32),
+        _table(steps, solve, free[:, 3], smear),
+        _table(steps, other, free[:, 3], smear),
+        np.array(_by_smear(steps, smear) @ solve[:, 2]),
+        np.array(_by_smear(steps, smear) @ other[:, 2]),
+    )
+
+
+def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floats:
+    """An estimator that minds uneven light beside the edge less than the one in use, or more where that minds none."""
+    model = _derivatives(steps, smear)
+    if textured:
+        return _solution(model, _covariance(steps, noise=noise, texture=0.0, smear=smear), blur_error=KNOWN_BLUR)
+    noise, blur_error = OTHER_NOISE
+    return _solution(model, _covariance(steps, noise=noise, texture=TEXTURE, smear=smear), blur_error=blur_error)
+
+
+def _table(steps: Floats, solve: Floats, blur: Floats, smear: float) -> Table:
+    """What the estimator answers to steps away from where it expects them, as far as that tells them apart."""
+    span = sqrt(1.0 + smear * smear / 12.0)
+    reach = span * REACH
+    seen = np.stack([_derivatives(steps - place, smear)[:, 1] for place in reach])
+    contrast = seen @ solve[:, 1]
+    answers = (seen @ solve[:, 2]) / contrast
+    flat = np.gradient(answers, reach) < LEAST_GAIN
+    left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))
+    right = int(np.flatnonzero(flat & (reach > 0)).min(initial=len(reach) - 1))
+    told = np.clip(np.arange(len(reach)), left, right)
+    rising = 1e-9 * np.arange(len(reach))  # a table of steps that are not told apart must rise all the same
+    return Table(answers[told] + rising, reach[told], (seen @ blur) / contrast, np.array(span))
+
+
+def _density(u: Floats) -> Floats:
+    return np.exp(-0.5 * u * u) / np.sqrt(2 * np.pi)
+
+
+def _cumulative(u: Floats) -> Floats:
+    return np.array([0.5 * (1.0 + erf(x / np.sqrt(2.0))) for x in u])
+
+
+def _derivatives(u: Floats, smear: float) -> Floats:
+    """Derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
+    if smear == 0.0:
+        return np.stack([np.ones_like(u), _cumulative(u), -_density(u), -u * _density(u)], axis=1)
+    late, early = u + 0.5 * smear, u - 0.5 * smear
+    step = (_area(late) - _area(early)) / smear
+    place = (_cumulative(early) - _cumulative(late)) / smear
+    return np.stack([np.ones_like(u), step, place, (_density(late) - _density(early)) / smear], axis=1)
+
+
+def _area(u: Floats) -> Floats:
+    """Integral of the normal distribution up to u."""
+    return u * _cumulative(u) + _density(u)
+
+
+def _by_smear(u: Floats, smear: float) -> Floats:
+    """Derivative (len(u),) of the blurred step by its smear."""
+    if smear == 0.0:
+        return np.zeros_like(u)
+    late, early = u + 0.5 * smear, u - 0.5 * smear
+    step = (_area(late) - _area(early)) / smear
+    return (0.5 * (_cumulative(late) + _cumulative(early)) - step) / smear
+
+
+def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
+    """Generalised least squares (m, 4); the relative error of the blur is expected to be about `blur_error`."""
+    weight = np.linalg.inv(covariance)
+    information = model.T @ weight @ model + np.diag([0.0, 0.0, 0.0, blur_error**-2])
+    return np.asarray(np.linalg.solve(information, model.T @ weight).T, dtype=np.float64)
+
+
+def _covariance(u: Floats, *, noise: float, texture: float, smear: float) -> Floats:
+    """Covariance (m, m) of a profile's samples: pixel noise shared by interpolation, and texture beyond the edge.
+
+    The texture of a place counts by the share of the exposure for which the moving mark leaves it uncovered.
+    """
+    shared = noise**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
+    outside = np.arange(0.05 - 0.5 * smear, 8.0 + 0.5 * smear, 0.1)
+    uncovered = np.clip(0.5 + outside / max(smear, 1e-9), 0.0, 1.0)
+    spread = 0.1 * _density(u[:, None] - outside) * uncovered
+    correlation = np.exp(-np.abs(outside[:, None] - outside) / TEXTURE_LENGTH)
+    return shared + texture**2 * (spread @ correlation @ spread.T)
