@@ -14,8 +14,10 @@ def quicken(cls: type[Any]) -> None:
     """Replaces the `__init__` of a dataclass with slots by one with the same signature that writes the slots."""
     made = cls.__init__
     specs = fields(cls)
-    if hasattr(cls, "__post_init__") or any(not spec.init or spec.default is MISSING for spec in specs):
-        raise TypeError(f"expected {cls.__name__} to be made of fields with defaults alone")
+    if hasattr(cls, "__post_init__") or any(
+        not spec.init or spec.kw_only or spec.default_factory is not MISSING for spec in specs
+    ):
+        raise TypeError(f"expected {cls.__name__} to hold what its fields are given by position, or a default")
     scope = {f"_set_{spec.name}": getattr(cls, spec.name).__set__ for spec in specs}
     lines = [f"    _set_{spec.name}(self, {spec.name})" for spec in specs]
     text = f"def __init__({', '.join(['self', *(spec.name for spec in specs)])}):\n" + "\n".join(lines)

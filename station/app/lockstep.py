@@ -14,7 +14,7 @@ import numpy as np
 from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
 from shared.memory_bus import MemoryBus
-from shared.messages import ClockOffset, TwinScene
+from shared.messages import ClockOffset
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.session import Session
@@ -36,9 +36,13 @@ ARM, CAMERA, SESSION, CLOCK = range(4)
 class LockstepCamera(Protocol):
     """A camera in simulated time."""
 
-    def tick(self, now_ns: int, scene: TwinScene) -> None:
+    def tick(self, now_ns: int) -> None:
         """Takes the frame whose exposure has its middle at `now_ns`, and publishes what it shows."""
         ...
+
+
+CameraBuilder = Callable[[Bus, RigConfig, Twin], LockstepCamera]
+"""Sets a camera up in front of a twin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +63,7 @@ class Lockstep:
         plan: Plan,
         *,
         recording: Sink | None,
-        camera: Callable[[Bus, RigConfig], LockstepCamera] | None = None,
+        camera: CameraBuilder | None = None,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
     ) -> None:
         self.clock = SimulatedClock()
@@ -72,7 +76,7 @@ class Lockstep:
         world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns())
         self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
         self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(world)))
-        self._camera = camera(self.bus, rig) if camera else _projected(self.bus, rig, seed=int(camera_seed))
+        self._camera = (camera or _projected(int(camera_seed)))(self.bus, rig, self.twin)
         machine = assembly.sampling_machine(rig, plan, tilter=self._arm.tilter)
         self.session = Session(
             self.bus,
@@ -125,7 +129,7 @@ class Lockstep:
 
     def _tick_camera(self, now_ns: int) -> None:
         self.twin.world.advance(now_ns)
-        self._camera.tick(now_ns, self.twin.scene(now_ns))
+        self._camera.tick(now_ns)
 
     def _tick_session(self, now_ns: int) -> None:
         self.session.tick(now_ns)
@@ -148,19 +152,25 @@ def _without_garbage_collection() -> Generator[None]:
             gc.enable()
 
 
-def _projected(bus: MemoryBus, rig: RigConfig, *, seed: int) -> ProjectedCamera:
-    place = rig.plate.fiducial_place_mm * 1e-3
-    return ProjectedCamera(
-        bus,
-        geometry=assembly.nominal_geometry(rig),
-        size_px=(rig.camera.width_px, rig.camera.height_px),
-        fiducial_m=(-place, place),
-        fiducial_side_m=rig.plate.fiducial_side_mm * 1e-3,
-        rng=np.random.default_rng(seed),
-        settings=ProjectionSettings(
-            rate_hz=rig.camera.rate_hz,
-            plate_rate_hz=rig.camera.plate_rate_hz,
-            # The synthetic camera's own option: what can be had without pixels, this camera has as well.
-            sag_px=float(rig.camera.options.values.get("sag_px", 0.0)),
-        ),
-    )
+def _projected(seed: int) -> CameraBuilder:
+    """A builder of the camera without pixels."""
+
+    def build(bus: Bus, rig: RigConfig, twin: Twin) -> ProjectedCamera:
+        place = rig.plate.fiducial_place_mm * 1e-3
+        return ProjectedCamera(
+            bus,
+            twin.world,
+            geometry=assembly.nominal_geometry(rig),
+            size_px=(rig.camera.width_px, rig.camera.height_px),
+            fiducial_m=(-place, place),
+            fiducial_side_m=rig.plate.fiducial_side_mm * 1e-3,
+            rng=np.random.default_rng(seed),
+            settings=ProjectionSettings(
+                rate_hz=rig.camera.rate_hz,
+                plate_rate_hz=rig.camera.plate_rate_hz,
+                # The synthetic camera's own option: what can be had without pixels, this camera has as well.
+                sag_px=float(rig.camera.options.values.get("sag_px", 0.0)),
+            ),
+        )
+
+    return build

@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib.metadata import entry_points
+from typing import Protocol
 
 from shared.bus import Bus
 from shared.errors import UserError
+from shared.messages import TwinScene
 from shared.rig import RigConfig
-from station.app.lockstep import LockstepCamera
+from station.app.lockstep import CameraBuilder
+from station.simulators.mujoco.twin import Twin
 
 GROUP = "repose.lockstep_camera"
 
 
-def pixel_camera(seed: int) -> Callable[[Bus, RigConfig], LockstepCamera]:
+class SceneCamera(Protocol):
+    """The camera agent's own camera in simulated time: it is given the scene that it draws."""
+
+    def tick(self, now_ns: int, scene: TwinScene) -> None:
+        """Takes the frame whose exposure has its middle at `now_ns`, and publishes what it shows."""
+        ...
+
+
+class InFrontOf:
+    """A `LockstepCamera` that hands a twin's scenes to the camera agent's."""
+
+    def __init__(self, twin: Twin, camera: SceneCamera) -> None:
+        self._twin, self._camera = twin, camera
+
+    def tick(self, now_ns: int) -> None:
+        """See `LockstepCamera.tick`."""
+        self._camera.tick(now_ns, self._twin.scene(now_ns))
+
+
+def pixel_camera(seed: int) -> CameraBuilder:
     """A builder of the camera that renders and tracks frames in simulated time.
 
     Raises:
@@ -25,5 +46,9 @@ def pixel_camera(seed: int) -> Callable[[Bus, RigConfig], LockstepCamera]:
             f"Expected the camera agent installed beside the station for --pixels (entry point {GROUP}: synthetic); "
             "install the whole `repose` package, or leave --pixels out"
         )
-    build = next(iter(found)).load()
-    return lambda bus, rig: build(bus, rig, seed=seed)
+    load = next(iter(found)).load
+
+    def build(bus: Bus, rig: RigConfig, twin: Twin) -> InFrontOf:
+        return InFrontOf(twin, load()(bus, rig, seed=seed))
+
+    return build

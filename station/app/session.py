@@ -69,19 +69,23 @@ class Session:
 
     def _take(self, received: Received) -> None:
         """Hands messages to the machine one by one, also those that its own actions bring about."""
-        self._waiting.append(received)
         if self._busy:
+            self._waiting.append(received)
             return
         self._busy = True
         try:
+            self._hear(received)
             while self._waiting:
-                item = self._waiting.popleft()
-                self._seen[type(item.message)] = item.message
-                self._now_ns = item.receive_ns
-                if actions := self._machine.handle(item.message, now_ns=item.receive_ns):
-                    self._perform(actions)
+                self._hear(self._waiting.popleft())
         finally:
             self._busy = False
+
+    def _hear(self, received: Received) -> None:
+        message, now_ns = received.message, received.receive_ns
+        self._seen[type(message)] = message
+        self._now_ns = now_ns
+        if actions := self._machine.handle(message, now_ns=now_ns):
+            self._perform(actions)
 
     # --- out ---------------------------------------------------------------------------------------------------------
 

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from station.arm.drivers import JointReading
 from station.simulators.mujoco.world import TwinWorld
+
+Array = NDArray[np.float64]
 
 
 class DirectWire:
@@ -13,7 +18,7 @@ class DirectWire:
         self._world = world
         self._names = world.arm.joint_names
 
-    def send(self, now_ns: int, position_rad: tuple[float, ...], velocity_rad_s: tuple[float, ...]) -> None:
+    def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """See `TwinWire.send`."""
         self._world.set_target(position_rad, velocity_rad_s, stamp_ns=now_ns)
 

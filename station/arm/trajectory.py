@@ -56,6 +56,11 @@ class JointTrajectory:
         return self.times_ns.tolist()
 
     @cached_property
+    def _end(self) -> tuple[Array, Array]:
+        """Where the motion ends, at rest."""
+        return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
+
+    @cached_property
     def cubics(self) -> Array:
         """Coefficients of the cubic Hermite pieces, (m - 1, 4, n), in the share 0 to 1 of the piece's time."""
         h = np.diff(self.times_ns)[:, None] * 1e-9
@@ -68,7 +73,7 @@ class JointTrajectory:
         if elapsed_ns <= 0:
             return self.position_rad[0], self.velocity_rad_s[0]
         if elapsed_ns >= self._times[-1]:
-            return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
+            return self._end
         k = bisect_right(self._times, elapsed_ns) - 1
         began_ns, end_ns = self._times[k], self._times[k + 1]
         if elapsed_ns == began_ns:  # a set-point itself, as at every tick of a simulated session

@@ -29,7 +29,6 @@ from station.sampling.phases import Phases, Reach
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
 from station.sampling.timeouts import not_begun, overdue
-from station.sampling.tracks import usable
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
@@ -118,10 +117,10 @@ class SamplingMachine:
             self._phases.read_slide()
 
     def _on_corners(self, message: MarkerCorners) -> None:
-        state = self._state
-        frame_ns = self._tracks.take_corners(message)
-        if not usable(message):
+        state, tracks = self._state, self._tracks
+        if not tracks.take_corners(message):
             return
+        frame_ns = tracks.frame_ns
         state.found_ns = state.now_ns
         rest_ns = self._phases.rest.add(message.corners_px, capture_ns=frame_ns)
         if state.phase == "DWELL":

@@ -54,14 +54,15 @@ class Tracks:
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
         self._quaternions.append((self.attitude_ns, q))
 
-    def take_corners(self, message: MarkerCorners) -> int:
-        """A frame's corners, by the camera's clock; gives the time of the frame by the station's."""
+    def take_corners(self, message: MarkerCorners) -> bool:
+        """A frame's corners, by the camera's clock; whether they can be used. `frame_ns` is its time by the station's."""
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
-        if usable(message):
-            # With a rolling shutter each corner has its own time; the centre's is their mean.
-            shift_ns = sum(message.corner_dt_ns) // 4 if len(message.corner_dt_ns) == 4 else 0
-            self._frames.append((self.frame_ns + shift_ns, message.corners_px))
-        return self.frame_ns
+        if not usable(message):
+            return False
+        # With a rolling shutter each corner has its own time; the centre's is their mean.
+        shift_ns = sum(message.corner_dt_ns) // 4 if len(message.corner_dt_ns) == 4 else 0
+        self._frames.append((self.frame_ns + shift_ns, message.corners_px))
+        return True
 
     def place_of(self, corners_px: tuple[float, ...]) -> tuple[float, float, float]:
         """The block's x, y (m) and yaw (rad) on the plate; zeros without corners or calibration."""

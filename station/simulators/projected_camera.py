@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import add
+from typing import Protocol
 
 import numpy as np
 
@@ -13,11 +15,14 @@ from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.foxglove import Timestamp
 from shared.geometry import pixels_of_mark
-from shared.messages import AgentStatus, CameraGeometry, MarkerCorners, TwinScene
+from shared.messages import AgentStatus, CameraGeometry, MarkerCorners
 
 _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 _TIPPED_COSINE = math.cos(math.radians(4.0))
 _NOISE_BLOCK = 512
+BLOCK = 0
+"""The marker id of the block's mark."""
+Shift = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,12 +36,39 @@ class ProjectionSettings:
     sag_px: float = 0.0
 
 
+class Placed(Protocol):
+    """Where a block is in a frame: position (m) and quaternion (w, x, y, z)."""
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The place of its middle."""
+        ...
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Its attitude."""
+        ...
+
+
+class SeenWorld(Protocol):
+    """What there is to be seen at the moment of a frame."""
+
+    def plate_quaternion(self) -> Sequence[float]:
+        """world_from_plate as (w, x, y, z)."""
+        ...
+
+    def block_pose(self) -> Placed:
+        """plate_from_block; the same object while the block rests."""
+        ...
+
+
 class ProjectedCamera:
     """Publishes `camera/corners` at every tick, and plate fiducial, geometry and status at their own rates."""
 
     def __init__(
         self,
         bus: Bus,
+        world: SeenWorld,
         *,
         geometry: CameraGeometry,
         size_px: tuple[int, int],
@@ -45,7 +77,7 @@ class ProjectedCamera:
         rng: np.random.Generator,
         settings: ProjectionSettings | None = None,
     ) -> None:
-        self._bus, self._geometry, self._size_px, self._rng = bus, geometry, size_px, rng
+        self._bus, self._world, self._geometry, self._size_px, self._rng = bus, world, geometry, size_px, rng
         self._settings = settings or ProjectionSettings()
         homography = np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
         if abs(homography[2, :2]).max() > 1e-12:
@@ -60,33 +92,33 @@ class ProjectedCamera:
             width_px=size_px[0], height_px=size_px[1], K=frames.pinhole_of(geometry), stamp_ns=0
         )
         self._noise: list[list[float]] = []
+        self._pose: Placed | None = None
+        self._outline: tuple[float, ...] = ()
+        self._tipped = False
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
 
-    def tick(self, now_ns: int, scene: TwinScene) -> None:
+    def tick(self, now_ns: int) -> None:
         """The frame whose exposure has its middle at `now_ns`."""
-        self._bus.publish("camera/corners", self._see_block(now_ns, scene))
+        sag_px = self._sag()
+        self._bus.publish("camera/corners", self._see_block(now_ns, sag_px))
         if self._seq % self._every_plate == 1:
-            self._bus.publish("camera/plate", self._see_plate(now_ns, scene))
+            self._bus.publish("camera/plate", self._see_plate(now_ns, sag_px))
         if self._seq % round(self._settings.rate_hz) == 1:
             self._report(now_ns)
 
-    def _see_block(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
+    def _see_block(self, now_ns: int, sag_px: Shift) -> MarkerCorners:
         self._seq += 1
-        corners = tuple(map(add, self._project(scene), self._next_noise()))
+        pose = self._world.block_pose()
+        if pose is not self._pose:
+            self._pose, self._outline, self._tipped = pose, self._outline_of(pose), _tipped(pose)
+        corners = tuple(map(add, self._shifted(sag_px), self._next_noise()))
         inside = self._inside(corners)
-        settings = self._settings
+        sigma_px, exposure_ns = self._settings.sigma_px, self._settings.exposure_ns
+        # By position, in the order of the class: it is made ninety times a second.
         return MarkerCorners(
-            now_ns,
-            self._seq,
-            corners if inside else (),
-            settings.sigma_px,
-            settings.sigma_px,
-            settings.exposure_ns,
-            (0, 0, 0, 0),
-            inside,
-            "" if inside else "the marker is out of the frame",
-            tipped=1.0 - 2.0 * (scene.block_qx**2 + scene.block_qy**2) < _TIPPED_COSINE,
+            *(now_ns, self._seq, corners if inside else (), sigma_px, sigma_px, exposure_ns, (0, 0, 0, 0)),
+            *(inside, "" if inside else "the marker is out of the frame", BLOCK, 0, self._tipped),
         )
 
     def _inside(self, corners: tuple[float, ...]) -> bool:
@@ -95,31 +127,38 @@ class ProjectedCamera:
             return False
         return max(corners) < min(width, height) or (max(corners[0::2]) < width and max(corners[1::2]) < height)
 
-    def _project(self, scene: TwinScene) -> tuple[float, ...]:
-        """Where the corners are without noise, x0 y0 … x3 y3: the mark turned by the block's yaw, scaled, shifted."""
-        qw, qx, qy, qz = scene.block_qw, scene.block_qx, scene.block_qy, scene.block_qz
+    def _outline_of(self, pose: Placed) -> tuple[float, ...]:
+        """The mark's centre in the picture from the plate's centre, and its half sides turned by the yaw, in pixels."""
+        (x, y, _), (qw, qx, qy, qz), (half_x, half_y) = pose.position, pose.quaternion, self._half
         yaw, scale = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)), self._scale
         cosine, sine = scale * math.cos(yaw), scale * math.sin(yaw)
-        u0, v0 = self._sag(scene)
-        u0, v0 = u0 + self._centre[0] + scale * scene.block_x_m, v0 + self._centre[1] - scale * scene.block_y_m
-        half_x, half_y = self._half
-        # The corners lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
-        a, b, c, d = cosine * half_x, sine * half_y, sine * half_x, cosine * half_y
+        return scale * x, scale * y, cosine * half_x, sine * half_y, sine * half_x, cosine * half_y
+
+    def _shifted(self, sag_px: Shift) -> tuple[float, ...]:
+        """Where the corners are without noise, x0 y0 … x3 y3.
+
+        They lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
+        """
+        x, y, a, b, c, d = self._outline
+        u0, v0 = sag_px[0] + self._centre[0] + x, sag_px[1] + self._centre[1] - y
         return (
             *(u0 - a - b, v0 + c - d, u0 + a - b, v0 - c - d),
             *(u0 + a + b, v0 - c + d, u0 - a + b, v0 + c + d),
         )
 
-    def _sag(self, scene: TwinScene) -> tuple[float, float]:
+    def _sag(self) -> Shift:
         """The picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
-        down_x = -2.0 * (scene.qx * scene.qz - scene.qw * scene.qy)
-        down_y = -2.0 * (scene.qy * scene.qz + scene.qw * scene.qx)
-        return -self._settings.sag_px * down_x, self._settings.sag_px * down_y
+        sag_px = self._settings.sag_px
+        if sag_px == 0.0:
+            return 0.0, 0.0
+        qw, qx, qy, qz = self._world.plate_quaternion()
+        down_x, down_y = -2.0 * (qx * qz - qw * qy), -2.0 * (qy * qz + qw * qx)
+        return -sag_px * down_x, sag_px * down_y
 
-    def _see_plate(self, now_ns: int, scene: TwinScene) -> MarkerCorners:
+    def _see_plate(self, now_ns: int, sag_px: Shift) -> MarkerCorners:
         self._plate_seq += 1
-        noise, shift = self._next_noise(), self._sag(scene)
-        corners = tuple(value + noise[k] + shift[k % 2] for k, value in enumerate(self._plate))
+        noise = self._next_noise()
+        corners = tuple(value + noise[k] + sag_px[k % 2] for k, value in enumerate(self._plate))
         sigma = self._settings.sigma_px
         return MarkerCorners(
             now_ns,
@@ -151,6 +190,12 @@ class ProjectedCamera:
             boot_id=SIMULATION_EPOCH_NS,
         )
         self._bus.publish("camera/status", status)
+
+
+def _tipped(pose: Placed) -> bool:
+    """Whether the mark would look foreshortened."""
+    _, qx, qy, _ = pose.quaternion
+    return 1.0 - 2.0 * (qx**2 + qy**2) < _TIPPED_COSINE
 
 
 def _fiducial(geometry: CameraGeometry, centre_m: tuple[float, float], *, side_m: float) -> tuple[float, ...]:

@@ -14,7 +14,6 @@ import resource
 import struct
 import time
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,12 +21,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.messages import MarkerCorners
-from shared.rig import RigConfig
 from station.app import assembly, recordings
-from station.app.lockstep import Lockstep, LockstepCamera
+from station.app.lockstep import CameraBuilder, Lockstep
 from station.app.pixels import pixel_camera
 from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.recorder import Sink
@@ -123,7 +120,7 @@ def opened(path: Path, *, seed: int) -> Recording:
     return Recording(path, provenance=origin, overwrite=True, flush_every_s=10.0)
 
 
-def build(sink: Sink, *, seed: int, camera: Callable[[Bus, RigConfig], LockstepCamera] | None) -> Lockstep:
+def build(sink: Sink, *, seed: int, camera: CameraBuilder | None) -> Lockstep:
     rig, plan = assembly.rig_from(None), assembly.plan_from(None, samples=SAMPLES, seed=seed)
     return Lockstep(rig, plan, recording=sink, camera=camera)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from shared.bus import Bus
 from shared.config import Table
 from shared.errors import UserError
+from shared.frozen import quicken
 from station.arm.trajectory import JointTrajectory
 from station.rig.arm_model import ArmModel
 
@@ -32,6 +33,9 @@ class JointReading:
     position_rad: Array
     velocity_rad_s: Array
     effort_nm: Array
+
+
+quicken(JointReading)
 
 
 @dataclass(frozen=True, kw_only=True)

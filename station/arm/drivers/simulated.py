@@ -18,14 +18,13 @@ from station.arm.drivers import DriverLink, JointReading, match_joints
 from station.arm.trajectory import JointTrajectory
 
 Array = NDArray[np.float64]
-Numbers = tuple[float, ...]
 
 
 class TwinWire(Protocol):
     """How set-points get to the twin and its readings come back."""
 
-    def send(self, now_ns: int, position_rad: Numbers, velocity_rad_s: Numbers) -> None:
-        """Wants the joints there at `now_ns`, moving on at that velocity; both (n,)."""
+    def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
+        """Wants the joints there at `now_ns`, moving on at that velocity; both (n,), and never written to again."""
         ...
 
     def read(self) -> JointReading | None:
@@ -49,9 +48,10 @@ class BusWire:
         self._fault = ""
         self._bus.subscribe("twin/joints", self._receive)
 
-    def send(self, now_ns: int, position_rad: Numbers, velocity_rad_s: Numbers) -> None:
+    def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """See `TwinWire.send`."""
-        self._bus.publish("twin/target", JointTarget(now_ns, position_rad, velocity_rad_s))
+        target = JointTarget(now_ns, tuple(position_rad.tolist()), tuple(velocity_rad_s.tolist()))
+        self._bus.publish("twin/target", target)
 
     def _receive(self, received: Received) -> None:
         state = received.message
@@ -86,7 +86,7 @@ class SimulatedArm:
         self._wire = wire
         self._motion: JointTrajectory | None = None
         self._began_ns = 0
-        self._held: Numbers = ()
+        self._held: Array | None = None
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """See `Driver.start`."""
@@ -95,25 +95,24 @@ class SimulatedArm:
     def halt(self, *, now_ns: int) -> None:
         """See `Driver.halt`: the set-point stays where it is."""
         if self._motion is not None:
-            self._held = _numbers(self._motion.at(now_ns - self._began_ns)[0])
+            self._held = self._motion.at(now_ns - self._began_ns)[0]
             self._motion = None
-            self._hold(now_ns)
+            self._hold(self._held, now_ns)
 
     def tick(self, now_ns: int) -> None:
         """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
         motion = self._motion
         if motion is None:
-            if self._held:
-                self._hold(now_ns)
+            if self._held is not None:
+                self._hold(self._held, now_ns)
             return
         position, velocity = motion.at(now_ns - self._began_ns)
-        places = _numbers(position)
-        self._wire.send(now_ns, places, _numbers(velocity))
+        self._wire.send(now_ns, position, velocity)
         if now_ns - self._began_ns > motion.duration_ns:
-            self._held, self._motion = places, None
+            self._held, self._motion = position, None
 
-    def _hold(self, now_ns: int) -> None:
-        self._wire.send(now_ns, self._held, (0.0,) * len(self._held))
+    def _hold(self, position: Array, now_ns: int) -> None:
+        self._wire.send(now_ns, position, np.zeros_like(position))
 
     def read(self) -> JointReading | None:
         """See `Driver.read`."""
@@ -126,10 +125,6 @@ class SimulatedArm:
     def close(self) -> None:
         """See `Driver.close`."""
         self._motion = None
-
-
-def _numbers(values: Array) -> Numbers:
-    return tuple(values.tolist())
 
 
 def connect(link: DriverLink) -> SimulatedArm:

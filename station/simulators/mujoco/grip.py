@@ -55,23 +55,34 @@ def needed(rotation: Three, acceleration: Three) -> tuple[float, float, float]:
     )
 
 
-def utilisation(force: Three, friction: FrictionDraw, *, axis_rad: float, block_yaw_rad: float) -> float:
-    """Share of its friction that a block needs under the contact force `force` (plate frame); infinite without weight.
+class Hold:
+    """How a block is held where it lies: by a limit curve in its direction, and by its own width against tipping.
 
-    `axis_rad` is where the axis of the limit curve points, in the plate frame. A cube tips over an edge when the force
-    leans by 45° across it; nearness to that counts in the same way, because a tipping block does not stick either.
+    `axis_rad` is where the axis of the limit curve points, in the plate frame.
     """
-    x, y, normal = force
-    if normal <= 0.05 * GRAVITY:
-        return math.inf
-    c, s = math.cos(axis_rad), math.sin(axis_rad)
-    slip = math.hypot((c * x + s * y) / friction.mu_along, (c * y - s * x) / friction.mu_across)
-    c, s = math.cos(block_yaw_rad), math.sin(block_yaw_rad)
-    tip = max(abs(c * x + s * y), abs(c * y - s * x))
-    return max(slip, tip) / normal
 
+    def __init__(self, friction: FrictionDraw, *, axis_rad: float, block_yaw_rad: float) -> None:
+        self._along, self._across = friction.mu_along, friction.mu_across
+        self._weakest = min(friction.mu_along, friction.mu_across, 1.0)
+        self._axis = math.cos(axis_rad), math.sin(axis_rad)
+        self._side = math.cos(block_yaw_rad), math.sin(block_yaw_rad)
 
-def slack(force: Three, friction: FrictionDraw, *, share: float) -> float:
-    """Largest further acceleration (m/s²), in any direction, that leaves the utilisation below `share`."""
-    mu = share * min(friction.mu_along, friction.mu_across, 1.0)
-    return (mu * force[2] - math.hypot(force[0], force[1])) / (1 + mu)
+    def utilisation(self, force: Three) -> float:
+        """Share of its friction that a block needs under the contact force (plate frame); infinite without weight.
+
+        A cube tips over an edge when the force leans by 45° across it; nearness to that counts in the same way, because
+        a tipping block does not stick either.
+        """
+        x, y, normal = force
+        if normal <= 0.05 * GRAVITY:
+            return math.inf
+        c, s = self._axis
+        slip = math.hypot((c * x + s * y) / self._along, (c * y - s * x) / self._across)
+        c, s = self._side
+        tip = max(abs(c * x + s * y), abs(c * y - s * x))
+        return max(slip, tip) / normal
+
+    def slack(self, force: Three, *, share: float) -> float:
+        """Largest further acceleration (m/s²), in any direction, that leaves the utilisation below `share`."""
+        mu = share * self._weakest
+        return (mu * force[2] - math.hypot(force[0], force[1])) / (1 + mu)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +17,6 @@ class Servo:
     """The wanted motion of the joints, continued between set-points, so that their stairs do not shake the block."""
 
     def __init__(self, joint_start_rad: FLOATS, *, now_ns: int) -> None:
-        self._target: tuple[float, ...] = tuple(joint_start_rad.tolist())
         self._position = joint_start_rad.copy()
         self._velocity = np.zeros_like(joint_start_rad)
         self._moving = False
@@ -31,15 +28,13 @@ class Servo:
         self.jerk_rad_s: FLOATS = np.zeros_like(joint_start_rad)
         """By how much the wanted velocity changed with the last command, (n,)."""
 
-    def set_target(self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int) -> None:
-        """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,)."""
-        moved, self._moving = self._moving, any(velocity_rad_s)
+    def set_target(self, position_rad: FLOATS, velocity_rad_s: FLOATS, *, stamp_ns: int) -> None:
+        """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,), and kept."""
+        moved, self._moving = self._moving, any(velocity_rad_s.tolist())
         self._stamp_ns = stamp_ns
-        target = tuple(position_rad)
-        if target == self._target and not (moved or self._moving):
+        if not (moved or self._moving) and position_rad.tolist() == self._position.tolist():
             return
-        self._target, self._position = target, np.array(target)
-        self._velocity = np.array(velocity_rad_s, dtype=np.float64)
+        self._position, self._velocity = position_rad, velocity_rad_s
         self.settled, self.fresh = False, True
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:

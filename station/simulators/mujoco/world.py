@@ -4,6 +4,7 @@ Most of a session nothing slips, and the world does not compute what cannot happ
 - while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
   and time is skipped;
 - while the block sticks below `LETS_GO` it is a part of the plate (the `welded` model), above it is held by contact;
+- a part of the plate that is far from letting go is looked at less often;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
 """
@@ -14,7 +15,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from station.rig.arm_model import ArmModel
 from station.simulators.mujoco import grip, model
@@ -30,6 +31,10 @@ STEP_NS = 2_000_000
 LOOK = 5
 LOOK_S = LOOK * STEP_NS * 1e-9
 """Time steps between two looks at the block, and how long they take (10 ms)."""
+LEFT_OUT = 4
+AMPLE_M_S2, SPENT_M_S2 = 1.5, 0.5
+"""So many looks are left out while a block that is a part of the plate could be accelerated by that much more; of it a
+plate that turns by 1 rad/s takes this much meanwhile."""
 UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
@@ -84,24 +89,25 @@ class TwinWorld:
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
-        self._unseen = 0
+        self._unseen = self._missed = self._left_out = 0
         self.lost = 0
         """How often the block left the plate, or fell over, and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
 
     # -- driving
 
-    def set_target(
-        self, position_rad: Sequence[float], velocity_rad_s: Sequence[float], *, stamp_ns: int | None = None
-    ) -> None:
+    def set_target(self, position_rad: ArrayLike, velocity_rad_s: ArrayLike, *, stamp_ns: int | None = None) -> None:
         """Wants the joints at `position_rad` (n,) at `stamp_ns` (default: now), moving on at `velocity_rad_s` (n,).
+
+        Arrays are kept as they are, and must not be written to again.
 
         Raises:
             ValueError: if there are not as many numbers as joints.
         """
-        if len(position_rad) != self._n or len(velocity_rad_s) != self._n:
-            raise ValueError(f"expected {self._n} joints, got {len(position_rad)} and {len(velocity_rad_s)}")
-        self._servo.set_target(position_rad, velocity_rad_s, stamp_ns=self._asked_ns if stamp_ns is None else stamp_ns)
+        position, velocity = np.asarray(position_rad, np.float64), np.asarray(velocity_rad_s, np.float64)
+        if len(position) != self._n or len(velocity) != self._n:
+            raise ValueError(f"expected {self._n} joints, got {len(position)} and {len(velocity)}")
+        self._servo.set_target(position, velocity, stamp_ns=self._asked_ns if stamp_ns is None else stamp_ns)
         self._resting = self._resting and self._servo.settled
 
     def advance(self, to_ns: int) -> None:
@@ -122,7 +128,11 @@ class TwinWorld:
             self._engine.step(count)
             self._time_ns += count * STEP_NS
             self._unseen = (self._unseen + count) % LOOK
-            if not self._unseen:
+            if self._unseen:
+                continue
+            if self._missed < self._left_out:
+                self._missed += 1
+            else:
                 self._look()
 
     def place_block(self, x_m: float, y_m: float, yaw_rad: float) -> None:
@@ -187,6 +197,10 @@ class TwinWorld:
         """Where the plate is now."""
         return plate_pose(self._bodies(), pivot_above_plate_m=self.arm.pivot_above_plate_m)
 
+    def plate_quaternion(self) -> Sequence[float]:
+        """world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted."""
+        return self._bodies().plate_quaternion.tolist()
+
     def block_pose(self) -> Pose:
         """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
         if self._engine is self._welded:
@@ -232,9 +246,11 @@ class TwinWorld:
         bodies = engine.bodies
         if engine is not self._welded:
             self._follow()
-        acceleration = self._motion.acceleration(bodies.block_place.tolist(), seconds=LOOK_S)
+        seconds = (1 + self._missed) * LOOK_S
+        self._missed = self._left_out = 0
+        acceleration = self._motion.acceleration(bodies.block_place.tolist(), seconds=seconds)
         force = grip.needed(bodies.plate_rotation.tolist(), acceleration)
-        used = self._utilisation(force, self._draw)
+        used = self._utilisation(force, self._hold)
         if self._engine is self._welded:
             self._mind_grip(force, used)
         elif self._quiet_s >= REST_S:
@@ -254,9 +270,12 @@ class TwinWorld:
             return
         self._renew(force)
         limit = self._limit(LETS_GO)
-        self._slack = grip.slack(force, self._draw, share=limit)
+        self._slack = self._hold.slack(force, share=limit)
         if used > limit:
             self._unweld()
+        elif self._savings and self._slack > AMPLE_M_S2:
+            self._slack -= SPENT_M_S2
+            self._left_out = LEFT_OUT
 
     def _mind_rest(self, force: grip.Three, used: float) -> None:
         """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
@@ -268,10 +287,10 @@ class TwinWorld:
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
         self._leaning = self._engines.foam_push(self._engine)
-        used = max(used, self._utilisation(force, self._draw))
+        used = max(used, self._utilisation(force, self._hold))
         if self._savings and used < self._limit(GRIPS):
             self._weld()
-            self._slack = grip.slack(force, self._draw, share=self._limit(LETS_GO))
+            self._slack = self._hold.slack(force, share=self._limit(LETS_GO))
 
     def _renew(self, force: grip.Three) -> None:
         """A new draw takes effect once it holds the block where it lies.
@@ -279,30 +298,35 @@ class TwinWorld:
         Were it to act at once, a block that stopped on a still tilted plate would slide again whenever the draw is
         low, and draw again: the low draws would be lost, and the friction of the runs would not be the one set.
         """
-        if self._pending and self._utilisation(force, self._pending) < GRIPS:
+        if self._pending and self._utilisation(force, self._hold_by(self._pending)) < GRIPS:
             self._use(self._pending)
             self._pending = None
 
-    def _utilisation(self, force: grip.Three, friction: FrictionDraw) -> float:
-        yaw = self._rel.yaw_rad
-        axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
-        used = grip.utilisation(force, friction, axis_rad=axis, block_yaw_rad=yaw)
+    def _utilisation(self, force: grip.Three, hold: grip.Hold) -> float:
+        used = hold.utilisation(force)
         x, y = self._leaning
         if x or y:  # the foam carries some of it, or pushes: either must do
             relieved = (force[0] - x, force[1] - y, force[2])
-            used = max(used, grip.utilisation(relieved, friction, axis_rad=axis, block_yaw_rad=yaw))
+            used = max(used, hold.utilisation(relieved))
         return used
+
+    def _hold_by(self, friction: FrictionDraw) -> grip.Hold:
+        """How that friction holds the block where it lies now."""
+        yaw = self._rel.yaw_rad
+        axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
+        return grip.Hold(friction, axis_rad=axis, block_yaw_rad=yaw)
 
     def _limit(self, share: float) -> float:
         return share * (LEANING if any(self._leaning) else 1.0)
 
     def _use(self, draw: FrictionDraw) -> None:
-        self._draw = draw
+        self._draw, self._hold = draw, self._hold_by(draw)
         self._engines.set_friction(draw)
 
     def _follow(self) -> None:
         """Takes note of where a free block is, whether it lies still, and whether it can reach the foam."""
         self._rel = relative_pose(self._engine.bodies)
+        self._hold = self._hold_by(self._draw)
         before, self._seen = self._seen, standing(self._rel, half_m=self.block.side_m / 2)
         moved = math.dist(before.position, self._seen.position)
         turned = math.dist(before.quaternion, self._seen.quaternion)
@@ -327,6 +351,7 @@ class TwinWorld:
         self._engine = self._engines.weld(self._engine, self._rel)
         self._seen = standing(self._rel, half_m=self.block.side_m / 2)
         self._quiet_s, self._slack = REST_S, 0.0
+        self._left_out = 0
         self._resting, self._poses = False, None
 
     def _unweld(self) -> None:

@@ -36,10 +36,37 @@ def test_copies_are_equal():
     assert dataclasses.replace(STATE, qw=1.0) != STATE
 
 
-def test_a_class_that_does_more_than_hold_fields_is_refused():
+def test_a_field_without_a_default_must_be_given():
     @dataclasses.dataclass(frozen=True, slots=True)
     class Needs:
         value: int
+        unit: str = "m"
 
-    with pytest.raises(TypeError, match="Needs"):
-        quicken(Needs)
+    quicken(Needs)
+    assert Needs(3) == Needs(value=3, unit="m")
+    with pytest.raises(TypeError, match="value"):
+        Needs()  # pyright: ignore[reportCallIssue]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Makes:
+    values: list[int] = dataclasses.field(default_factory=list[int])
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Checks:
+    value: int = 0
+
+    def __post_init__(self) -> None:
+        assert self.value >= 0
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class Names:
+    value: int = 0
+
+
+@pytest.mark.parametrize("cls", [Makes, Checks, Names])
+def test_a_class_that_does_more_than_hold_fields_is_refused(cls: type):
+    with pytest.raises(TypeError, match=cls.__name__):
+        quicken(cls)
