@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import tomllib
@@ -11,22 +12,26 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from shared.messages import Sample
 from station.__main__ import main
 from station.app import assembly
 from station.app.commands import analyze
 from station.app.study import paper
-from station.app.study.compare import Row, rows_of, verdicts_of
+from station.app.study.beside import tables_of
+from station.app.study.compare import Row, pace_row, rows_of, verdicts_of
 from station.app.study.design import parts_of
+from station.app.study.essentials import LEFT_OUT
+from station.app.study.progress import EVERY_S, Told
 from station.app.study.rigs import rig_of, rig_text
 from station.friction.pairs import Session, pairs_of
 from station.friction.results import PairResult, analyse
 from station.recording.reader import digest, open_recording
 from tests.unit.friction.sessions import GEOMETRY, session
 
-SAMPLES = 48
-"""A dozen for each pair."""
+SAMPLES = 32
+"""Eight for each pair."""
 
 
 def study(out: Path, *, samples: int = SAMPLES, seed: int = 3) -> int:
@@ -53,6 +58,11 @@ def test_a_small_study_measures_what_is_planted_and_goes_on_where_it_was_broken_
         # Half as wide again as for plain scatter: an ellipse's mean depends on where the block happened to slide.
         assert abs(means[pair.name]["simulated"] - pair.mean_rad) < 4.5 * planted_sd / np.sqrt(SAMPLES / 4), pair.name
     assert means["steel on steel"]["simulated"] > 1.4 * means["steel on wood"]["simulated"]
+
+    one = out / "recordings" / "wood_on_wood_01.mcap"
+    assert not LEFT_OUT & set(open_recording(one).topics)
+    assert main(["doctor", str(one)]) == 0
+    assert main(["check", str(one)]) == 0, "a replay takes other decisions"
 
     kept, lost = (out / "recordings" / f"{name}_01.mcap" for name in ("wood_on_steel", "steel_on_wood"))
     stamp = kept.stat().st_mtime_ns
@@ -133,3 +143,43 @@ def test_a_share_is_compared_with_the_scatter_of_both_studies() -> None:
     assert nothing.paper == pytest.approx(0.0872, abs=1e-4)
     share = (552 + round(nothing.simulated * 600)) / 6930
     assert nothing.standard_error == pytest.approx(np.sqrt(share * (1 - share) * (1 / 6330 + 1 / 600)))
+
+
+def test_the_pace_is_the_mean_over_all_samples_of_their_own_sessions() -> None:
+    quick = [replace(one, start_ns=one.run * 10_000_000_000) for one in session(3, rng=np.random.default_rng(1))]
+    slow = [replace(one, start_ns=one.run * 26_000_000_000) for one in session(9, rng=np.random.default_rng(2))]
+    pace = pace_row([Session(quick), Session(slow), Session(slow[:1])])
+    assert pace.simulated == pytest.approx((3 * 10 + 9 * 26) / 12)
+    assert pace.agrees
+    assert not pace_row([Session(quick)]).agrees
+
+
+def test_only_rows_that_differ_are_given_a_reason_and_table_iii_stands_beside_the_papers() -> None:
+    found = results(wood_ratio=1.3, steel_mean=0.35)
+    rows = rows_of(found)
+    beside, _, filters = tables_of(rows, verdicts_of(found), found)
+    assert not row(rows, "flagged by distance", "all").agrees
+    assert "Why flagged by distance, all differs, we believe" in beside.note
+    assert row(rows, "mean", "steel on steel").agrees
+    assert "Why mean" not in beside.note
+    (steel, wood) = filters.rows
+    counts = found[0].counts
+    assert steel[:3] == ("steel on steel", "300", f"138 : {counts.unique}")
+    assert wood[3] == f"55 : {found[1].counts.total}"
+
+
+def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
+    now = [0.0]
+    out = io.StringIO()
+    told = Told(Console(file=out, width=60), total=100, seconds=lambda: now[0])
+    told.at(10)
+    assert out.getvalue() == ""
+    now[0] = 2 * EVERY_S
+    told.at(25)
+    told.at(26)
+    assert out.getvalue() == "25 of 100 samples in 2 min, about 6 min left\n"
+    drawn = io.StringIO()
+    shown = Told(Console(file=drawn, force_terminal=True), total=100, seconds=lambda: now[0])
+    now[0] = 10 * EVERY_S
+    shown.at(50)
+    assert drawn.getvalue() == ""

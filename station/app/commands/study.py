@@ -3,7 +3,8 @@
 The sessions run in lockstep with all cores, one process each; their recordings go into --out/recordings. Whatever
 breaks the study off, the same command goes on with the sessions that are not whole. Then it does what `station analyze`
 does (report.html, figures, samples, limit_curves.json) and writes study.json: every number that the paper prints, the
-simulated one, and the difference in standard errors. A recording takes about 0.6 MB a sample. Exit status: 0; 2 for a
+simulated one, and the difference in standard errors. A recording takes about 0.5 MB a sample: it
+leaves out what nothing that measures reads (station/app/study/essentials.py). Exit status: 0; 2 for a
 mistake in what was asked, or a session that could not be carried out.
 """
 
@@ -24,7 +25,8 @@ from shared.errors import UserError
 from station.app.commands.analyze import present, printed, write_results
 from station.app.sessions import read_session
 from station.app.study import paper
-from station.app.study.compare import as_json, rows_of, tables_of, verdicts_of
+from station.app.study.beside import as_json, tables_of
+from station.app.study.compare import pace_row, rows_of, verdicts_of
 from station.app.study.design import SESSION_SAMPLES, Part, parts_of
 from station.app.study.sessions import simulate_all, tidy, whole
 from station.friction.pairs import pairs_of
@@ -34,7 +36,7 @@ from station.recording.provenance import versions
 
 NAME = "study"
 HELP = "repeat the paper's study in simulation and compare"
-BYTES_PER_SAMPLE = 700_000
+BYTES_PER_SAMPLE = 600_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,12 +62,13 @@ def run(options: argparse.Namespace) -> int:
     parts = parts_of(options.samples, seed=options.seed, folder=folder, session_samples=options.session_samples)
     simulated = _simulate(parts, folder, jobs=options.jobs or len(os.sched_getaffinity(0)))
     simulating_s = time.perf_counter() - begin
+    console.print(f"Simulated: {simulated} of {len(parts)} sessions, in {simulating_s:.0f} s. Analysing all samples …")
     sessions = [read_session(part.path) for part in sorted(parts, key=lambda part: part.path)]
     rng = np.random.default_rng(options.seed)
     results = with_limit_curves(analyse(pairs_of(sessions), rng=rng), rng=rng)
     present(results, sessions)
-    rows, verdicts = rows_of(results), verdicts_of(results)
-    beside = tables_of(rows, verdicts)
+    rows, verdicts = (pace_row(sessions), *rows_of(results)), verdicts_of(results)
+    beside = tables_of(rows, verdicts, results)
     write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
     about = {
         "date": f"{datetime.now().astimezone():%Y-%m-%d}",

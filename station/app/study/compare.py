@@ -9,15 +9,14 @@ at most two standard errors and half of the last printed digit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from station.app.study import paper
 from station.app.study.paper import PAIRS, PaperPair
 from station.friction.anisotropy import AnisotropyTest
 from station.friction.filters import FILTERS
-from station.friction.report_table import ReportTable, chance, number
+from station.friction.pairs import Session
 from station.friction.results import PairResult
 
 ALPHA = 0.01
@@ -89,6 +88,23 @@ def rows_of(results: Sequence[PairResult]) -> tuple[Row, ...]:
     return (*rows, *(_share(name, *counts, slides=slides) for name, counts in shares.items()))
 
 
+def pace_row(sessions: Sequence[Session]) -> Row:
+    """How long a sample takes on the simulated rig, from one run's start to the next one's, beside the paper's 22 s."""
+    means: list[float] = []
+    for session in sessions:
+        starts_s = [1e-9 * sample.start_ns for sample in session.samples]
+        means += [(starts_s[-1] - starts_s[0]) / (len(starts_s) - 1)] * len(starts_s) if len(starts_s) > 1 else []
+    return Row(
+        quantity="seconds a sample",
+        pair="all",
+        paper=paper.SECONDS_PER_SAMPLE,
+        printed_to=0.5,
+        simulated=math.fsum(means) / len(means) if means else math.nan,
+        standard_error=0.0,
+        form=".1f",
+    )
+
+
 def verdicts_of(results: Sequence[PairResult]) -> tuple[Verdict, ...]:
     """The test of every pair of the paper that has results, against the object: so the paper looks at it."""
     found = {result.pair.name: result for result in results}
@@ -143,80 +159,3 @@ def _share(name: str, theirs: int, ours: int, *, slides: int) -> Row:
         standard_error=spread,
         form=".1%",
     )
-
-
-def tables_of(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> tuple[ReportTable, ReportTable]:
-    """The numbers, and the tests of anisotropy, beside the paper's."""
-    return (
-        ReportTable(
-            title="The study beside the paper",
-            columns=("quantity, pair", "paper", "printed to ±", "simulated", "difference", "± se", "in se", "agrees"),
-            rows=tuple(_cells(row) for row in rows),
-            note=(
-                "se: of both studies together, for one pair of the paper with a quarter of its samples. Agrees: the "
-                "difference is at most two standard errors and the fineness of what is printed. Wood on wood has no "
-                "printed mean: 0.39 is 0.35 and the difference of around 0.04."
-            ),
-        ),
-        ReportTable(
-            title="Anisotropy beside the paper (µ by the sliding direction against the object)",
-            columns=("pair", "paper", "simulated", "n", "p", "p Holm", "explained ω²", "max/min µ", "chance", "agrees"),
-            rows=tuple(_verdict_cells(verdict) for verdict in verdicts),
-            note=f"Anisotropic: p Holm < {ALPHA:g}. Chance: the 95 % quantile of max/min µ without any anisotropy.",
-        ),
-    )
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    values = (row.paper, row.printed_to, row.simulated)
-    signed = "+" + row.form
-    return (
-        f"{row.quantity}, {row.pair}",
-        *(number(value, row.form) for value in values),
-        number(row.difference, signed),
-        number(row.standard_error, row.form.replace("1%", "2%")),
-        number(row.in_standard_errors, "+.1f"),
-        _yes(row.agrees),
-    )
-
-
-def _verdict_cells(verdict: Verdict) -> tuple[str, ...]:
-    words = {True: "anisotropic", False: "isotropic", None: "–"}
-    start = (verdict.pair, words[verdict.paper], words[verdict.found])
-    if (test := verdict.test) is None:
-        return (*start, *("–",) * 7)
-    return (
-        *start,
-        str(test.samples),
-        chance(test.p_value),
-        chance(test.p_adjusted),
-        f"{test.omega2:.1%}",
-        f"{test.ratio:.3f}",
-        f"{test.ratio_by_chance:.3f}",
-        _yes(verdict.agrees),
-    )
-
-
-def _yes(value: bool | None) -> str:
-    return {True: "yes", False: "no", None: "–"}[value]
-
-
-def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, Any]:
-    """Both tables with all digits; what is not a number is null."""
-    return {
-        "rows": [
-            {key: _plain(value) for key, value in asdict(row).items()}
-            | {"difference": _plain(row.difference), "in_standard_errors": _plain(row.in_standard_errors)}
-            | {"agrees": row.agrees}
-            for row in rows
-        ],
-        "anisotropy": [
-            {"pair": one.pair, "paper": one.paper, "found": one.found, "agrees": one.agrees}
-            | {"test": one.test and {key: _plain(value) for key, value in asdict(one.test).items()}}
-            for one in verdicts
-        ],
-    }
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value

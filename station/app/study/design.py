@@ -1,7 +1,12 @@
 """How the study is divided: pairs into sessions, each with a seed, a rig file and a recording of its own.
 
-Every session is one process's work of a minute or so, which is what breaking the study off costs. A session narrows
-its range of tilts only after 25 samples of a direction, as the paper's does, so that short sessions take longer.
+Every session is one process's work of a few minutes, which is what breaking the study off costs at most. A session
+narrows its range of tilts only after 25 samples of a direction, as the paper's does: until then steps are coarse and
+blocks slide fast and far, so that sessions should be long.
+
+The paper does not say how fast it tilts, only that a sample takes 22 s on average. The pause after each step is set to
+come to that. It matters: on a plate that goes on tilting while the block slides, the block is fast when its slide is
+detected, and ends at the border.
 """
 
 from __future__ import annotations
@@ -14,9 +19,12 @@ import numpy as np
 
 from shared.errors import UserError
 from station.app.study.paper import PAIRS, PaperPair
+from station.sampling.plan import Plan, TiltPlan
 
-SESSION_SAMPLES = 400
+SESSION_SAMPLES = 800
 """At most so many in a session."""
+HOLD_S = 0.5
+"""After each step: with it a sample takes the paper's 22 s on average over the four pairs (`study.json` says)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,3 +70,8 @@ def parts_of(samples: int, *, seed: int, folder: Path, session_samples: int = SE
 def _shares(total: int, shares: int) -> list[int]:
     """The whole in parts that differ by one at most."""
     return [total // shares + (share < total % shares) for share in range(shares)]
+
+
+def plan_of(part: Part) -> Plan:
+    """The session's plan: the paper's, at the paper's pace."""
+    return Plan(samples=part.samples, seed=part.seed, tilt=TiltPlan(hold_s=HOLD_S))

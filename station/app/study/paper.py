@@ -9,6 +9,7 @@ SAMPLES = 6330
 """All samples. How they are divided among the pairs the paper does not say: we give each a quarter."""
 FILTERED = 552
 SECONDS_PER_SAMPLE = 22.0
+"""On average (section V): how slowly the paper's arm tilts, which it does not say otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)

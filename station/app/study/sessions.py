@@ -20,12 +20,13 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
-from station.app.study.design import Part
+from station.app.study.design import Part, plan_of
+from station.app.study.essentials import Essentials, metadata
+from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
 from station.prove.workers import THREADS, bar
 from station.recording.reader import open_recording
 from station.recording.writer import Recording
-from station.sampling.plan import Plan
 
 LOOK_S = 0.5
 FLUSH_S = 10.0
@@ -43,7 +44,7 @@ def whole(part: Part) -> bool:
     if not part.path.exists():
         return False
     attached = open_recording(part.path).attachments
-    expected = {"rig.toml": rig_of(part.pair).text, "plan.toml": recordings.plan_toml(_plan(part))}
+    expected = {"rig.toml": rig_of(part.pair).text, "plan.toml": recordings.plan_toml(plan_of(part))}
     if any(attached.get(name, b"").decode() != text for name, text in expected.items()):
         raise UserError(
             f"Expected a session of this study in {part.path}, but it has another seed, plan or rig; give --samples "
@@ -68,6 +69,7 @@ def simulate_all(parts: Sequence[Part], *, jobs: int, console: Console) -> int:
         total = sum(part.samples for part in parts)
         before = total - sum(part.samples for part in todo)
         shown = progress.add_task(f"samples, {len(todo)} sessions to do", total=total - before)
+        told = Told(console, total=total - before)
         waiting = {pool.submit(simulate, part) for part in todo}
         try:
             while waiting:
@@ -75,6 +77,7 @@ def simulate_all(parts: Sequence[Part], *, jobs: int, console: Console) -> int:
                 for one in finished:
                     one.result()
                 progress.update(shown, completed=done.value)
+                told.at(done.value)
         except BaseException:
             for process in multiprocessing.active_children():
                 process.terminate()
@@ -90,12 +93,13 @@ def simulate(part: Part) -> None:
     Raises:
         UserError: if the session stopped before its plan was carried out.
     """
-    rig, plan = rig_of(part.pair), _plan(part)
+    rig, plan = rig_of(part.pair), plan_of(part)
     growing = part.unfinished_path
     growing.parent.mkdir(parents=True, exist_ok=True)
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     with Recording(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S) as recording:
-        outcome = Lockstep(rig, plan, recording=recording).run(on_sample=_count)
+        recording.add_metadata("recorder", metadata())
+        outcome = Lockstep(rig, plan, recording=Essentials(recording)).run(on_sample=_count)
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
     os.replace(growing, part.path)
@@ -106,10 +110,6 @@ def tidy(folder: Path) -> None:
     unfinished = folder / "unfinished"
     if unfinished.is_dir() and not any(unfinished.iterdir()):
         unfinished.rmdir()
-
-
-def _plan(part: Part) -> Plan:
-    return Plan(samples=part.samples, seed=part.seed)
 
 
 def _begin(done: Synchronized[int]) -> None:
