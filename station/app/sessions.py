@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from shared.errors import UserError
@@ -18,11 +19,33 @@ def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
     Raises:
         UserError: if the file cannot be read, or an angle is none in radians.
     """
+    if path.suffixes[-2:] == [".mcap", ".partial"]:
+        raise UserError(f"Expected a finished recording, but {path} was broken off; run: station repair {path}")
     samples = read_samples(path)
     for sample in samples:
         _check(sample, path)
     own = geometry_of(path) if path.suffix == ".mcap" else None
     return Session(samples, own or spare, str(path))
+
+
+def require_different(sessions: Sequence[Session]) -> None:
+    """Refuses samples that come twice: each would count as two, and every interval would be too narrow.
+
+    Raises:
+        UserError: naming the two files.
+    """
+    seen: dict[tuple[object, ...], str] = {}
+    for session in sessions:
+        keys = [(one.start_ns, one.run, one.onset_angle_rad, one.reference_corners_px) for one in session.samples]
+        # Tables of other rigs may have nothing that tells one run from another.
+        known = {key for key in keys if key[3]}
+        twice = [seen[key] for key in known if key in seen]
+        if twice:
+            raise UserError(
+                f"Expected every sample once, but {len(twice)} of {session.source} are in {twice[0]}, too; "
+                "name only one of the two"
+            )
+        seen.update(dict.fromkeys(known, session.source))
 
 
 def geometry_of(path: Path) -> CameraGeometry | None:

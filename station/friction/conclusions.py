@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from station.friction.results import PairResult
 
 LEVEL = 0.05
 _SAME_MASS = 0.01
+_NAMED = 3
+"""At most so many files are named in a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,16 +158,25 @@ def _censored(result: PairResult) -> list[Note]:
 
 
 def _calibration(result: PairResult) -> list[Note]:
-    if result.pair.calibrated:
+    sources, without = result.pair.sources, result.pair.uncalibrated
+    if not without:
         return []
+    which = "There is no calibration" if len(without) == len(sources) else _among(without, len(sources))
     return [
         Note(
-            "There is no calibration: directions hold if the camera looked straight down with its x along the plate's, "
+            f"{which}: without one, directions hold if the camera looked straight down with its x along the plate's, "
             "and the border filter could not be applied (flags that it gave earlier stay); --calibration "
             "RECORDING supplies one.",
             finding=True,
         )
     ]
+
+
+def _among(without: Sequence[str], number: int) -> str:
+    """Which of several files have no calibration."""
+    names = ", ".join(without[:_NAMED]) + (" …" if len(without) > _NAMED else "")
+    verb = "has" if len(without) == 1 else "have"
+    return f"{len(without)} of {number} files {verb} no calibration ({names})"
 
 
 def _mark(result: PairResult) -> list[Note]:

@@ -27,7 +27,8 @@ class Session:
 class Pair:
     """All samples of an object on a plate, with their columns and flags, row for row.
 
-    `calibrated` says whether every session had a calibration; `kept` are the slides that the paper's filters left.
+    `uncalibrated` are the sources of the sessions without a calibration, of all `sources`; `kept` are the slides that
+    the paper's filters left.
     """
 
     object: str
@@ -37,7 +38,8 @@ class Pair:
     flags: Flags
     robust: Flags
     opening: Opening
-    calibrated: bool
+    sources: tuple[str, ...]
+    uncalibrated: tuple[str, ...]
 
     @property
     def name(self) -> str:
@@ -72,5 +74,6 @@ def _pair(key: tuple[str, str], parts: Sequence[Session], opening: Opening) -> P
         flags=filter_slides(slides, opening=opening),
         robust=robust_flags(slides, opening=opening),
         opening=opening,
-        calibrated=all(part.geometry is not None for part in parts),
+        sources=tuple(part.source for part in parts),
+        uncalibrated=tuple(part.source for part in parts if part.geometry is None),
     )

@@ -129,6 +129,10 @@ def test_mistakes_are_one_sentence_and_end_with_two(tmp_path: Path, capsys: pyte
     degrees = table([sample(run=7, angle_rad=21.3)], tmp_path / "degrees.csv")
     empty = table([], tmp_path / "empty.csv")
     fine = table([sample()], tmp_path / "fine.csv")
+    recording = recorded(session(5, rng=np.random.default_rng(1)), tmp_path / "five.mcap")
+    copied = table(read_samples(recording), tmp_path / "five.csv")
+    broken_off = tmp_path / "a.mcap.partial"
+    broken_off.write_bytes(recording.read_bytes()[:2000])
     bare = tmp_path / "bare.mcap"
     with Recording(bare, provenance=provenance()):
         pass
@@ -136,6 +140,8 @@ def test_mistakes_are_one_sentence_and_end_with_two(tmp_path: Path, capsys: pyte
         ([str(degrees)], "run 7: expected onset_angle_rad between 0 and 1.571, got 21.3; are these degrees?"),
         ([str(empty)], "Expected samples in"),
         ([str(tmp_path / "none.csv")], "none.csv"),
+        ([str(recording), str(copied)], f"5 of {copied} are in {recording}, too; name only one of the two"),
+        ([str(broken_off)], f"was broken off; run: station repair {broken_off}"),
         ([str(fine), "--cutout-mm", "-1"], "--cutout-mm"),
         ([str(fine), "--calibration", str(bare)], "calibration"),
         ([str(fine), "--out", str(fine / "below")], "Expected to write to the folder"),

@@ -23,7 +23,7 @@ from rich.table import Table
 
 from shared.errors import UserError
 from shared.messages import Sample
-from station.app.sessions import geometry_of, read_session
+from station.app.sessions import geometry_of, read_session, require_different
 from station.friction.conclusions import conclusions
 from station.friction.drawing import render
 from station.friction.figures import figure_kinds
@@ -65,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
     sessions = [read_session(path, spare=spare) for path in options.files]
     if not any(session.samples for session in sessions):
         raise UserError(f"Expected samples in {_listed(options.files)}, but there is none: no run came to its end")
+    require_different(sessions)
     pairs = pairs_of(sessions, opening=Opening(radius_m=options.cutout_mm * 1e-3))
     rng = np.random.default_rng(options.seed)
     results = with_limit_curves(analyse(pairs, rng=rng), rng=rng)

@@ -21,12 +21,11 @@ from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
 from station.app.study.design import Part, plan_of
-from station.app.study.essentials import Essentials, metadata
+from station.app.study.essentials import Essentials
 from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
 from station.prove.workers import THREADS, bar
 from station.recording.reader import open_recording
-from station.recording.writer import Recording
 
 LOOK_S = 0.5
 FLUSH_S = 10.0
@@ -97,9 +96,10 @@ def simulate(part: Part) -> None:
     growing = part.unfinished_path
     growing.parent.mkdir(parents=True, exist_ok=True)
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
-    with Recording(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S) as recording:
-        recording.add_metadata("recorder", metadata())
-        outcome = Lockstep(rig, plan, recording=Essentials(recording)).run(on_sample=_count)
+    recording = Essentials(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S)
+    with recording:
+        recording.describe()
+        outcome = Lockstep(rig, plan, recording=recording).run(on_sample=_count)
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
     os.replace(growing, part.path)

@@ -102,13 +102,17 @@ def test_onsets_of_the_threshold_rule_are_told():
 def test_objects_and_plates_are_pairs_of_their_own_however_the_files_mix_them():
     mixed = [replace(one, object="nut" if one.run % 2 else "cube") for one in good()]
     more = [replace(one, object="nut", plate="steel") for one in good(30, seed=2)]
-    pairs = pairs_of([Session(mixed, GEOMETRY), Session([*more, *mixed[:4]], None)])
+    pairs = pairs_of([Session(mixed, GEOMETRY, "a.mcap"), Session([*more, *mixed[:4]], None, "b.mcap")])
     assert [(pair.name, len(pair.samples)) for pair in pairs] == [
         ("cube on wood", 32),
         ("nut on steel", 30),
         ("nut on wood", 32),
     ]
-    assert [pair.calibrated for pair in pairs] == [False, False, False]
+    assert [pair.uncalibrated for pair in pairs] == [("b.mcap",)] * 3
+    results = analyse(pairs, rng=np.random.default_rng(1))
+    words = [next(note.text for note in conclusions(one) if "calibration" in note.text) for one in results]
+    assert words[0].startswith("1 of 2 files has no calibration (b.mcap): without one, directions hold if")
+    assert words[1].startswith("There is no calibration: without one, directions hold if")
 
 
 def test_four_pairs_without_anisotropy_are_seldom_said_to_have_any():
