@@ -17,7 +17,6 @@ from station.simulators.planar.commands import Commands, ramps
 from station.simulators.planar.simulate import Chances
 from station.simulators.planar.simulate import simulate as in_plane
 from tests.contracts.simulated_runs import MU, apart, chances_for, commands_for, stamps_of, typical
-from tests.contracts.test_simulators_agree import SIZES
 
 pytestmark = pytest.mark.benchmark
 EFFECTS = catalogue()
@@ -31,9 +30,8 @@ def test_agreement_by_effect_and_size() -> None:
     )
     for name, effect in EFFECTS.items():
         for share in SHARES:
-            size = share * SIZES.get(name, 1.0)
             commands = commands_for(effect, RUNS)
-            of, chances, stamps = typical(effect, size=size), chances_for(commands), stamps_of(commands)
+            of, chances, stamps = typical(effect, size=share), chances_for(commands), stamps_of(commands)
             both = (each(commands, of, time_s=stamps, chances=chances) for each in (in_plane, in_mujoco))
             found = apart(*both)
             known = found.onset_deg[np.isfinite(found.onset_deg)]
@@ -41,7 +39,7 @@ def test_agreement_by_effect_and_size() -> None:
             one_only = int(np.isinf(found.onset_deg).sum())
             also = f"  {one_only} in one simulator only" if one_only else ""
             print(
-                f"{name:20s} {size:5.2f}  {onsets:>20s}  {np.median(found.path_mm):20.3f} {found.path_mm.max():.3f}"
+                f"{name:20s} {share:5.2f}  {onsets:>20s}  {np.median(found.path_mm):20.3f} {found.path_mm.max():.3f}"
                 f"  {int((found.length_mm > 0.1).sum()):10d}{also}"
             )
 

@@ -88,8 +88,8 @@ def commands_for(effect: Effect, count: int) -> Commands:
 
 
 def chances_for(commands: Commands) -> Chances:
-    """Shaking that lets blocks hold longer by various amounts, and the usual friction."""
-    return Chances(friction=np.ones(len(commands)), shake=np.linspace(-1.0, 0.0, len(commands)))
+    """Shaking that lets blocks slip earlier or hold longer by various amounts, and the usual friction."""
+    return Chances(friction=np.ones(len(commands)), shake=np.linspace(-1.0, 1.0, len(commands)))
 
 
 def stamps_of(commands: Commands) -> Array:

@@ -2,12 +2,13 @@
 
 With d the offset (bx, by in the block's frame, turned by yaw), e the way, friction acting at the contact's centre:
 
-- at the limit, the moment d × F takes its share of the limit surface |F|² + (d × F)² / r² = (mu N)², so that
+- at rest, the moment d × F takes its share of the limit surface |F|² + (d × F)² / r² = (mu N)², so that
   h² = mu² (1 − (d × e)² / (r² + d²)): an ellipse, narrow across the offset; r = 0.38 √A, the mean distance of a
   square's contact from its centre;
 - in the slide, friction of about g sin θ at the distance −d from the centre of mass turns the block,
   α = g sin θ (d × e) / k², k² = A/6 the square's radius of gyration: a mass that leads keeps straight, one that trails
-  swings round. What resists the turning in the contact is the simulator's, as for any turning block.
+  swings round. What resists the turning in the contact, and that sliding meets the less friction for it, is the
+  simulator's on the same limit surface, as for any turning block: no factor says it once more.
 """
 
 from __future__ import annotations
@@ -48,14 +49,16 @@ class ComOffset(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
+        if contact.moving.all():
+            return 1.0
         square = values["x_m"] ** 2 + values["y_m"] ** 2
         reach = MEAN_DISTANCE**2 * contact.area_m2 + square
-        return np.sqrt(1.0 - _arm_m(contact, values) ** 2 / reach)
+        return np.where(contact.moving, 1.0, np.sqrt(1.0 - _arm_m(contact, values) ** 2 / reach))
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        pull = GRAVITY_M_S2 * np.sin(contact.tilt_rad)
-        return np.where(contact.moving, pull * _arm_m(contact, values) / (contact.area_m2 / 6.0), 0.0)
+        turned = GRAVITY_M_S2 * np.sin(contact.tilt_rad) * _arm_m(contact, values) / (contact.area_m2 / 6.0)
+        return turned if contact.moving.all() else np.where(contact.moving, turned, 0.0)
 
 
 def _arm_m(contact: Contact, values: Values) -> Array:

@@ -22,7 +22,7 @@ from station.simulators.planar.friction import LimitCurve
 from station.simulators.planar.load import FOAM_DAMPING, FOAM_N_M, World
 from station.simulators.planar.plate import Index
 from station.simulators.planar.rest import Lying, Rest
-from station.simulators.planar.simulate import Chances, Motions
+from station.simulators.planar.simulate import ONSET_M, Chances, Motions
 
 SHARE = 0.95
 CHUNK = 256
@@ -140,10 +140,10 @@ class _Batch:
         """Takes note of slides that end, and lets go of runs that are over or lie well."""
         speed = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
         slid = np.linalg.norm(runs.place[:, :2] - runs.from_place, axis=1)
-        self._note_onsets(runs, runs.moving & (slid > SLIP_M))
+        self._note_onsets(runs, runs.moving & (slid > ONSET_M))
         stopped = runs.moving & (speed < STOPS_M_S) & (surplus > 0)
         afresh = stopped & (slid > SLIP_M)
-        ended = afresh & np.isnan(self._slip_end_s[runs.row])
+        ended = afresh & np.isnan(self._slip_end_s[runs.row]) & ~np.isnan(self._onset_s[runs.row])
         self._slip_end_s[runs.row[ended]] = runs.time_s[ended]
         runs.rest_from_s[afresh] = self._rest_from_s[runs.row[afresh]] = runs.time_s[afresh]
         runs.slid_from_s[stopped] = np.inf

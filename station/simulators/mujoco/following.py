@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from station.physics.contact import Array
+from station.physics.contact import Array, Contact
 from station.simulators.mujoco.osculating import osculating
 from station.simulators.mujoco.tilted import Load, TiltedBlock
-from station.simulators.planar.friction import LimitCurve, facing_to, setting_off
+from station.simulators.planar.friction import LimitCurve, Support, facing_to, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Index
 from station.simulators.planar.rest import Rest
@@ -91,6 +91,10 @@ class Follower:
         self._rest = Rest(world, curve)
         model = world.model
         self._creeps, self._spins = bool(model.acting("creep")), bool(model.acting("spin"))
+        # At rest the factor of an effect that turns the block says what its moment takes of the friction: here it is
+        # the moment that acts, and what it takes is MuJoCo's to find.
+        without = tuple(term for term in model.terms if not (self._spins and "spin" in term.effect.acts_through()))
+        self._unturned = LimitCurve(replace(model, terms=without)) if self._spins else curve
         self._shakes = bool(model.acting("shaking"))
 
     def step(self, runs: Followed) -> Array:
@@ -104,19 +108,18 @@ class Follower:
             way = np.where(moving, way, resting)
         at = Motion(runs.place[:, 0], runs.place[:, 1], runs.place[:, 2], speed, way)
         x, y, normal, contact = self._world.pull(blocks, middle, at)
-        contact = None if contact is None else facing_to(contact, way)
-        hold = self._curve.at(contact, blocks.friction)
-        if contact is not None and not moving.all():
-            # Friction may be greater in motion than at rest: such a slip could not get away.
-            kinetic = self._curve.at(setting_off(contact), blocks.friction)
-            more = ~moving & (kinetic.value > hold.value)
-            hold = hold._make(np.where(more, there, here) for there, here in zip(kinetic, hold, strict=True))
-        turn = np.zeros(len(way))
-        if contact is not None and self._spins:
-            turn = turn + self._world.model.spin(contact)
         if contact is not None and self._shakes:
-            push = np.where(moving, 0.0, blocks.shake * self._world.model.shaking(contact))
+            # As in a slide of the planar simulator: a push that sets a block off lasts as long as the slide.
+            push = np.where(moving, np.maximum(blocks.shake, 0.0), blocks.shake) * self._world.model.shaking(contact)
             x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
+        turn, held = np.zeros(len(way)), None
+        if contact is not None and self._spins:
+            held = self._curve.value(facing_to(contact, way), blocks.friction)
+            way = np.where(moving, way, np.arctan2(y, x))  # a moment has no way: a block sets off where the load points
+            contact = facing_to(contact, way)
+            turn = turn + self._world.model.spin(setting_off(contact))
+        contact = None if contact is None else facing_to(contact, way)
+        hold = self._hold(contact, blocks, moving)
         ellipse = osculating(hold, way)
         for body, fx, fy, fn, spin, along, across, axis in zip(
             runs.bodies, *(part.tolist() for part in (x, y, normal, turn, *ellipse)), strict=True
@@ -128,8 +131,19 @@ class Follower:
                 if not slides:
                     body.shift(dx, dy)
         self._take_note(runs, way)
-        held = hold.value * normal
+        held = (hold.value if held is None else held) * normal
         return 1.0 - (x * np.cos(way) + y * np.sin(way)) / np.where(held > 0, held, 1e-12)
+
+    def _hold(self, contact: Contact | None, blocks: Blocks, moving: Bools) -> Support:
+        """The limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
+        hold = self._curve.at(contact, blocks.friction)
+        if contact is None or moving.all():
+            return hold
+        if self._spins:
+            hold = _chosen(moving, hold, self._unturned.at(contact, blocks.friction))
+        # Friction may be greater in motion than at rest: such a slip could not get away.
+        kinetic = self._curve.at(setting_off(contact), blocks.friction)
+        return _chosen(~moving & (kinetic.value > hold.value), kinetic, hold)
 
     def _blocks(self, runs: Followed) -> Blocks:
         return self._world.blocks(runs.row, runs.number, rest_from_s=runs.rest_from_s, slid_from_s=runs.slid_from_s)
@@ -158,3 +172,7 @@ class Follower:
             if not over.any():
                 return
             runs.number = runs.number + over
+
+
+def _chosen(where: Bools, first: Support, second: Support) -> Support:
+    return Support(*(np.where(where, here, there) for here, there in zip(first, second, strict=True)))

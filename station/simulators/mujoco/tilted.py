@@ -3,8 +3,9 @@
 What the plate's motion does to the block (inertial forces) acts per mass and is added to gravity. A plate that is moved
 as a mocap body would not do: MuJoCo gives it no velocity in contact.
 
-Two kinds of block. The *even* one stands on four feet that share the load alike, its mass in their plane: it resists
-turning as a sole with even pressure does (the feet's mean square distance is a square's, L²/6) and cannot lean. The
+Two kinds of block. The *even* one stands on one patch of contact under its mass, which resists turning by a torsional
+coefficient, and cannot lean: MuJoCo's elliptic cone is then the ellipsoidal limit surface |F|² + (M/ρ)² = (mu N)², with
+ρ = 0.38 L, the mean distance of a square sole's points from its middle, and sliding and turning share one friction. The
 *solid* one is what a user writes down first: a box on a plane, its mass in its middle.
 """
 
@@ -23,6 +24,8 @@ from station.simulators.mujoco.engine import set_tangents, step_in_stages
 
 FLOATS = NDArray[np.float64]
 FOOT_RADIUS_M = 0.0005
+MEAN_DISTANCE = 0.3826
+"""Of a unit square's points from its middle."""
 STEP_S = 0.002
 _SETTLE_S = 0.5
 _GRAVITY = 9.81
@@ -67,29 +70,30 @@ def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
     option.impratio, option.tolerance = contact.impratio, contact.tolerance
     spec.worldbody.add_geom(name="plate", type=mj.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.01], contype=0, conaffinity=0)
     block = spec.worldbody.add_body(name="block", pos=[0, 0, 0])
-    block.add_freejoint(name="block")
+    if setup.solid:
+        block.add_freejoint(name="block")
+    else:
+        for name, axis in (("x", [1, 0, 0]), ("y", [0, 1, 0]), ("z", [0, 0, 1])):
+            block.add_joint(name=name, type=mj.mjtJoint.mjJNT_SLIDE, axis=axis)
+        block.add_joint(name="yaw", type=mj.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
     block.mass, block.inertia = mass_kg, [mass_kg * side_m**2 / 6] * 3
     block.iquat, block.explicitinertial = [1, 0, 0, 0], True
     block.ipos = [0, 0, side_m / 2 if setup.solid else 0.0]
-    for name in _add_shape(block, setup, side_m):
-        pair = spec.add_pair(geomname1="plate", geomname2=name, condim=3)
-        pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
+    _add_shape(block, setup, side_m)
+    pair = spec.add_pair(geomname1="plate", geomname2="sole", condim=3 if setup.solid else 4)
+    pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
     return spec.compile()
 
 
-def _add_shape(block: Any, setup: Setup, side_m: float) -> list[str]:
-    """The geoms that touch the plate; the body's origin is in the sole."""
+def _add_shape(block: Any, setup: Setup, side_m: float) -> None:
+    """The geom that touches the plate; the body's origin is in the sole."""
     half = side_m / 2
-    plain: dict[str, Any] = {"mass": 0.0, "contype": 0, "conaffinity": 0}
+    plain: dict[str, Any] = {"name": "sole", "mass": 0.0, "contype": 0, "conaffinity": 0}
     if setup.solid:
-        block.add_geom(name="box", type=mj.mjtGeom.mjGEOM_BOX, size=[half] * 3, pos=[0, 0, half], **plain)
-        return ["box"]
-    apart, names = half / math.sqrt(3), list[str]()
-    for number, (x, y) in enumerate(((-1, -1), (1, -1), (1, 1), (-1, 1))):
-        names.append(f"foot {number}")
-        place, size = [x * apart, y * apart, FOOT_RADIUS_M], [FOOT_RADIUS_M, 0, 0]
-        block.add_geom(name=names[-1], type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=place, **plain)
-    return names
+        block.add_geom(type=mj.mjtGeom.mjGEOM_BOX, size=[half] * 3, pos=[0, 0, half], **plain)
+        return
+    place, size = [0, 0, FOOT_RADIUS_M], [FOOT_RADIUS_M, 0, 0]
+    block.add_geom(type=mj.mjtGeom.mjGEOM_SPHERE, size=size, pos=place, **plain)
 
 
 class Plate:
@@ -100,6 +104,7 @@ class Plate:
         self.model = build(setup, side_m=side_m, mass_kg=mass_kg)
         self._gravity: FLOATS = self.model.opt.gravity
         self._friction: FLOATS = self.model.pair_friction
+        self._reach_m = MEAN_DISTANCE * side_m
         self._inertia = mass_kg * side_m**2 / 6
         self.sunk_m = self._settled()
 
@@ -117,7 +122,8 @@ class Plate:
     def set_load(self, load: Load) -> None:
         """What acts on the block that is stepped next."""
         self._gravity[:] = load.pull
-        self._friction[:, 0], self._friction[:, 1] = load.friction
+        along, across = load.friction
+        self._friction[:, :3] = along, across, self._reach_m * 0.5 * (along + across)
 
     @property
     def inertia(self) -> float:
@@ -126,10 +132,11 @@ class Plate:
 
 
 class TiltedBlock:
-    """The state of one block: `qpos` is x, y, z of its sole and its quaternion, `qvel` the velocities of both."""
+    """The state of one block: `qpos` is x, y, z of its sole and its yaw or quaternion, `qvel` what they change by."""
 
     def __init__(self, plate: Plate) -> None:
         self._plate = plate
+        self._solid = plate.setup.solid
         self.data = mj.MjData(plate.model)
         self.qpos: FLOATS = self.data.qpos
         self.qvel: FLOATS = self.data.qvel
@@ -137,15 +144,17 @@ class TiltedBlock:
     def lay(self, place: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
         """Lays it down at x, y, yaw (3,) with their rates (3,), sunk in as the normal load has it."""
         x, y, yaw = place.tolist()
-        self.qpos[:] = (x, y, -self._plate.sunk_m * normal_m_s2 / _GRAVITY, math.cos(yaw / 2), 0, 0, math.sin(yaw / 2))
-        self.qvel[:] = (velocity[0], velocity[1], 0.0, 0.0, 0.0, velocity[2])
+        turned = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)) if self._solid else (yaw,)
+        self.qpos[:] = (x, y, -self._plate.sunk_m * normal_m_s2 / _GRAVITY, *turned)
+        self.qvel[:] = 0.0
+        self.qvel[0], self.qvel[1], self.qvel[-1] = velocity
         self.data.qacc_warmstart[:] = 0.0
 
     def step(self, load: Load) -> None:
         """One time step."""
         plate = self._plate
         plate.set_load(load)
-        self.data.qfrc_applied[5] = load.turn * plate.inertia
+        self.data.qfrc_applied[-1] = load.turn * plate.inertia
         if load.friction[0] == load.friction[1]:
             mj.mj_step(plate.model, self.data)
             return
@@ -164,12 +173,15 @@ class TiltedBlock:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """x, y (m) and yaw (rad, within ± π) in the plate."""
+        """x, y (m) and yaw (rad, of a solid one within ± π) in the plate."""
+        if not self._solid:
+            x, y, _, yaw = self.qpos.tolist()
+            return x, y, yaw
         x, y, _, w, a, b, z = self.qpos.tolist()
         return x, y, math.atan2(2 * (w * z + a * b), 1 - 2 * (b * b + z * z))
 
     @property
     def rates(self) -> tuple[float, float, float]:
         """The changes of x and y (m/s) and of the yaw (rad/s)."""
-        vx, vy, _, _, _, spin = self.qvel.tolist()
+        vx, vy, *_, spin = self.qvel.tolist()
         return vx, vy, spin

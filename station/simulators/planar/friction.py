@@ -7,6 +7,7 @@ times, for a central difference.
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -28,11 +29,17 @@ class Support(NamedTuple):
 class LimitCurve:
     """Friction of a model without its scatter."""
 
-    def __init__(self, model: Model) -> None:
-        self._mu = model.mu_s
+    def __init__(self, model: Model, *, phases: tuple[bool, ...] = (False, True)) -> None:
+        """`phases`: whether it is to be asked for blocks at rest (False), in motion (True), or both."""
+        self._model, self._mu = model, model.mu_s
         terms = model.acting("friction")
-        self._round = tuple(term for term in terms if not asks_for_direction(term))
-        self._directed = tuple(term for term in terms if asks_for_direction(term))
+        self._directed = tuple(term for term in terms if asks_for_direction(term, phases=phases))
+        self._round = tuple(term for term in terms if term not in self._directed)
+
+    @cached_property
+    def in_motion(self) -> LimitCurve:
+        """The same for sliding blocks only, of which it may be round."""
+        return LimitCurve(self._model, phases=(True,))
 
     @property
     def is_round(self) -> bool:
@@ -109,19 +116,26 @@ class _Watched(Contact):
         object.__setattr__(self, name, value)
 
 
-def asks_for_direction(term: Term) -> bool:
-    """Whether an effect's friction reads the direction of sliding, at rest or in motion."""
-    found = False
-    for moving in (False, True):
+def asks_for_direction(term: Term, *, phases: tuple[bool, ...] = (False, True)) -> bool:
+    """Whether an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
+
+    One that only looks at it says the same in all directions.
+    """
+    for moving in phases:
         watched = _Watched(_somewhere(moving=moving))
-        term.effect.friction(watched, term.values)
-        found = found or watched.asked
-    return found
+        said = np.broadcast_to(term.effect.friction(watched, term.values), len(_WAYS_RAD))
+        if watched.asked and np.ptp(said) != 0.0:
+            return True
+    return False
+
+
+_WAYS_RAD = np.array([0.1, 0.2, 1.3, 2.9, 4.4])
 
 
 def _somewhere(*, moving: bool) -> Contact:
-    """Any contact: two moments of a block on a slope."""
-    number, vector = np.array([0.1, 0.2]), np.full((2, 3), 0.1)
-    values = {spec.name: number for spec in fields(Contact)}
-    values |= {"rate_rad_s": vector, "acceleration_rad_s2": vector, "moving": np.full(2, moving)}
-    return Contact(**values)
+    """Any contact: a block on a slope that slides in several directions."""
+    count = len(_WAYS_RAD)
+    values = {spec.name: np.full(count, 0.1) for spec in fields(Contact)}
+    vector = np.full((count, 3), 0.1)
+    values |= {"way_rad": _WAYS_RAD, "rate_rad_s": vector, "acceleration_rad_s2": vector}
+    return Contact(**values | {"moving": np.full(count, moving)})

@@ -37,13 +37,14 @@ class Pull(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where blocks are and how they move (a,): direction `way`, turned by `yaw`."""
+    """Where blocks are and how they move (a,): direction `way`, turned by `yaw`; who turns has a yaw rate."""
 
     x: Array
     y: Array
     yaw: Array
     speed: Array
     way: Array
+    yaw_rate: Array | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

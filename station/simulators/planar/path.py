@@ -17,6 +17,11 @@ class Path:
         self._time_s = time_s
         self.place = np.repeat(start[:, None, :], time_s.shape[1], axis=1)
 
+    @property
+    def wanted(self) -> bool:
+        """Whether anybody wants a place."""
+        return self._time_s.shape[1] > 0
+
     def creep(self, row: Index, creep: Creep, end_s: Array) -> None:
         """Fills in the way that the runs `row` (a,) crept until `end_s` (a,), where they stay."""
         for number, run in enumerate(row.tolist()):
@@ -27,7 +32,7 @@ class Path:
 
     def slide(self, nodes: Nodes, stop: Stop) -> None:
         """Fills in slides: their nodes in the order of time, and where the blocks lie afterwards."""
-        if not self._time_s.shape[1]:
+        if not self.wanted:
             return
         order = np.argsort(nodes.row, kind="stable")
         row, time_s = nodes.row[order], nodes.time_s[order]

@@ -17,10 +17,12 @@ from station.simulators.planar.plate import Index
 from station.simulators.planar.rest import Lying, Rest
 from station.simulators.planar.slide import Nodes, Slide, Stop
 
-CHUNK = 4096
-"""Runs that are followed together: few enough that their arrays stay in the processor's cache."""
+CHUNK = 8192
+"""Runs that are followed together: with fewer the calls cost more, with more the arrays leave the processor's cache."""
 _STUTTER_M, _STUCK_S = 1e-6, 1e-3
 """A slip no longer than this is no slip; the next one is not tried earlier than so much later."""
+ONSET_M = 2e-5
+"""A slip no longer than this, a tenth of a pixel, is no onset: jerks move a block by some micrometres."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,7 +59,7 @@ class Motions:
     """What n blocks did.
 
     Attributes:
-        onset_s: (n,) the true time of the first onset from rest; nan without one.
+        onset_s: (n,) the true time of the first onset from rest of a slip beyond `ONSET_M`; nan without one.
         onset_rad: (n,) the tilt that the arm reports at the time which the camera would give that onset.
         way_rad: (n,) direction in P of the first motion; nan without one.
         slip_end_s: (n,) when the first slide ended.
@@ -130,7 +132,7 @@ class _Batch:
     def __init__(self, world: World, curve: LimitCurve, path: Path) -> None:
         n = len(world.commands)
         self._world, self._path = world, path
-        self._rest, self._slide = Rest(world, curve), Slide(world, curve)
+        self._rest, self._slide = Rest(world, curve), Slide(world, curve, traced=path.wanted)
         self.onset_s, self.way_rad, self.slip_end_s = (np.full(n, np.nan) for _ in range(3))
         self.place = world.commands.start.copy()
         self._rest_from_s = world.commands.time_s[:, 0] - world.commands.rest_s
@@ -184,11 +186,12 @@ class _Batch:
     def _note(self, row: Index, time_s: Array, way: Array, nodes: Nodes, stop: Stop) -> None:
         began = np.full(len(self.place), np.nan)
         began[row] = time_s
-        moved = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1) > _STUTTER_M
+        length = np.linalg.norm(stop.place[:, :2] - self.place[stop.row, :2], axis=1)
+        moved = length > _STUTTER_M
         self._path.slide(nodes, stop)
         self._settle(stop, moved)
         self._rest.beware(stop.row[~moved])
-        first = moved & np.isnan(self.onset_s[stop.row])
+        first = (length > ONSET_M) & np.isnan(self.onset_s[stop.row])
         chosen = stop.row[first]
         ways = np.full(len(self.place), np.nan)
         ways[row] = way

@@ -2,6 +2,8 @@
 
     v′ = T·e(φ) − h(φ) N,    v φ′ = T·e⊥(φ) − h′(φ) N = G.
 
+Of a block that turns, friction against the sliding is the less, see `turning`.
+
 Kutta's third-order rule, with the step from its embedded second-order one. At low speed φ relaxes faster than any step,
 the faster the more the limit curve bends: there it is not integrated but moved by what an exponential relaxation with
 the rate λ = (T·e + h″ N) / v gives.
@@ -16,16 +18,27 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from station.physics.contact import Array, Contact
+from station.physics.contact import Array
 from station.simulators.planar.friction import LimitCurve, Support
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
+from station.simulators.planar.turning import (
+    MEAN_DISTANCE,
+    Decays,
+    Turning,
+    decays,
+    rate_after,
+    rate_at_full,
+    rate_at_half,
+    turning,
+)
 
 SLOW_M_S = 5e-3
 LONGEST_S, FIRST_S, SHORTEST_S = 20e-3, 2e-3, 2e-5
 TOLERANCE_M_S = 1e-5
 _ACROSS = 0.2
-"""Share of the error across the way that counts: friction turns the way back, and the rule's own error is smaller."""
+"""Share of the error across the way, and of the turning, that counts: friction takes it back, and the rule's own error
+is smaller."""
 _STOPPED_M_S = 1e-8
 _CORNER = 15.0
 """Change of G per radian, in units of the friction, beyond which a limit curve has a facet (2 : 1 ellipse: 4)."""
@@ -51,19 +64,17 @@ class Stop(NamedTuple):
 
 @dataclass(eq=False)
 class _State:
-    """The blocks that move; `yaw_rate` and the rest are (a,)."""
+    """The blocks that move (a,)."""
 
     blocks: Blocks
     time_s: Array
     at: Motion
-    yaw_rate: Array
     step_s: Array
     end_s: Array
 
     def select(self, chosen: Index) -> _State:
-        at = Motion(*(values[chosen] for values in self.at))
-        rest = (self.yaw_rate, self.step_s, self.end_s)
-        return _State(self.blocks.select(chosen), self.time_s[chosen], at, *(values[chosen] for values in rest))
+        at = Motion(*(np.asarray(values)[chosen] for values in self.at))
+        return _State(self.blocks.select(chosen), self.time_s[chosen], at, self.step_s[chosen], self.end_s[chosen])
 
 
 class _Rates(NamedTuple):
@@ -77,7 +88,7 @@ class _Rates(NamedTuple):
     drag: Array
     bend: Array | float
     slow: NDArray[np.bool_]
-    contact: Contact | None
+    turning: Turning | None
 
 
 _Stages = tuple[_Rates, _Rates, _Rates]
@@ -86,8 +97,10 @@ _Stages = tuple[_Rates, _Rates, _Rates]
 class Slide:
     """Follows blocks from their onset to their stop."""
 
-    def __init__(self, world: World, curve: LimitCurve) -> None:
-        self._world, self._curve = world, curve
+    def __init__(self, world: World, curve: LimitCurve, *, traced: bool = True) -> None:
+        """`traced`: whether the nodes are wanted; else only the onsets are among them."""
+        self._traced = traced
+        self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
         self._spins = bool(world.model.acting("spin")) or bool(world.commands.velocity[:, 2].any())
 
@@ -97,13 +110,24 @@ class Slide:
     ) -> tuple[Nodes, Stop]:  # fmt: skip
         """From times (a,) and places (a, 3) on in directions (a,); from rest unless speeds (a,) are given."""
         zero = np.zeros(len(time_s))
-        at = Motion(place[:, 0], place[:, 1], place[:, 2], zero if speed is None else speed, way)
+        at = Motion(
+            place[:, 0],
+            place[:, 1],
+            place[:, 2],
+            zero if speed is None else speed,
+            way,
+            zero if yaw_rate is None else yaw_rate,
+        )
+        if self._spins and speed is None:
+            # A moment holds its share of friction without having a way: the block sets off where the load points.
+            at = at._replace(way=way + self._rates(blocks, time_s, at, since=zero + FIRST_S).moved)
         end = self._world.commands.end_s[blocks.row]
-        state = _State(blocks, time_s, at, zero if yaw_rate is None else yaw_rate, np.full(len(time_s), FIRST_S), end)
+        state = _State(blocks, time_s, at, np.full(len(time_s), FIRST_S), end)
         nodes, stops = [_nodes(state)], list[Stop]()
         while len(state.time_s):
             state, gone = self._step(state)
-            nodes.append(_nodes(state))
+            if self._traced:
+                nodes.append(_nodes(state))
             if gone.any():
                 ended = state.select(np.flatnonzero(gone))
                 final = np.column_stack([ended.at.x, ended.at.y, ended.at.yaw])
@@ -120,10 +144,17 @@ class Slide:
         step = np.minimum(state.step_s, left)
         first = self._rates(blocks, time, at)
         half = _moved(at, 0.5 * step, first)
+        fading = None if first.turning is None else decays(first.turning, step)
+        if first.turning is not None and fading is not None:
+            half = half._replace(yaw_rate=rate_at_half(first.turning, fading))
         second = self._rates(blocks, time + 0.5 * step, half, since=0.5 * step, like=first)
         full = _moved(at, step, first, second)
+        if first.turning is not None and second.turning is not None and fading is not None:
+            full = full._replace(yaw_rate=rate_at_full(first.turning, second.turning, fading))
         third = self._rates(blocks, time + step, full, since=step, like=first)
         after, wrong = _kutta(at, (first, second, third), step)
+        if fading is not None:
+            after, wrong = self._turned(blocks, after, wrong, (first, second, third), fading)
 
         stops = after.speed <= 0.0
         arrived = stops & ((after.speed > -_STOPPED_M_S) | (step <= 1e-9))
@@ -133,22 +164,18 @@ class Slide:
         following = np.where(stops, _time_to_stop(at.speed, first.speed, after.speed, step), longer)
         following = np.minimum(following, LONGEST_S)
 
-        yaw, yaw_rate = at.yaw, state.yaw_rate
-        if self._spins:
-            yaw, yaw_rate = self._turned(state, half, second, step)
+        stopped = taken & stops
         new = Motion(
             np.where(taken, after.x, at.x),
             np.where(taken, after.y, at.y),
-            np.where(taken, yaw, at.yaw) if self._spins else yaw,
+            np.where(taken, after.yaw, at.yaw) if self._spins else at.yaw,
             np.where(taken, np.maximum(after.speed, 0.0), at.speed),
             np.where(taken, after.way, at.way),
+            np.where(stopped, 0.0, np.where(taken, after.yaw_rate, at.yaw_rate)) if self._spins else at.yaw_rate,
         )
         now = np.where(taken, time + step, time)
-        stopped = taken & stops
-        if self._spins:
-            yaw_rate = np.where(stopped, 0.0, np.where(taken, yaw_rate, state.yaw_rate))
         blocks, over = self._moved_on(blocks, taken & (step >= left), now, state.end_s)
-        return _State(blocks, now, new, yaw_rate, following, state.end_s), stopped | over
+        return _State(blocks, now, new, following, state.end_s), stopped | over
 
     def _moved_on(
         self, blocks: Blocks, passed: NDArray[np.bool_], now: Array, end_s: Array
@@ -186,32 +213,40 @@ class Slide:
             cosine, sine = cosine * turned_cosine - sine * turned_sine, sine * turned_cosine + cosine * turned_sine
             ahead = x * cosine + y * sine
             h = Support(h.value + moved * (h.slope + 0.5 * moved * h.bend), h.slope, h.bend)
-        turning = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
-        drag = h.value * normal
-        return _Rates(at.speed * cosine, at.speed * sine, ahead - drag, turning, moved, drag, h.bend, slow, contact)
+        way = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
+        drag, own = h.value * normal, None
+        if self._spins:
+            spin = 0.0 if contact is None else self._world.model.spin(contact)
+            own = turning(
+                np.broadcast_to(spin, drag.shape),
+                hold=drag,
+                speed=at.speed,
+                rate=np.asarray(at.yaw_rate),
+                side=2.0 * self._world.half_m[blocks.row],
+                bound=None if like is None or like.turning is None else like.turning.bound,
+            )
+            drag = drag * own.share
+        return _Rates(at.speed * cosine, at.speed * sine, ahead - drag, way, moved, drag, h.bend, slow, own)
 
-    def _turned(self, state: _State, half: Motion, second: _Rates, step: Array) -> tuple[Array, Array]:
-        """Yaw and yaw rate after a step: an exponential approach, as sliding damps the turning of a slow block at once.
+    def _turned(
+        self, blocks: Blocks, after: Motion, wrong: Array, stages: _Stages, fading: Decays
+    ) -> tuple[Motion, Array]:
+        """The state after a step with its yaw and yaw rate, and the error against the tolerance with theirs."""
+        first, second, third = (_turning_of(stage) for stage in stages)
+        rate, off = rate_after(first, second, third, fading)
+        yaw = after.yaw + fading.step / 6.0 * (first.rate + 4.0 * second.rate + third.rate)
+        reach = MEAN_DISTANCE * 2.0 * self._world.half_m[blocks.row]
+        return after._replace(yaw=yaw, yaw_rate=rate), np.maximum(wrong, _ACROSS * reach * off / TOLERANCE_M_S)
 
-        Of a square of side L with even pressure, friction µN/m against a turning ω at speed v gives the angular
-        acceleration −µN/m · ω (L²/12) / (v k²), k² = L²/6, to first order in ω L / v.
-        """
-        contact = second.contact
-        spin = np.zeros(len(step)) if contact is None else self._world.model.spin(contact)
-        side = 2.0 * self._world.half_m[state.blocks.row]
-        speed = np.hypot(half.speed, 0.4 * side * state.yaw_rate)
-        decay = 0.5 * second.drag / np.maximum(speed, 1e-9)
-        fall = np.exp(-decay * step)
-        small = decay * step < 1e-6
-        share = np.where(small, step, (1.0 - fall) / np.where(small, 1.0, decay))
-        rate = state.yaw_rate * fall + spin * share
-        lasting = np.where(small, 0.5 * step * step, (step - share) / np.where(small, 1.0, decay))
-        return state.at.yaw + state.yaw_rate * share + spin * lasting, rate
+
+def _turning_of(stage: _Rates) -> Turning:
+    assert stage.turning is not None
+    return stage.turning
 
 
 def _nodes(state: _State) -> Nodes:
     at = state.at
-    velocity = np.column_stack([at.speed * np.cos(at.way), at.speed * np.sin(at.way), state.yaw_rate])
+    velocity = np.column_stack([at.speed * np.cos(at.way), at.speed * np.sin(at.way), at.yaw_rate])
     return Nodes(state.blocks.row, state.time_s, np.column_stack([at.x, at.y, at.yaw]), velocity)
 
 
@@ -222,10 +257,14 @@ def _moved(at: Motion, step: Array, first: _Rates, second: _Rates | None = None)
     else:
         x, y = 2.0 * second.x - first.x, 2.0 * second.y - first.y
         speed, way = 2.0 * second.speed - first.speed, 2.0 * second.way - first.way
+    yaw = at.yaw
+    if first.turning is not None:
+        turned = first.turning.rate
+        if second is not None and second.turning is not None:
+            turned = 2.0 * second.turning.rate - turned
+        yaw = yaw + step * turned
     # A speed below zero, of a block that stops on the way, is for the stop to deal with; effects need not know it.
-    return Motion(
-        at.x + step * x, at.y + step * y, at.yaw, np.maximum(at.speed + step * speed, 0.0), at.way + step * way
-    )
+    return Motion(at.x + step * x, at.y + step * y, yaw, np.maximum(at.speed + step * speed, 0.0), at.way + step * way)
 
 
 def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:

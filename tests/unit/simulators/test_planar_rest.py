@@ -70,11 +70,13 @@ def test_kinetic_friction_above_static_friction_lets_no_slip_get_away() -> None:
 
 
 def test_a_block_that_comes_sliding_stops_where_friction_says() -> None:
-    """v² / (2 mu g) on a level plate, turning or not; the turning ends with the slide."""
+    """v² / (2 mu g) on a level plate, a little farther if it turns; the turning ends with the slide."""
     commands = ramps(np.tile([0.0, 2.0], (2, 1)), [[0.0, 0.0]], velocity=[[0.3, 0.4, 0.0], [0.3, 0.4, 1.0]])
     motions = simulate(commands, Model(mu_s=0.2), time_s=[1.0, 2.0])
     way = 0.5**2 / (2.0 * 0.2 * 9.81)
-    assert np.linalg.norm(motions.place[:, :2], axis=1) == pytest.approx(way, rel=1e-6)
+    straight, turning = np.linalg.norm(motions.place[:, :2], axis=1)
+    assert straight == pytest.approx(way, rel=1e-6)
+    assert way < turning < way * (1.0 + 1e-4)
     assert motions.place[0, 2] == 0.0
     assert 0.0 < motions.place[1, 2] < 0.2
     assert np.isnan(motions.onset_s).all()
