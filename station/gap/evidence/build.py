@@ -13,6 +13,7 @@ from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.image_rows import plate_channel, rest_channel, shape_channel
 from station.gap.evidence.moments import RunFacts
 from station.gap.evidence.onset_rows import onset_channel
+from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion
 from station.gap.evidence.rested import rested_s
 from station.gap.evidence.sensor_rows import sensor_channel
@@ -39,7 +40,11 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
     """The evidence of a session; what it lacks is in `notes`, one sentence each."""
     recorded = Recorded(signals, setting)
     channels: list[Channel] = []
-    for build in (onset_channel, slide_channels, rest_channel, plate_channel, shape_channel, sensor_channel):
+    onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
+    if onsets is not None:
+        channels.append(onsets)
+    channels.extend(slide_channels(recorded, onsets))
+    for build in (rest_channel, plate_channel, shape_channel, sensor_channel):
         channels.extend(channel for channel in build(recorded) if len(channel))
     return Evidence(
         channels=tuple(channels),

@@ -11,6 +11,7 @@ import numpy as np
 from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.moments import Moments
+from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.slides import Across, Along, Motion, Turn
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import WEIGHTS, Window, windows_of
@@ -29,7 +30,7 @@ FREE_M = 1e-3
 """Windows nearer to the foam than this are left out: they show the foam."""
 
 
-def slide_channels(recorded: Recorded) -> Sequence[Channel]:
+def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
     """Along, across and turn, of all windows in which the block is free of the foam."""
     found = [
         (place, window)
@@ -63,6 +64,7 @@ def slide_channels(recorded: Recorded) -> Sequence[Channel]:
         moments,
         np.array([window.acceleration_m_s2 for window in windows]),
         np.array([window.yaw_acceleration_rad_s2 for window in windows]),
+        None if onsets is None else lambda model: onsets.drawn(model, len(recorded.tracks))[runs],
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
