@@ -55,7 +55,7 @@ class Tracks:
         self._quaternions.append((self.attitude_ns, q))
 
     def take_corners(self, message: MarkerCorners) -> bool:
-        """A frame's corners, by the camera's clock; whether they can be used. `frame_ns` is its time by the station's."""
+        """A frame's corners, by the camera's clock; whether they are usable. `frame_ns` is the station's time of it."""
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
         if not usable(message):
             return False

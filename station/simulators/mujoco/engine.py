@@ -1,4 +1,7 @@
-"""One MuJoCo model with its state, and how it is stepped: in C, or in stages that turn the friction ellipse."""
+"""The twin's two kinds of MuJoCo models with their states: the arm, and the block on the plate; and how they step.
+
+The block is stepped in C, or in stages that turn the friction ellipse.
+"""
 
 from __future__ import annotations
 
@@ -9,63 +12,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from station.simulators.mujoco.bindings import mj
+from station.simulators.mujoco.grip import Three
+from station.simulators.mujoco.poses import Bodies, Pose
 from station.simulators.mujoco.specimen import Friction, FrictionDraw
 
 FLOATS = NDArray[np.float64]
 FEET = 8
 
 
-class Bodies:
-    """Where plate and block are in the world, as views of MuJoCo's memory: place (3,), rotation (9,), quaternion."""
-
-    def __init__(self, data: Any, *, plate: int, block: int) -> None:
-        self.data = data
-        self.plate_place: FLOATS = data.xpos[plate]
-        self.plate_rotation: FLOATS = data.xmat[plate]
-        self.plate_quaternion: FLOATS = data.xquat[plate]
-        self.block_place: FLOATS = data.xpos[block]
-        self.block_quaternion: FLOATS = data.xquat[block]
-
-
-class Engine:
-    """A compiled model and its data; the first `joints` coordinates are the arm's in every model of the twin.
+class ArmEngine:
+    """The arm with its plate, on which the block weighs as a part of it.
 
     The views `qpos`, `qvel`, `act`, `ctrl` are MuJoCo's own memory.
     """
 
-    def __init__(self, model: Any, *, joints: int) -> None:
+    def __init__(self, model: Any, *, joint_start_rad: FLOATS) -> None:
         self.model = model
         self.data = mj.MjData(model)
-        self.scratch = mj.MjData(model)
-        self.joints = joints
-        self.qpos: FLOATS = self.data.qpos
-        self.qvel: FLOATS = self.data.qvel
+        self._ahead = mj.MjData(model)
         self.act: FLOATS = self.data.act
         self.ctrl: FLOATS = self.data.ctrl
-        self.plate = int(model.body("plate").id)
-        self.block = int(model.body("block").id)
-        self.joint_position: FLOATS = self.qpos[:joints]
-        self.joint_velocity: FLOATS = self.qvel[:joints]
-        self.joint_effort: FLOATS = self.data.qfrc_actuator[:joints]
+        self.plate, self.block = int(model.body("plate").id), int(model.body("block").id)
+        self.joint_position: FLOATS = self.data.qpos
+        self.joint_velocity: FLOATS = self.data.qvel
+        self.joint_effort: FLOATS = self.data.qfrc_actuator
         self.bodies = Bodies(self.data, plate=self.plate, block=self.block)
-        self._bodies_ahead = Bodies(self.scratch, plate=self.plate, block=self.block)
+        self._bodies_ahead = Bodies(self._ahead, plate=self.plate, block=self.block)
+        self._position_ahead: FLOATS = self._ahead.qpos
         self._per_joint: FLOATS = np.empty((3, model.nv))
-
-    def take(self, other: Engine) -> None:
-        """Goes on from the state of another engine; the block's too, where both have it as a free body."""
-        n = self.joints
-        if len(self.qpos) == len(other.qpos):
-            n = len(self.qpos)
-        self.qpos[:n] = other.qpos[:n]
-        speeds = min(len(self.qvel), len(other.qvel))
-        self.qvel[:speeds] = other.qvel[:speeds]
-        self.act[:] = other.act
-        self.ctrl[:] = other.ctrl
-        self.data.qacc_warmstart[:speeds] = other.data.qacc_warmstart[:speeds]
+        self.joint_position[:] = self.act[:] = joint_start_rad
 
     def step(self, count: int) -> None:
         """Advances by `count` time steps."""
         mj.mj_step(self.model, self.data, count)
+
+    def carry(self, pose: Pose, *, mass_kg: float) -> None:
+        """Makes the block a part of the plate at `pose`, with that mass."""
+        self.model.body_mass[self.block] = mass_kg
+        self.model.body_pos[self.block] = pose.position
+        self.model.body_quat[self.block] = pose.quaternion
+        self.update_poses()
 
     def update_poses(self) -> None:
         """Makes the bodies' poses those of the present state (a step leaves them one step old)."""
@@ -74,7 +60,7 @@ class Engine:
     def speed_of_block(self, joint_rad_s: FLOATS) -> float:
         """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""
         mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
-        x, y, z = self._per_joint[:, : self.joints].dot(joint_rad_s).tolist()
+        x, y, z = self._per_joint.dot(joint_rad_s).tolist()
         return math.sqrt(x * x + y * y + z * z)
 
     def poses_after(self, seconds: float) -> Bodies:
@@ -82,34 +68,62 @@ class Engine:
         if seconds == 0.0:
             self.update_poses()
             return self.bodies
-        self.scratch.qpos[:] = self.qpos
-        mj.mj_integratePos(self.model, self.scratch.qpos, self.qvel, seconds)
-        mj.mj_kinematics(self.model, self.scratch)
+        np.multiply(self.joint_velocity, seconds, out=self._position_ahead)
+        self._position_ahead += self.joint_position
+        mj.mj_kinematics(self.model, self._ahead)
         return self._bodies_ahead
 
 
-class ContactEngine(Engine):
-    """An engine whose block lies on the plate by contact, with a circular or elliptic limit curve."""
+class BlockEngine:
+    """A block that lies on the plate by contact, seen from the plate: what moves the plate pulls at the block.
 
-    def __init__(self, model: Any, *, joints: int, friction: Friction) -> None:
-        super().__init__(model, joints=joints)
-        self._isotropic = friction.isotropic
-        self._carrier = self.block if friction.fixed_in == "object" else self.plate
+    `qpos` is the block's place and quaternion in the plate's frame, (7,), `qvel` its velocities there, (6,).
+    """
+
+    def __init__(self, model: Any, *, friction: Friction) -> None:
+        self.model = model
+        self.data = mj.MjData(model)
+        self.qpos: FLOATS = self.data.qpos
+        self.qvel: FLOATS = self.data.qvel
+        self._gravity: FLOATS = model.opt.gravity
+        self._isotropic, self._in_object = friction.isotropic, friction.fixed_in == "object"
         self._axis: FLOATS = np.array([math.cos(friction.axis_rad), math.sin(friction.axis_rad), 0.0])
         self._plate_geom = int(model.geom("plate").id)
+        self._block = int(model.body("block").id)
 
     def set_friction(self, draw: FrictionDraw) -> None:
         """The friction of the feet on the plate from now on."""
         self.model.pair_friction[:FEET, 0] = draw.mu_along
         self.model.pair_friction[:FEET, 1] = draw.mu_across
 
-    def step(self, count: int) -> None:
-        """Advances by `count` time steps."""
+    def lay(self, pose: Pose) -> None:
+        """Lays the block down at rest."""
+        self.qpos[:3], self.qpos[3:] = pose.position, pose.quaternion
+        self.qvel[:] = 0.0
+        self.data.qacc_warmstart[:] = 0.0
+
+    def take(self, other: BlockEngine) -> None:
+        """Goes on from the state of another engine."""
+        self.qpos[:], self.qvel[:] = other.qpos, other.qvel
+        self.data.qacc_warmstart[:] = other.data.qacc_warmstart
+
+    def step(self, count: int, *, pull: Three) -> None:
+        """Advances by `count` time steps under `pull`, the acceleration (m/s², plate frame) of what nothing holds."""
+        self._gravity[:] = pull
         if self._isotropic:
-            super().step(count)
+            mj.mj_step(self.model, self.data, count)
             return
         for _ in range(count):
             step_in_stages(self.model, self.data, self._turn_ellipse)
+
+    def pose_after(self, seconds: float) -> Pose:
+        """plate_from_block in the present state, carried on for less than a step at its velocity."""
+        qpos = self.qpos
+        if seconds:
+            qpos = qpos.copy()
+            mj.mj_integratePos(self.model, qpos, self.qvel, seconds)
+        x, y, z, a, b, c, d = qpos.tolist()
+        return Pose((x, y, z), (a, b, c, d) if a >= 0 else (-a, -b, -c, -d))
 
     def _turn_ellipse(self) -> None:
         """Lays the first tangent of each foot's contact along the axis of the limit curve.
@@ -117,12 +131,11 @@ class ContactEngine(Engine):
         MuJoCo lays it along the world's y axis, which follows neither plate nor object.
         """
         data = self.data
+        axis = data.xmat[self._block].reshape(3, 3) @ self._axis if self._in_object else self._axis
         frames: FLOATS = data.contact.frame
         for number, geoms in enumerate(data.contact.geom):
             if self._plate_geom in geoms:
-                frame = frames[number]
-                axis = data.xmat[self._carrier].reshape(3, 3) @ self._axis
-                set_tangents(frame, axis)
+                set_tangents(frames[number], axis)
 
     def force_from_foam(self) -> FLOATS:
         """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
@@ -134,8 +147,8 @@ class ContactEngine(Engine):
             mj.mj_contactForce(self.model, data, number, wrench)
             # The contact's normal points from its first geom to its second, and so does the force on the second.
             force = contact.frame[number].reshape(3, 3).T @ wrench[:3]
-            total += force if self.model.geom_bodyid[second] == self.block else -force
-        return data.xmat[self.plate].reshape(3, 3).T @ total
+            total += force if self.model.geom_bodyid[second] == self._block else -force
+        return total
 
 
 def set_tangents(frame: FLOATS, axis: FLOATS) -> None:

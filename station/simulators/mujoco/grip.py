@@ -9,50 +9,81 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
+from station.simulators.mujoco.poses import Bodies
 from station.simulators.mujoco.specimen import FrictionDraw
 
+FLOATS = NDArray[np.float64]
 GRAVITY = 9.81
+CREEP_M_S = 1e-3
+"""What moves more slowly on the plate feels nothing of its turning (below 0.001 m/s² at 20 degrees/s)."""
+_LEVEL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+_STILL = (0.0,) * 12
 Three = Sequence[float]
 
 
 class PlateMotion:
-    """The acceleration of the point under the block, from its positions at the ends of successive stretches of time."""
+    """The plate's last poses, at the ends of successive stretches of time, and what its motion demands of a block."""
 
     def __init__(self) -> None:
-        self._point: Three | None = None
-        self._velocity: Three | None = None
+        self._pose: FLOATS | None = None
+        self._rate: FLOATS | None = None
         self._seconds = 0.0
+        self._rows: Sequence[float] = _LEVEL
+        self._middle: Sequence[float] = _LEVEL
+        self._turning: Sequence[float] = _STILL
+        self._bend: Sequence[float] = _STILL
 
-    def forget(self) -> None:
-        """Starts anew: the block is somewhere else on the plate."""
-        self._point = self._velocity = None
+    def take(self, bodies: Bodies, *, seconds: float) -> None:
+        """The plate is there now, `seconds` after the call before."""
+        pose = np.concatenate((bodies.plate_rotation, bodies.plate_place))
+        before, self._pose = self._pose, pose
+        self._rows = self._middle = pose.tolist()
+        if before is not None:
+            rate = (pose - before) / seconds
+            if self._rate is not None:
+                self._bend = ((rate - self._rate) / (0.5 * (seconds + self._seconds))).tolist()
+            self._rate, self._turning = rate, rate.tolist()
+            self._middle = (0.5 * (pose + before)).tolist()
+        self._seconds = seconds
 
-    def acceleration(self, point: Three, *, seconds: float) -> tuple[float, float, float]:
-        """The acceleration (m/s², world) now that the point is at `point`, `seconds` after the call before."""
-        result = (0.0, 0.0, 0.0)
-        if self._point is not None:
-            p, q, v = self._point, point, self._velocity
-            velocity = ((q[0] - p[0]) / seconds, (q[1] - p[1]) / seconds, (q[2] - p[2]) / seconds)
-            if v is not None:
-                mean = 0.5 * (seconds + self._seconds)
-                result = ((velocity[0] - v[0]) / mean, (velocity[1] - v[1]) / mean, (velocity[2] - v[2]) / mean)
-            self._velocity = velocity
-        self._point, self._seconds = point, seconds
-        return result
+    def needed(self, place: Three) -> tuple[float, float, float]:
+        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place` on the plate, now."""
+        return self._force(place, self._rows)
 
+    def pull(self, place: Three, velocity: Three) -> tuple[float, float, float]:
+        """The acceleration (m/s², plate frame) of what nothing holds at `place`, for the stretch of time just taken.
 
-def needed(rotation: Three, acceleration: Three) -> tuple[float, float, float]:
-    """Contact force per mass that keeps a block on the plate at rest, in the plate frame (m/s²).
+        It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
+        """
+        fx, fy, fz = self._force(place, self._middle)
+        vx, vy, vz = velocity
+        if vx * vx + vy * vy < CREEP_M_S**2:
+            return -fx, -fy, -fz
+        wx, wy, wz = self._spin()
+        return -fx - 2 * (wy * vz - wz * vy), -fy - 2 * (wz * vx - wx * vz), -fz - 2 * (wx * vy - wy * vx)
 
-    `rotation` is world_from_plate, row by row, (9,); `acceleration` is the plate's, in the world.
-    """
-    ax, ay, az = acceleration[0], acceleration[1], acceleration[2] + GRAVITY
-    r = rotation
-    return (
-        r[0] * ax + r[3] * ay + r[6] * az,
-        r[1] * ax + r[4] * ay + r[7] * az,
-        r[2] * ax + r[5] * ay + r[8] * az,
-    )
+    def _force(self, place: Three, rows: Sequence[float]) -> tuple[float, float, float]:
+        (x, y, z), b, r = place, self._bend, rows
+        ax = b[0] * x + b[1] * y + b[2] * z + b[9]
+        ay = b[3] * x + b[4] * y + b[5] * z + b[10]
+        az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY
+        return (
+            r[0] * ax + r[3] * ay + r[6] * az,
+            r[1] * ax + r[4] * ay + r[7] * az,
+            r[2] * ax + r[5] * ay + r[8] * az,
+        )
+
+    def _spin(self) -> tuple[float, float, float]:
+        """The plate's angular velocity (rad/s, plate frame), from its rotation and how that changes."""
+        r, t = self._middle, self._turning
+        return (
+            r[2] * t[1] + r[5] * t[4] + r[8] * t[7],
+            r[0] * t[2] + r[3] * t[5] + r[6] * t[8],
+            r[1] * t[0] + r[4] * t[3] + r[7] * t[6],
+        )
 
 
 class Hold:

@@ -1,7 +1,9 @@
 """The MuJoCo models of the twin: arm, plate, foam border, camera mount and block, built from the arm's description.
 
-Three models share the joints of the arm. In `welded` the block is a part of the plate (it sticks, so nothing else may
-happen); in `free` it lies on the plate by contact; in `bordered` its edges can touch the foam, too. The world picks.
+One model is the arm, on whose plate the block weighs as a part of it. A block that may slide is in a model of its own,
+seen from the plate: there the plate rests, and what its motion does to the block is a part of gravity. Left out is what
+its angular acceleration does to the block's turning, about a thousandth of what tips it, and the push of a sliding
+block of some grams on an arm of many kilograms.
 """
 
 from __future__ import annotations
@@ -45,21 +47,35 @@ class Scene:
     step_s: float = 0.002
 
 
-def build(scene: Scene, *, welded: bool, bordered: bool = False) -> Any:
-    """One compiled MjModel; unless `welded`, the block lies on the plate by contact, in reach of the foam or not."""
-    spec = mj.MjSpec()
-    _options(spec, scene)
-    plate = _add_plate(_add_arm(spec, scene), scene, foam=bordered)
-    parent = plate if welded else spec.worldbody
-    block = parent.add_body(name="block", pos=[0, 0, scene.block.side_m / 2])
-    if not welded:
-        block.add_freejoint(name="block")
-        _add_pairs(spec, scene, bordered=bordered)
-    else:
-        # Nothing can touch anything here, so MuJoCo need not look for it.
-        spec.option.disableflags = mj.mjtDisableBit.mjDSBL_CONTACT | mj.mjtDisableBit.mjDSBL_CONSTRAINT
+def build_arm(scene: Scene) -> Any:
+    """The compiled MjModel of the arm, with plate, camera and block as parts of its last link."""
+    spec = _spec(scene)
+    plate = _add_plate(_add_arm(spec, scene), scene)
+    _add_camera(plate, scene.plate)
+    _add_block(plate.add_body(name="block", pos=[0, 0, scene.block.side_m / 2]), scene.block)
+    # Nothing can touch anything here, so MuJoCo need not look for it.
+    spec.option.disableflags = mj.mjtDisableBit.mjDSBL_CONTACT | mj.mjtDisableBit.mjDSBL_CONSTRAINT
+    return spec.compile()
+
+
+def build_block(scene: Scene, *, bordered: bool) -> Any:
+    """The compiled MjModel of a block that lies on a plate at rest by contact, in reach of the foam or not."""
+    spec = _spec(scene)
+    plate = spec.worldbody.add_body(name="plate")
+    _add_plate_box(plate, scene.plate)
+    if bordered:
+        _add_foam(plate, scene.plate)
+    block = spec.worldbody.add_body(name="block", pos=[0, 0, scene.block.side_m / 2])
+    block.add_freejoint(name="block")
+    _add_pairs(spec, scene, bordered=bordered)
     _add_block(block, scene.block)
     return spec.compile()
+
+
+def _spec(scene: Scene) -> Any:
+    spec = mj.MjSpec()
+    _options(spec, scene)
+    return spec
 
 
 def _options(spec: Any, scene: Scene) -> None:
@@ -68,7 +84,7 @@ def _options(spec: Any, scene: Scene) -> None:
     spec.option.integrator = mj.mjtIntegrator.mjINT_EULER
     spec.option.cone = mj.mjtCone.mjCONE_ELLIPTIC if scene.contact.elliptic else mj.mjtCone.mjCONE_PYRAMIDAL
     spec.option.impratio = scene.contact.impratio
-    # The solver stops by a share of the whole arm's inertia: a block of half a gram would never be solved for.
+    # The solver stops by a share of the inertia, which for a block of some grams must be a small one.
     spec.option.tolerance = scene.contact.tolerance
 
 
@@ -118,20 +134,21 @@ def _add_capsule(body: Any, capsule: Any, mass_kg: float) -> None:
     )
 
 
-def _add_plate(link: Any, scene: Scene, *, foam: bool) -> Any:
-    """The plate on the flange, with fiducials, the camera's mount and, if wanted, the foam; returns its body."""
+def _add_plate(link: Any, scene: Scene) -> Any:
+    """The plate on the flange, with its fiducials; returns its body."""
     plate, arm = scene.plate, scene.arm
     pose = transform(arm.flange_xyz_m, arm.flange_rpy_rad) @ arm.flange_from_plate
     body = link.add_body(name="plate", pos=pose[:3, 3], quat=quaternion(pose[:3, :3]), gravcomp=1)
-    half, thick = plate.side_m / 2, plate.thickness_m / 2
-    _add_box(body, "plate", (half, half, thick), (0, 0, -thick), mass_kg=plate.mass_kg, rgba=(0.8, 0.7, 0.5, 1))
-    if foam:
-        _add_foam(body, plate)
-    _add_camera(body, plate)
+    _add_plate_box(body, plate)
     for number, (x, y) in enumerate(plate.fiducials_m):
         body.add_site(name=f"fiducial {number}", pos=[x, y, plate.foam_height_m], size=[0.002, 0.002, 0.0001])
     body.add_site(name="pivot", pos=[0, 0, arm.pivot_above_plate_m], size=[0.001, 0.001, 0.001])
     return body
+
+
+def _add_plate_box(body: Any, plate: Plate) -> None:
+    half, thick = plate.side_m / 2, plate.thickness_m / 2
+    _add_box(body, "plate", (half, half, thick), (0, 0, -thick), mass_kg=plate.mass_kg, rgba=(0.8, 0.7, 0.5, 1))
 
 
 def _add_foam(body: Any, plate: Plate) -> None:

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from station.simulators.mujoco.engine import Bodies
-
 FLOATS = NDArray[np.float64]
 LEAN_RAD = 0.04
+
+
+class Bodies:
+    """Where the plate, and the block as a part of it, are in the world, as views of MuJoCo's memory.
+
+    Places are (3,), the rotation is (9,), row by row.
+    """
+
+    def __init__(self, data: Any, *, plate: int, block: int) -> None:
+        self.plate_place: FLOATS = data.xpos[plate]
+        self.plate_rotation: FLOATS = data.xmat[plate]
+        self.plate_quaternion: FLOATS = data.xquat[plate]
+        self.block_place: FLOATS = data.xpos[block]
 
 
 class Joints(NamedTuple):
@@ -91,23 +102,3 @@ def plate_pose(bodies: Bodies, *, pivot_above_plate_m: float) -> PlatePose:
     x, y, z = bodies.plate_place.tolist()
     pivot = (x + rows[2] * height, y + rows[5] * height, z + rows[8] * height)
     return PlatePose(rows, tuple(bodies.plate_quaternion.tolist()), pivot)
-
-
-def relative_pose(bodies: Bodies) -> Pose:
-    """plate_from_block. In plain arithmetic, because it is read hundreds of times a second."""
-    r = bodies.plate_rotation.tolist()
-    px, py, pz = bodies.plate_place.tolist()
-    bx, by, bz = bodies.block_place.tolist()
-    bx, by, bz = bx - px, by - py, bz - pz
-    place = (
-        r[0] * bx + r[3] * by + r[6] * bz,
-        r[1] * bx + r[4] * by + r[7] * bz,
-        r[2] * bx + r[5] * by + r[8] * bz,
-    )
-    pw, px, py, pz = bodies.plate_quaternion.tolist()
-    bw, bx, by, bz = bodies.block_quaternion.tolist()
-    w = pw * bw + px * bx + py * by + pz * bz
-    x = pw * bx - px * bw - py * bz + pz * by
-    y = pw * by + px * bz - py * bw - pz * bx
-    z = pw * bz - px * by + py * bx - pz * bw
-    return Pose(place, (w, x, y, z) if w >= 0 else (-w, -x, -y, -z))
