@@ -48,6 +48,16 @@ def test_a_circle_is_a_circle():
     holds(found["scatter"], 0.1, share=0.15)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_slides_that_are_all_but_straight_down_do_not_make_corners_of_the_directions_of_tilting(seed: int):
+    # A good camera and a slow tilt. With the least scatter asked of the pull, and not of the slide, a curve with its
+    # corners towards the four tilts seems to explain such regular slides, and friction comes out 6 % too high.
+    rig = Rig(mu=ellipse(0.2, 0.2), pull_scatter_rad=math.radians(0.03), slide_sigma_rad=math.radians(0.05))
+    choice = choose(played(rig, seed=seed).observations(0))
+    assert choice.best.layout.kind == "isotropic"
+    holds(estimates_of(choice.best)["level"], 0.2, share=0.02)
+
+
 def test_an_ellipse_is_recovered_though_the_arm_ends_below_its_high_side():
     rig = Rig(mu=ellipse(0.50, 0.25, AXIS_RAD), excess=0.08, tail_dof=5.0, reach_rad=math.radians(28))
     choice, found = chosen(rig)

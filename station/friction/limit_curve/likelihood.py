@@ -6,9 +6,9 @@ go (`series`). Then
     ln tan(onset) = ln g_i + drift · place + scatter · t,          t Student's, or normal
     slide         = phi_i + turn + error,
 
-where the error has the measured direction's own variance and that of the pull's direction (a plate off level, a knock,
-a bump), magnified by dphi/ddelta: by up to (mu_1/mu_2)² where friction is highest, which is why slides keep away from
-there. Censored runs give the probability of holding on, brackets that of their interval; a run that would have gone
+where the error has the measured direction's own variance, a least one, and that of the pull's direction (a plate off
+level, a knock, a bump), magnified by dphi/ddelta: by up to (mu_1/mu_2)² where friction is highest, which is why slides
+keep away from there. Censored runs give the probability of holding on, brackets that of their interval; a run that would have gone
 unseen below a pull is divided by the probability of being seen. A hinge keeps the curve convex.
 """
 
@@ -23,7 +23,7 @@ from scipy import special
 
 from station.friction.direction import Array
 from station.friction.limit_curve.observations import Observations
-from station.friction.limit_curve.parameters import NORMAL, Layout
+from station.friction.limit_curve.parameters import LEAST_SLIDE_SCATTER_RAD, NORMAL, Layout
 from station.friction.limit_curve.series import Evaluator, Local, convexity, slide_direction
 
 _SPECIAL = cast(Any, special)  # compiled functions without annotations
@@ -162,7 +162,7 @@ class Likelihood:
         weight_by_slope = -2.0 * ease**3 * p / square**2
         rise = np.maximum(1.0 + bend * weight, 0.02)
         free = rise > 0.02
-        variance = data.slide_sigma_rad[rows] ** 2 + (spread / rise) ** 2
+        variance = data.slide_sigma_rad[rows] ** 2 + LEAST_SLIDE_SCATTER_RAD**2 + (spread / rise) ** 2
         size = np.sqrt(variance)
         error = (self._slide[rows] - slide - turn + math.pi) % (2 * math.pi) - math.pi
         z = error / size

@@ -16,14 +16,16 @@ NUISANCE = ("level", "drift", "log_scatter", "tail", "log_direction_scatter", "d
 """Of every model: ln of the level; ln mu's change over half a session; ln of the scatter of ln mu, and of the direction
 of the pull (rad); one over the degrees of freedom of either, 0 for normal tails."""
 _HARMONICS: dict[Kind, tuple[int, ...]] = {"isotropic": (), "ellipse": (), "one_way": (1,), "general": ODD}
-LEAST_DIRECTION_SCATTER_RAD = 3e-3
-"""One ease for all directions is right to some 0.2°, so slides are not believed to be more regular than that."""
+LEAST_SLIDE_SCATTER_RAD = 3e-3
+"""One ease for all directions is right to some 0.2°, so slides are not believed to be more regular than that. It is the
+slide's own, whatever the curve makes of an error of the pull: a curve with corners in the directions of tilting would
+else make slides as regular as one likes."""
 _BOUNDS = {
     "level": (-5.0, 3.0),
     "drift": (-1.0, 1.0),
     "log_scatter": (math.log(1e-4), 0.5),
     "tail": (0.0, 0.5),
-    "log_direction_scatter": (math.log(LEAST_DIRECTION_SCATTER_RAD), 0.5),
+    "log_direction_scatter": (math.log(1e-4), 0.5),
     "direction_tail": (0.0, 0.5),
     "ease": (0.0, 1.1),
     "turn": (-0.5, 0.5),
