@@ -90,10 +90,7 @@ class Effect(ABC):
         return None
 
     def shaking(self, contact: Contact, values: Values) -> Array | float:
-        """Standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run.
-
-        Its mean is `EARLY` times that: a shaken block starts near a peak of what pushes it down.
-        """
+        """Standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run."""
         del contact, values
         return 0.0
 
@@ -129,12 +126,6 @@ class Effect(ABC):
         return None
 
 
-EARLY = 1.0
-"""Mean over standard deviation of a random push at the onset.
-
-Of a block that is shaken at 3 to 8 Hz while its slope grows by 3 to 14 °/s, the slide that gets away starts early by 0
-to 1 standard deviations of the acceleration, and scatters by 0.2 to 0.7 of them: mean over scatter is 1 in the middle.
-"""
 HOOKS = ("friction", "push", "spin", "attitude", "delay_s", "creep", "seen", "shaking")
 
 

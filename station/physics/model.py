@@ -69,7 +69,7 @@ class Model:
         return _sum((term.effect.seen(view, term.values) for term in self.acting("seen")), view.point_m.shape)
 
     def shaking(self, contact: Contact) -> Array:
-        """Standard deviation (n,), m/s², of the random pushes together; their mean is `EARLY` times it."""
+        """Standard deviation (n,), m/s², of the random pushes together."""
         each = (np.square(term.effect.shaking(contact, term.values)) for term in self.acting("shaking"))
         return np.sqrt(_sum(each, (len(contact),)))
 

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from station.physics.contact import Array, Contact
-from station.physics.effect import EARLY
 from station.physics.model import Model
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Column, Down, Index, Plate, gravity_at
@@ -58,7 +57,6 @@ class Blocks:
     own: Array
     friction: Array
     shake: Array
-    """The random push along the slope, in units of `Model.shaking`."""
     rest_from_s: Array
     """When the present rest began; while sliding, when the rest before it did."""
     slid_from_s: Array
@@ -83,7 +81,7 @@ class World:
 
     def __init__(self, commands: Commands, model: Model, *, friction: Array, shake: Array) -> None:
         self.commands, self.model, self.plate = commands, model, Plate(commands, model)
-        self._friction, self._shake = friction, EARLY + shake
+        self._friction, self._shake = friction, shake
         self._own = np.stack([getattr(commands, name) for name in _OWN])
         self.half_m = 0.5 * np.sqrt(commands.area_m2)
         self.walled = bool(np.isfinite(commands.border_m))

@@ -31,8 +31,8 @@ class Chances:
 
     Attributes:
         friction: (n,) factor on the friction, lognormal with the median 1 and the model's scatter.
-        shake: (n,) standard normal: with `EARLY` added, the share of `Model.shaking` that acts along the slope on a
-            block at rest; a positive one, which lets it slip early, also during the slide.
+        shake: (n,) standard normal: the share of `Model.shaking` that acts along the slope, on a block at rest; a
+            positive one, which lets it slip early, also during the slide.
     """
 
     friction: Array
