@@ -31,6 +31,7 @@ FLOOR_M = 2e-6
 """What a mean place is trusted to, however many frames it is of."""
 
 FLOOR_STRAIN = 1e-4
+IMAGE_PX = 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,8 +225,14 @@ def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
         camera_height_m=geometry.camera_height_m or 0.3,
         image_centre_m=np.array([geometry.camera_x_m, geometry.camera_y_m]),
         row_m=np.array([0.0, -1.0]),
-        image_size_m=600 * geometry.mm_per_px * 1e-3,
+        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3 * _nearer(geometry),
     )
+
+
+def _nearer(geometry: CameraGeometry) -> float:
+    """The scale of the picture at the mark's height, in metres a pixel, over that on the plate."""
+    height = geometry.camera_height_m
+    return 1.0 - geometry.mark_height_m / height if height > geometry.mark_height_m else 1.0
 
 
 def _mean_attitude(recorded: Recorded, spans: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
@@ -253,7 +260,7 @@ def _fixed_view(points: Array, recorded: Recorded, spans: Sequence[tuple[int, in
         camera_height_m=geometry.camera_height_m or 0.3,
         image_centre_m=np.array([geometry.camera_x_m, geometry.camera_y_m]),
         row_m=np.array([0.0, -1.0]),
-        image_size_m=600 * geometry.mm_per_px * 1e-3,
+        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3,
     )
 
 

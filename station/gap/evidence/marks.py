@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows
@@ -10,6 +12,7 @@ from station.physics.contact import Array, View
 from station.physics.model import Model
 
 CREEP_POINTS = 12
+SENSOR_POINTS = 7
 
 
 class Rest(Channel):
@@ -40,7 +43,7 @@ class Rest(Channel):
 
 
 class PlateMarks(Channel):
-    """How far down the slope the plate's own fiducials seem to have moved, m."""
+    """How far down the slope the plate's own fiducials seem to have moved, m, at the block mark's height."""
 
     name: str = "plate"
     phase: str = "pre-slip"
@@ -74,8 +77,13 @@ class Shape(Channel):
         """See the class."""
         if not model.acting("seen"):
             return self._strain.ravel()
-        moved = strain_of(self._view.point_m, self._view.point_m + model.seen(self._view), self._yaw)
+        moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
         return (self._strain - (moved - np.median(moved, axis=0))).ravel()
+
+    def _seen(self, model: Model) -> Array:
+        """What displaces the corners where the mark truly is: the view has it where it seems to be."""
+        shift = model.seen(self._view).mean(axis=1, keepdims=True)
+        return model.seen(replace(self._view, point_m=self._view.point_m - shift))
 
 
 def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
@@ -93,7 +101,10 @@ def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
 
 
 class Sensor(Channel):
-    """Another angle sensor less the arm's own attitude, rad, less the session's mean (how the sensor is mounted)."""
+    """Another angle sensor less the arm's own attitude, rad, less the session's mean (how the sensor is mounted).
+
+    Rows are means of readings; `moments` are `SENSOR_POINTS` of them for each row.
+    """
 
     name: str = "sensor"
     phase: str = "pre-slip"
@@ -108,5 +119,6 @@ class Sensor(Channel):
         """See the class."""
         if not model.acting("attitude"):
             return self._difference
-        change = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
+        turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
+        change = turned.reshape(len(self), SENSOR_POINTS).mean(axis=1)
         return self._difference - (change - change.mean())

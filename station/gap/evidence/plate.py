@@ -12,6 +12,9 @@ from station.signals.tracks import AttitudeTrack, MotionTrack
 
 Times = NDArray[np.int64]
 
+NEAR_S, STILL_RAD = 0.05, 5e-4
+"""What moves by less than the second in twice the first is at rest."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attitude:
@@ -46,7 +49,7 @@ class PlateMotion:
         acceleration = np.gradient(rate, self._time_s, axis=0) if len(known) > 2 else np.zeros_like(rate)
         self._table = np.column_stack([known.gravity, rate, acceleration])
         tilt = np.arccos(np.clip(-self._table[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
-        self._rising = _held_sign(np.gradient(tilt, self._time_s)) if len(known) > 2 else np.ones(len(known))
+        self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
 
     def __len__(self) -> int:
@@ -83,8 +86,13 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
     return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
 
 
-def _held_sign(rate: Array) -> Array:
-    """+1 where a value grows, −1 where it falls, and while it rests what it did last."""
-    sign = np.where(np.abs(rate) > 1e-3, np.sign(rate), 0.0)
+def _rising(time_s: Array, tilt_rad: Array) -> Array:
+    """+1 where the tilt grows, −1 where it falls, and while it rests what it did last.
+
+    It is looked at over a tenth of a second: an arm that swings over its mark by a hundredth of a millidegree, or whose
+    report is rounded, has not turned back.
+    """
+    ahead, behind = np.interp(time_s + NEAR_S, time_s, tilt_rad), np.interp(time_s - NEAR_S, time_s, tilt_rad)
+    sign = np.where(np.abs(ahead - behind) > STILL_RAD, np.sign(ahead - behind), 0.0)
     moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)

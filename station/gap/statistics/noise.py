@@ -16,14 +16,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.plate import Times
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 
 GAUSSIAN = 200.0
 TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, GAUSSIAN)
 LEAST_RUNS = 8
+CENSORED_ROUNDS = 30
+MOST_CENSORED = 2.0
 _CLIP = 3.0
 
 
@@ -60,7 +63,8 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         own[channel.name] = _between(mean, error)
     if "onset" in own:
         # Runs without a slide say that the tail goes on: without them the scatter would read too small.
-        own["onset"] *= _censoring(evidence)
+        channel = next(channel for channel in evidence.channels if channel.name == "onset")
+        own["onset"] *= _censoring(residuals["onset"], channel.rows.limit)
     friction = _share(means, errors, own)
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
 
@@ -96,21 +100,35 @@ def _between(mean: Array, error: Array) -> float:
 
 def _robust_sd(values: Array) -> float:
     """Standard deviation of values clipped at three robust ones, freed of what the clipping takes from a Gaussian."""
+    return float(np.std(_clipped(values))) / 0.9933
+
+
+def _clipped(values: Array) -> Array:
     middle = float(np.median(values))
     mad = 1.4826 * float(np.median(np.abs(values - middle)))
-    if mad == 0:
-        return float(np.std(values))
-    clipped = np.clip(values - middle, -_CLIP * mad, _CLIP * mad)
-    return float(np.std(clipped)) / 0.9933
+    return np.clip(values, middle - _CLIP * mad, middle + _CLIP * mad) if mad else values
 
 
-def _censoring(evidence: Evidence) -> float:
-    """Factor on the scatter: a share q of limits at the top leaves a truncated Gaussian of smaller spread."""
-    channel = evidence.channel("onset")
-    if channel is None or not channel.rows.limit.any():
+def _censoring(values: Array, limit: Bools) -> float:
+    """Factor on the scatter of the runs that slid: what it is with those that held to their limits (`limit`) as well.
+
+    Maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26, 24;
+    Dempster, Laird, Rubin 1977).
+    """
+    if not limit.any() or (~limit).sum() < LEAST_RUNS:
         return 1.0
-    share = float(channel.rows.limit.mean())
-    return 1.0 + 1.5 * min(share, 0.3)
+    clipped = _clipped(values[~limit])
+    plain = max(float(np.std(clipped)), 1e-9)
+    mean, scale = float(np.mean(clipped)), plain
+    for _ in range(CENSORED_ROUNDS):
+        beyond = (values[limit] - mean) / scale
+        hazard = np.exp(norm.logpdf(beyond) - norm.logsf(beyond))
+        expected = mean + scale * hazard
+        square = scale**2 * (1.0 + beyond * hazard - hazard**2)
+        everything = np.concatenate([clipped, expected])
+        mean = float(np.mean(everything))
+        scale = math.sqrt(float(np.sum((everything - mean) ** 2) + np.sum(square)) / len(everything))
+    return min(max(scale / plain, 1.0), MOST_CENSORED)
 
 
 def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
