@@ -47,7 +47,9 @@ def _viscous(true: Values, truth: Truth, rig: RigConfig) -> Values | None:
 
 
 def _sag(true: Values, _truth: Truth, rig: RigConfig) -> Values:
-    return {"shift_m": -true["sag_px"] / (1e3 * rig.camera.px_per_mm)}
+    # Metres where the block's mark is, which is nearer to the camera than the plate.
+    nearer = 1.0 - rig.block.size_m[2] / (1e-3 * rig.camera.height_mm)
+    return {"shift_m": -true["sag_px"] * nearer / (1e3 * rig.camera.px_per_mm)}
 
 
 EXACT: Mapping[str, Map] = {

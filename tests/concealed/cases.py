@@ -53,9 +53,9 @@ class Strong:
     value: float
     limit: float
 
-    def described(self) -> _Json:
-        """For the key."""
-        fields = {**self.planted.fixed, **{name: f * self.value for name, f in self.planted.scaled.items()}}
+    def described(self, world: World) -> _Json:
+        """For the key: parameters are the world's own, an adhesion in newtons."""
+        fields = self.planted.fields(world, self.value)
         return {
             "id": self.planted.effect.id,
             "value": _short(self.value),
@@ -148,7 +148,7 @@ def entry_of(tier: str, setting: Setting, strong: Sequence[Strong], session: Ses
     design, world = asdict(setting.design), setting.world
     entry: _Json = {
         "tier": tier,
-        "effects": [one.described() for one in strong],
+        "effects": [one.described(world) for one in strong],
         "baseline": {"mu_s": _short(world.mu)},
         "nuisance": {name: _short(value) for name, value in asdict(setting.nuisance).items()},
         "design": {**design, "opening_m": _short(2.0 * (world.wall_radius + 0.65 * world.side))},

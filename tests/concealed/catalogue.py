@@ -49,9 +49,13 @@ class Planted:
 
     def apply(self, world: World, value: float) -> World:
         """The world with this effect at a strength in the effect's unit."""
+        return world._replace(**self.fields(world, value))
+
+    def fields(self, world: World, value: float) -> Fields:
+        """The world's parameters, in their own units, at a strength in the effect's unit."""
         weight = world.load_reference_n
         factors = {name: factor * (weight if name == "adhesion_n" else 1.0) for name, factor in self.scaled.items()}
-        return world._replace(**self.fixed, **{name: factor * value for name, factor in factors.items()})
+        return {**self.fixed, **{name: factor * value for name, factor in factors.items()}}
 
 
 def plant(effect: Effect, rng: Generator) -> Planted:
