@@ -1,5 +1,6 @@
 """What the scatter of an edge's points does not show: uneven light along it, and the edge of something else."""
 
+from functools import lru_cache
 from math import ceil, hypot, sqrt
 
 import numpy as np
@@ -10,8 +11,9 @@ from pi_agent.tracking import lines
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-COMMON_SHARE = 0.15  # beside a textured plate: error that an edge's points have in common, in shares of their scatter
-PULL_SHARE = 0.2  # and in shares of what the texture does to an estimator that minds it less
+# Beside a textured plate: the variance of an edge's ends by what varies slowly along it, by the disagreement of two
+# estimators that mind texture unlike each other, and by a blur that is not the other edges'; and what is always left.
+GRAIN_SLOW, GRAIN_PULL, GRAIN_BLUR, GRAIN_PX = 1.2, 0.15, 0.8, 0.007
 PULL_NOISE = 0.8  # disagreement by noise, in shares of the scatter
 SHADOW_SHARE = 3.5  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
@@ -19,6 +21,7 @@ AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
 BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
+_OPPOSITE = np.array([2, 3, 0, 1])
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
 
 
@@ -42,22 +45,52 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
 
 
 def corner_pull(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> Points:
-    """The expected corners (4,) moved by the disagreement `pull` (4, n) of two estimators on each edge.
+    """How far the corners (4,) move by the disagreement `pull` (4, n) of two estimators on each edge.
 
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
     offset, rise = lines.weighted(pull, line.weight)
     _, low, high, _ = np.sort(offset)  # np.median takes ten times as long
-    return lines.intersect(expected, offset - 0.5 * (low + high), rise)
+    return lines.intersect(expected, offset - 0.5 * (low + high), rise) - expected.start
 
 
-def common_px(pull: Floats, scatter_px: float, residual_px: float, *, even: bool) -> float:
-    """The error that the points of an edge have in common, which their scatter does not show, by what they do show.
+def margin_sigma(pull: Points, scatter_px: float) -> float:
+    """Sigma of a corner's coordinate beside an even margin, by what the scatter of an edge's points does not show.
 
-    Two estimators that mind uneven light unlike each other disagree by `pull` (4,) at the corners. Beside an even
-    margin, where they should agree but for noise, a shadow along the edge pulls the one in use further than that.
+    Two estimators that mind uneven light unlike each other disagree by `pull` (4,) at the corners. Here they should
+    agree but for noise: a shadow along the edge pulls the one in use further than that.
     """
-    if not even:
-        return hypot(COMMON_SHARE * residual_px, PULL_SHARE * sqrt(float(np.vdot(pull, pull)) / 4))
-    excess = np.maximum(pull * pull - (PULL_NOISE * scatter_px) ** 2, 0.0)
-    return hypot(SYSTEMATIC_PX, SHADOW_SHARE * sqrt(float(excess.sum()) / 4))
+    excess = np.maximum(pull.real**2 + pull.imag**2 - (PULL_NOISE * scatter_px) ** 2, 0.0)
+    return hypot(scatter_px, SYSTEMATIC_PX, SHADOW_SHARE * sqrt(float(np.add.reduce(excess)) / 4))
+
+
+def grain_sigma(
+    pull: Points, line: lines.LineFit, expected: lines.Edges, *, blur_off_px: Floats
+) -> tuple[float, float]:
+    """Sigma of a corner's coordinate beside a textured plate, of all corners and of the worst.
+
+    Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
+    how much each edge's own blur differs from the one in use.
+    """
+    slow = _slow(line) * lines.end_variance(line, expected)
+    normal = 1j * np.conj(expected.tangent)
+    start, end = (pull * normal).real, (pull[lines.NEXT] * normal).real
+    pulled = 0.5 * (start * start + end * end)
+    coherent = GRAIN_SLOW * slow + GRAIN_BLUR * blur_off_px**2
+    variance = 0.5 * (coherent + coherent[_OPPOSITE]) + GRAIN_PULL * pulled + GRAIN_PX**2
+    worst = float((variance + variance[lines.BEFORE]).max())
+    return sqrt(float(np.add.reduce(variance)) / 4), sqrt(0.5 * worst)
+
+
+def _slow(line: lines.LineFit) -> Floats:
+    """Power (4,) of what varies slowly along an edge, as the variance of one point that it is equal to."""
+    parts = (line.weight * line.residual) @ _slow_waves(line.weight.shape[1])
+    return np.add.reduce(parts * parts, axis=1) / (parts.shape[1] * line.moments[:, 0])
+
+
+@lru_cache(maxsize=4)
+def _slow_waves(count: int) -> Floats:
+    """Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
+    degrees = np.arange(6)
+    values = np.polynomial.legendre.legvander(2.0 * lines.places(count), 5) * np.sqrt(2 * degrees + 1)
+    return values[:, 2:]

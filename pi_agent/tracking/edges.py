@@ -19,18 +19,21 @@ class Profiles(NamedTuple):
     """What the profiles (4, n) say.
 
     Their place on the expected edge, the edge's offset (px), how much further out it seems to an estimator that leans
-    on neither side (px), the light in the dark, contrast, relative error of the blur, misfit (RMS), and whether a pixel
-    was saturated (None: none was).
+    on neither side (px), contrast and contrast × e (4, n, 2) as one tells that allows for a slope in the light, the
+    light in the dark, contrast, relative error of the blur, misfit (RMS), whether a pixel was saturated (None: none
+    was), and the light itself (4, n, m).
     """
 
     base: NDArray[np.complex128]
     offset: Floats
     pull: Floats
+    sloped: Matrix
     dark: Matrix
     contrast: Matrix
     blur_change: Floats
     misfit: Matrix
     saturated: NDArray[np.bool_] | None
+    light: Light
 
 
 def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, model: StepModel) -> Profiles:
@@ -39,18 +42,23 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     across = ((-1j * edges.tangent) * blur_px)[:, None] * model.steps
     points = base.astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
     light = reader.bilinear(points)
-    answer, left_over = _times(light, model.solve), _times(light, model.misfit)
+    answer = _times(light, model.solve)
     contrast = np.maximum(answer[:, :, 0], 0.5)
-    misfit = np.sqrt(np.einsum("eij,eij->ei", left_over, left_over))
     place = model.table.place(answer[:, :, 1] / contrast)
     other = model.other_table.place(answer[:, :, 4] / np.maximum(answer[:, :, 3], 0.5))
     # A step away from where it was expected is read as wider than it is.
-    wider = answer[:, :, 2] / contrast - model.table.widening(place)
+    wider = answer[:, :, 2] / contrast - (place * place) * model.widening.reshape(-1, 1)
     scale = blur_px[:, None]
-    dark = light[:, :, 0] + light[:, :, 1]
-    return Profiles(
-        base, place * scale, (other - place) * scale, 0.5 * dark, contrast, wider, misfit, _saturated(light)
-    )
+    further = (other - place) * scale
+    dark = 0.5 * (light[:, :, 0] + light[:, :, 1])
+    misfit, saturated = misfits(light, model.misfit), _saturated(light)
+    return Profiles(base, place * scale, further, answer[:, :, 5:], dark, contrast, wider, misfit, saturated, light)
+
+
+def misfits(light: Light, matrix: Matrix) -> Matrix:
+    """How far profiles (4, n, m) depart from what `matrix` leaves nothing of (4, n), RMS."""
+    left_over = _times(light, matrix)
+    return np.sqrt(np.einsum("eij,eij->ei", left_over, left_over))
 
 
 def _times(light: Light, matrix: Matrix) -> Matrix:

@@ -13,28 +13,39 @@ from pi_agent.tracking.refine import Fit
 Points = NDArray[np.complex128]
 Shape = tuple[float, float, float]
 
-LEAST_MEAN_AGREEMENT = 0.7
+LEAST_MEAN_AGREEMENT = 0.55
 
 
 class Demand(NamedTuple):
-    """What is asked of a fit: agreement of every edge, and the largest sigma (px) in dim and in bright light."""
+    """What is asked of a fit.
+
+    Agreement of every edge, and the largest sigma (px) of the worst corner: in dim and in bright light, and when part
+    of the outline is covered.
+    """
 
     agreement: float
     dim_sigma_px: float
     bright_sigma_px: float
+    partly_sigma_px: float
 
-    def limit_px(self, contrast: float) -> float:
-        """The largest sigma at a contrast (of 255)."""
-        return self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * min(DIM / contrast, 1.0)
+    def limit_px(self, fit: Fit) -> float:
+        """The largest sigma of the worst corner."""
+        share = min(DIM / fit.contrast, 1.0)
+        limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
+        return limit if float(fit.agreement.min()) > WHOLE else min(limit, self.partly_sigma_px)
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
-BESIDE_MARGIN = Demand(0.7, 0.036, 0.045)  # even surfaces: anything else at the edge is a disturbance
-WITH_NOTCH = Demand(0.5, 0.036, 0.045)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.7, 0.032, 0.052)  # texture disturbs every frame; noise beside it leaves less room
-SHAPE_FIRST = 0.06  # relative departure from the mark's shape that is allowed at first sight
+WHOLE = 0.85  # agreement from which an edge is called whole
+BESIDE_MARGIN = Demand(0.35, 0.036, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
+WITH_NOTCH = Demand(0.35, 0.036, 0.045, 0.045)  # the notch takes its share of the first edge
+BESIDE_PLATE = Demand(0.35, 0.045, 0.08, 0.045)  # texture disturbs every frame; noise beside it leaves less room
+SHAPE_FIRST = 0.04  # relative departure from the mark's shape that is allowed at first sight: tape is cut by hand
+SHAPE_FIRST_PRINTED = 0.02  # the same of a printed mark
+ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
 PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
+LONGER = 0.04  # change of a leaning mark's longer stretch, by which no perspective lengthens it
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
 
@@ -58,20 +69,32 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     """
     sides = side_vectors(fit.corners, aspect=config.mark.aspect, shear=shear)
     reason = _pixels_reason(fit, _demand(config)) or _size_reason(sides, config)
-    if reason:
-        return Verdict(reason)
+    if not reason and shape is None:
+        reason = _first_shape_reason(fit, sides, config)
+    verdict = Verdict(reason) if reason or shape is None else _lying(sides, shape)
+    if not verdict.reason and not fit.worst_px < _demand(config).limit_px(fit):
+        return Verdict(f"edges too uncertain: sigma {fit.worst_px:.2f} px", rough=True)
+    return verdict
+
+
+def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: TrackerConfig) -> str:
     ideal = foreshortening(sides, None)
-    if ideal < 1.0 - SHAPE_FIRST and shape is None:
-        return Verdict(f"not the mark's shape: {_lean(ideal)}")
-    if shape is None and _askew(fit.corners, stretch=ideal):
-        return Verdict("not the mark's shape: its sides converge as no camera makes them")
+    if ideal < 1.0 - _allowed(config):
+        return f"not the mark's shape: {_lean(ideal)}"
+    if _askew(fit.corners, stretch=ideal):
+        return "not the mark's shape: its sides converge as no camera makes them"
+    return ""
+
+
+def _lying(sides: tuple[complex, complex], shape: Shape) -> Verdict:
+    """Whether a mark of known shape lies flat or leans."""
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
-    stretch = ideal if shape is None else max(ideal, foreshortening(sides, shape))
-    if shape is not None and stretch < 1.0 - TIPPED:
-        return Verdict(f"tipping: {_lean(stretch)}", acos(stretch))
-    if not fit.sigma_px < _demand(config).limit_px(fit.contrast):
-        return Verdict(f"edges too uncertain: sigma {fit.sigma_px:.2f} px", rough=True)
-    return Verdict()
+    stretch = max(foreshortening(sides, None), foreshortening(sides, shape))
+    if stretch >= 1.0 - TIPPED:
+        return Verdict()
+    if abs(stretches(sides, shape)[1] - 1.0) > LONGER:
+        return Verdict("outline changed: longer or shorter than any lean makes it, so covered or in uneven light")
+    return Verdict(f"tipping: {_lean(stretch)}", acos(stretch))
 
 
 def _askew(corners: Points, *, stretch: float) -> bool:
@@ -80,6 +103,12 @@ def _askew(corners: Points, *, stretch: float) -> bool:
     diagonal = abs(c - a)
     lean = sqrt(max(1.0 - stretch * stretch, 0.0))
     return abs(a - b + c - d) > (CONVERGENCE + PERSPECTIVE * lean * diagonal) * diagonal
+
+
+def _allowed(config: TrackerConfig) -> float:
+    """The relative departure from the mark's shape that is allowed at first sight."""
+    cut = SHAPE_FIRST if config.mark.margin <= 0 else SHAPE_FIRST_PRINTED
+    return cut + (ROLLED if config.shutter.line_ns else 0.0)
 
 
 def _lean(stretch: float) -> str:
@@ -124,9 +153,15 @@ def flat_shape(sides: tuple[complex, complex]) -> Shape:
 
 
 def foreshortening(sides: tuple[complex, complex], shape: Shape | None) -> float:
-    """Ratio (0…1, 1 = flat) of the smaller to the larger stretch of the mark against its flat shape.
+    """Ratio (0…1, 1 = flat) of the smaller to the larger stretch of the mark against its flat shape."""
+    short, long = stretches(sides, shape)
+    return short / long
 
-    The stretches' squares are the eigenvalues of (flat Gram matrix)⁻¹ (Gram matrix seen).
+
+def stretches(sides: tuple[complex, complex], shape: Shape | None) -> tuple[float, float]:
+    """The smaller and the larger stretch of the mark against its flat shape (None: the unit square).
+
+    Their squares are the eigenvalues of (flat Gram matrix)⁻¹ (Gram matrix seen).
     """
     p, q, r = flat_shape(sides)
     p0, q0, r0 = shape or (1.0, 1.0, 0.0)
@@ -134,4 +169,4 @@ def foreshortening(sides: tuple[complex, complex], shape: Shape | None) -> float
     half = 0.5 * (q0 * p + p0 * q - 2.0 * r0 * r) / flat_area
     area = max(p * q - r * r, 0.0) / flat_area
     root = sqrt(max(half * half - area, 0.0))
-    return sqrt(max(half - root, 0.0) / (half + root))
+    return sqrt(max(half - root, 0.0)), sqrt(half + root)

@@ -152,14 +152,17 @@ def corner_sigma(fit: LineFit, edges: Edges) -> float:
     A corner moves with the ends of the two lines that meet there. Neighbouring points share pixels and texture: their
     correlation, taken from the residuals of all edges together, enlarges the scatter of a line.
     """
+    squared = fit.weight * fit.residual * fit.residual
+    variance = np.add.reduce(squared, axis=1) / np.maximum(fit.moments[:, 0] - 2.0, 1.0)
+    return float(np.sqrt(_inflation(fit) * float(variance @ end_variance(fit, edges)) / 4.0))
+
+
+def end_variance(fit: LineFit, edges: Edges) -> Floats:
+    """Mean variance of a line's two ends (4,) when each of its points has the variance 1 of its own."""
     s0, s1, s2 = fit.moments.T
     mean = s1 / s0
-    spread = s2 - s1 * mean
-    squared = fit.weight * fit.residual * fit.residual
-    variance = np.add.reduce(squared, axis=1) / np.maximum(s0 - 2.0, 1.0)
     half = 0.5 * edges.length / edges.free
-    ends = 2.0 / s0 + 2.0 * (half * half + mean * mean) / spread
-    return float(np.sqrt(_inflation(fit) * float(variance @ ends) / 8.0))
+    return 1.0 / s0 + (half * half + mean * mean) / (s2 - s1 * mean)
 
 
 def _inflation(fit: LineFit) -> float:

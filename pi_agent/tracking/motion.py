@@ -49,6 +49,10 @@ class Motion:
         """Whether corners at this time tell of a velocity: the last ones are not too long ago."""
         return self.corners is not None and 0.0 < time_s - self.time_s < LONGEST_GAP_S
 
+    def speed_px_s(self, corners: Points, time_s: float) -> float:
+        """The centre's speed from the last corners to these."""
+        return abs(complex(corners.sum()) / 4 - self.centre) / (time_s - self.time_s) if self.gains(time_s) else 0.0
+
     def way_to(self, corners: Points, time_s: float) -> Way:
         """The way from the last corners to these."""
         last, gap = self.corners, time_s - self.time_s

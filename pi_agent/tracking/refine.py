@@ -1,7 +1,6 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
 from dataclasses import dataclass
-from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +14,17 @@ Points = NDArray[np.complex128]
 PROFILES = 48  # the last pass reads so many on each edge
 SEARCHED = 14  # a search reads so many
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
+LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
 SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
+SLOPE_DOUBT = 0.1  # of what a highlight's slope moves an edge by, what is left when a straight slope is allowed for
+SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
+BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
 GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
 LEAST_GLOW = 2.0  # nor is this, of 255
 DIM = 20.0  # contrast (of 255) below which the noise of the pixels is more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
+ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
@@ -107,14 +111,16 @@ class Sweep:
 class Fit:
     """The refined quadrilateral.
 
-    Corners (4,) x + i y, sigma of one coordinate, RMS distance of the edge points, share of each edge's readable
-    profiles that agree (4,), contrast, blur of each edge (4,), share of saturated profiles, the largest corrections of
-    the last pass (of a corner in blur deviations, of the blur in shares of it), whether neighbouring profiles show an
-    edge beside the line of theirs, and the path within the exposure that was reckoned with.
+    Corners (4,) x + i y, sigma of one coordinate, of all corners and of the worst, RMS distance of the edge points,
+    share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
+    profiles, the largest corrections of the last pass (of a corner in blur deviations, of the blur in shares of it),
+    whether neighbouring profiles show an edge beside the line of theirs, and the path within the exposure that was
+    reckoned with.
     """
 
     corners: Points
     sigma_px: float
+    worst_px: float
     residual_px: float
     agreement: Floats
     contrast: float
@@ -189,8 +195,7 @@ def _one_pass(
     sweep: Sweep | None,
     smear: Smear | None,
 ) -> Fit | None:
-    clear_px, width, sharp = 1.0 + 3.0 * float(blur.max()), blur, np.ones(4)
-    path = np.zeros(4)
+    clear_px, width, sharp, path = 1.0 + 3.0 * float(blur.max()), blur, ALL_SHARP, NO_PATH
     if smear is not None:
         step = corners[lines.NEXT] - corners
         path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
@@ -206,6 +211,7 @@ def _one_pass(
     if typical < LEAST_CONTRAST:
         return None
     weight = _believed(found, typical, width, even=task.even)
+    found = _level(found, weight, model, blur=blur, typical=typical, even=task.even)
     if task.left_out is not None:
         _leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
@@ -229,16 +235,19 @@ def _one_pass(
     if shared_blur:
         change = np.full(4, float(np.vdot(sharp, change)) / float(sharp.sum()))
     refined = lines.intersect(expected, line.offset, line.rise)
-    pull = np.abs(doubts.corner_pull(apart, line, expected) - corners)
+    pull = doubts.corner_pull(apart, line, expected)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
     agreement = np.add.reduce(line.weight > doubts.AGREES, axis=1) / _readable(found)
-    scatter = lines.corner_sigma(line, expected)
-    common = doubts.common_px(pull, scatter, residual_px, even=task.even)
+    if task.even:
+        sigma = worst = doubts.margin_sigma(pull, lines.corner_sigma(line, expected))
+    else:
+        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=wider * blur * sharp)
     return Fit(
         corners=refined,
-        sigma_px=hypot(scatter, common),
+        sigma_px=sigma,
+        worst_px=worst,
         residual_px=residual_px,
         agreement=agreement,
         contrast=typical,
@@ -271,15 +280,36 @@ def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lin
 
 def _believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool) -> Floats:
     """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
-    good = (found.contrast > 0.4 * typical) & (found.contrast < 2.5 * typical)
-    good &= found.misfit < LIMIT_MISFIT * typical + 2.0
+    good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
+    good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
-    good &= ~_glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if even:
         good &= ~_shaded(found, typical)
     if found.saturated is not None:
         good &= ~found.saturated
     return good.astype(np.float64)
+
+
+def _level(
+    found: edges.Profiles, weight: Floats, model: steps.StepModel, *, blur: Floats, typical: float, even: bool
+) -> edges.Profiles:
+    """The profiles as read with a slope in the light allowed for where a highlight lies on them.
+
+    Where that is no highlight, since it is not straight, `weight` is set to 0.
+    """
+    glowing = _glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
+    if not glowing.any():
+        return found
+    bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
+    weight[glowing & bent] = 0.0
+    answer = found.sloped[:, :, 1] / np.maximum(found.sloped[:, :, 0], 0.5)
+    offset = model.sloped_table.place(answer) * blur[:, None]
+    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
+    return found._replace(
+        offset=np.where(glowing, offset, found.offset),
+        pull=np.where(glowing, doubt, found.pull),
+        blur_change=np.where(glowing, 0.0, found.blur_change),
+    )
 
 
 def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:

@@ -1,8 +1,8 @@
-"""A block that rests does not change its shape: what differs from the last frames was done to the picture.
+"""A mark does not change its shape: what differs from the last frames was done to the picture.
 
 A finger, a highlight or the edge of a shadow can move one edge of the outline without breaking it. While the mark stays
 where it is, light and lens give every frame the same outline, and even a small departure tells. Once it has moved by
-some pixels the lens and the plate's grain may change the outline as well: it is learned anew at the new place.
+some pixels the lens and the plate's grain change the outline as well: more is allowed there, and it is learned anew.
 """
 
 from math import acos
@@ -13,51 +13,60 @@ from numpy.typing import NDArray
 from pi_agent.tracking.judge import PERSPECTIVE
 
 Points = NDArray[np.complex128]
+Compared = tuple[Points, Points, float]
 
 NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
-NEAR_ON_GRAIN_PX = 0.7  # the same for the grain of a plate beside bare tape
+NEAR_ON_GRAIN_PX = 0.15  # the same for the grain of a plate beside bare tape
 LEAST_SHARE = 0.1  # of the newest frame in the outline that is remembered
-STILL_PX = 0.4  # a mark whose middle has moved further since the last frame does not rest
 SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
+LENS = 0.004  # and a lens, a camera that looks askew, or a slide's unsteady speed, in shares of the distance
+FARTHEST_PX = 40.0  # beyond this distance from the last frame the outline is another one
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
 DEVIATIONS = 4.0
 
 
 class RestingShape:
-    """The mark's outline while no corner is further than `near_px` from where it was learned."""
+    """The mark's outline, learned from frame to frame; well known while it stays within `near_px` of its place."""
 
     def __init__(self, *, near_px: float) -> None:
         self._near_px = near_px
         self._place: Points | None = None
-        self._middle = 0j
+        self._sigma_px = 0.0
         self._frames = 0
+        self._compared: tuple[Points, Compared | None] | None = None
 
-    def departed(self, corners: Points) -> tuple[Points, Points] | None:
-        """Arms (4,) of the outline about its centre, and of the corners turned onto it.
+    def departed(self, corners: Points) -> Compared | None:
+        """Arms (4,) of the outline about its centre, those of the corners turned onto it, and the way between (px).
 
-        None away from its place, or while the mark moves.
+        None before an outline was learned, or far away from it.
         """
         place = self._place
-        if place is None or float(np.abs(corners - place).max()) > self._near_px:
+        if place is None:
             return None
-        if abs(complex(corners.mean()) - self._middle) > STILL_PX:
-            return None
-        arms = place - place.sum() / 4
-        seen = corners - corners.sum() / 4
+        if self._compared is not None and self._compared[0] is corners:
+            return self._compared[1]
+        arms, seen = place - place.sum() / 4, corners - corners.sum() / 4
         turn = complex(np.vdot(seen, arms))
-        return arms, seen * (turn / max(abs(turn), 1e-9))
+        turn /= max(abs(turn), 1e-9)
+        way = abs(complex(corners.sum() - place.sum()) / 4) + abs(turn - 1.0) * float(np.abs(arms).max())
+        told = None if way > FARTHEST_PX else (arms, seen * turn, way)
+        self._compared = corners, told
+        return told
 
-    def limit_px(self, contrast: float) -> float:
-        """The largest departure that pixel noise and sampling explain."""
+    def limit_px(self, *, way_px: float, contrast: float, sigma_px: float) -> float:
+        """The largest departure that pixel noise and sampling explain, and further away grain and lens."""
         noise = NOISE_PX / contrast * float(np.sqrt(1.0 + 1.0 / max(self._frames, 1)))
-        return SYSTEMATIC_PX + DEVIATIONS * noise
+        limit = SYSTEMATIC_PX + DEVIATIONS * noise
+        if way_px < self._near_px:
+            return limit
+        return max(limit, DEVIATIONS * float(np.hypot(sigma_px, self._sigma_px))) + LENS * way_px
 
-    def learn(self, corners: Points) -> None:
-        """Takes the corners of a frame that was believed."""
+    def learn(self, corners: Points, *, sigma_px: float) -> None:
+        """Takes the corners of a frame that was believed, and their sigma."""
         near = self.departed(corners)
-        self._middle = complex(corners.mean())
-        if near is None or self._place is None:
-            self._place, self._frames = corners, 1
+        self._compared = None
+        if near is None or near[2] > self._near_px or self._place is None:
+            self._place, self._frames, self._sigma_px = corners, 1, sigma_px
             return
         self._frames += 1
         share = max(1.0 / self._frames, LEAST_SHARE)

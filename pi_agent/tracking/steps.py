@@ -29,9 +29,11 @@ DIM_NOISE = 0.02  # the same in dim light
 OTHER_NOISE = 0.06, 0.1  # noise and relative error of the blur for an estimator beside a margin that minds shadows less
 KNOWN_BLUR = 0.007  # relative error of a blur that is taken as known
 REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of blur and smear
+LOOSE_BLUR = 0.1  # the same of one that is told beside a slope in the light
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
+FAR = 0.4  # where it is told how much wider a step seems that lies away
 SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
@@ -39,14 +41,11 @@ MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 class Table(NamedTuple):
     """What an estimator answers to a step away from where it is expected; (k,), or (4, k) for each edge its own.
 
-    `answers`: e as the estimator gives it; `reach`: where the step lies (both increasing); `wider`: how much wider
-    than it is such a step seems to it, as a share of the lens's blur, at places `span` × REACH.
+    `answers`: e as the estimator gives it; `reach`: where the step lies, in blur deviations; both increasing.
     """
 
     answers: Floats
     reach: Floats
-    wider: Floats
-    span: Floats
 
     def place(self, answer: Matrix) -> Floats:
         """Where the steps (4, n) lie, in blur deviations."""
@@ -54,30 +53,28 @@ class Table(NamedTuple):
             return np.interp(answer, self.answers, self.reach)
         return np.stack([np.interp(a, x, y) for a, x, y in zip(answer, self.answers, self.reach, strict=True)])
 
-    def widening(self, place: Floats) -> Floats:
-        """How much wider steps at the places (4, n) seem, as a share of the blur."""
-        if self.wider.ndim == 1:
-            return np.interp(place, float(self.span) * REACH, self.wider)
-        edges = zip(place, self.span.tolist(), self.wider, strict=True)
-        return np.stack([np.interp(at, span * REACH, wider) for at, span, wider in edges])
-
 
 class StepModel(NamedTuple):
-    """Places along a profile, and matrices for `light @ matrix`: `solve` (m, 5) and `misfit` (m, m).
+    """Places along a profile, and matrices for `light @ matrix`: `solve` (m, 7), `misfit` and `sloped_misfit` (m, m).
 
     `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by an estimator that leans on
-    neither side of the edge and is pulled further by the texture. `smear_gain`, `other_gain`: how much further out a
-    step seems to each of the two for each deviation by which its smear is longer than expected. Each is one for all
-    edges, or (4, …), one for each.
+    neither side of the edge and is pulled further by the texture; and by one that allows for a slope in the light that
+    a highlight adds. `smear_gain`, `other_gain`: how much further out a
+    step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how much
+    wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all edges,
+    or (4, …), one for each.
     """
 
     steps: Floats
     solve: Matrix
     misfit: Matrix
+    sloped_misfit: Matrix
     table: Table
     other_table: Table
+    sloped_table: Table
     smear_gain: Floats
     other_gain: Floats
+    widening: Floats
 
 
 @lru_cache(maxsize=8)
@@ -104,7 +101,7 @@ class SmearedModels:
         first = place.astype(np.intp)
         share = place - first
         mixed = [_between(part, first, share) for part in self._parts]
-        return StepModel(*mixed[:3], Table(*mixed[3:7]), Table(*mixed[7:11]), *mixed[11:])
+        return StepModel(*mixed[:4], *(Table(*mixed[at : at + 2]) for at in (4, 6, 8)), *mixed[10:])
 
 
 @lru_cache(maxsize=2)
@@ -114,7 +111,7 @@ def smeared_models(*, textured: bool) -> SmearedModels:
 
 
 def _flat(model: StepModel) -> tuple[NDArray[np.float32] | Floats, ...]:
-    return (*model[:3], *model.table, *model.other_table, *model[5:])
+    return (*model[:4], *model.table, *model.other_table, *model.sloped_table, *model[7:])
 
 
 def _between(part: Floats, first: NDArray[np.intp], share: Floats) -> Floats:
@@ -129,19 +126,29 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
     covariance = _covariance(steps, noise=noise, texture=TEXTURE if textured else 0.0, smear=smear)
     free = _solution(model, covariance, blur_error=np.inf)
     solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
-    plain = np.linalg.pinv(model).T
-    misfit = (np.eye(len(steps)) - plain @ model.T) / np.sqrt(len(steps) - 4)
     other = _other(steps, textured=textured, noise=noise, smear=smear)
-    wanted = np.stack([solve[:, 1], solve[:, 2], free[:, 3], other[:, 1], other[:, 2]], axis=1)
+    slope = np.column_stack([model, steps])
+    sloped = _solution(slope, covariance, blur_error=KNOWN_BLUR if known_blur else LOOSE_BLUR)
+    wanted = np.column_stack([solve[:, 1:3], free[:, 3], other[:, 1:3], sloped[:, 1:3]])
     return StepModel(
         steps,
         wanted.astype(np.float32),
-        misfit.astype(np.float32),
-        _table(steps, solve, free[:, 3], smear),
-        _table(steps, other, free[:, 3], smear),
+        _misfit(model),
+        _misfit(slope),
+        _table(steps, solve, smear),
+        _table(steps, other, smear),
+        _table(steps, sloped, smear),
         np.array(_by_smear(steps, smear) @ solve[:, 2]),
         np.array(_by_smear(steps, smear) @ other[:, 2]),
+        np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),
     )
+
+
+def _misfit(model: Floats) -> Matrix:
+    """What least squares leave of a profile (m, m), scaled so that its root sum of squares is a deviation."""
+    size, parameters = model.shape
+    left_over = np.eye(size) - np.linalg.pinv(model).T @ model.T
+    return (left_over / np.sqrt(size - parameters)).astype(np.float32)
 
 
 def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floats:
@@ -153,19 +160,23 @@ def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floa
     return _solution(model, _covariance(steps, noise=noise, texture=TEXTURE, smear=smear), blur_error=blur_error)
 
 
-def _table(steps: Floats, solve: Floats, blur: Floats, smear: float) -> Table:
+def _table(steps: Floats, solve: Floats, smear: float) -> Table:
     """What the estimator answers to steps away from where it expects them, as far as that tells them apart."""
-    span = sqrt(1.0 + smear * smear / 12.0)
-    reach = span * REACH
+    reach = sqrt(1.0 + smear * smear / 12.0) * REACH
     seen = np.stack([_derivatives(steps - place, smear)[:, 1] for place in reach])
-    contrast = seen @ solve[:, 1]
-    answers = (seen @ solve[:, 2]) / contrast
+    answers = (seen @ solve[:, 2]) / (seen @ solve[:, 1])
     flat = np.gradient(answers, reach) < LEAST_GAIN
     left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))
     right = int(np.flatnonzero(flat & (reach > 0)).min(initial=len(reach) - 1))
     told = np.clip(np.arange(len(reach)), left, right)
     rising = 1e-9 * np.arange(len(reach))  # a table of steps that are not told apart must rise all the same
-    return Table(answers[told] + rising, reach[told], (seen @ blur) / contrast, np.array(span))
+    return Table(answers[told] + rising, reach[told])
+
+
+def _widening(steps: Floats, contrast: Floats, blur: Floats, smear: float) -> float:
+    """How much wider a step seems to the estimator of the blur, by the square of how far away it lies."""
+    seen = [_derivatives(steps - place, smear)[:, 1] for place in (-FAR, FAR)]
+    return float(np.mean([(step @ blur) / (step @ contrast) for step in seen])) / FAR**2
 
 
 def _density(u: Floats) -> Floats:
@@ -201,9 +212,10 @@ def _by_smear(u: Floats, smear: float) -> Floats:
 
 
 def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
-    """Generalised least squares (m, 4); the relative error of the blur is expected to be about `blur_error`."""
+    """Generalised least squares: a column for each of the model's. `blur_error`: relative error of the blur."""
     weight = np.linalg.inv(covariance)
-    information = model.T @ weight @ model + np.diag([0.0, 0.0, 0.0, blur_error**-2])
+    information = model.T @ weight @ model
+    information[3, 3] += blur_error**-2
     return np.asarray(np.linalg.solve(information, model.T @ weight).T, dtype=np.float64)
 
 

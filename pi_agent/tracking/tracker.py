@@ -34,6 +34,7 @@ SMEARED_ON_GRAIN = 0.005  # the same beside a textured plate, where a smeared ed
 UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before it has been seen twice
 OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
+SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows by its blur
 STILL_PX = 0.3  # a path within the exposure that is no smear
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
@@ -88,8 +89,9 @@ class Tracker:
         compared = self._resting.departed(fit.corners)
         if compared is None:
             return verdict
-        arms, seen = compared
-        departure, limit = float(np.abs(seen - arms).max()), self._resting.limit_px(fit.contrast)
+        arms, seen, way_px = compared
+        departure = float(np.abs(seen - arms).max())
+        limit = self._resting.limit_px(way_px=way_px, contrast=fit.contrast, sigma_px=fit.worst_px)
         if departure < limit:
             self._departed = 0
             return verdict
@@ -100,7 +102,7 @@ class Tracker:
         lean = lean_of(arms, seen, limit_px=limit)
         if lean > 0:
             return judge.Verdict(f"tipping: a lean of {degrees(lean):.0f} deg", lean)
-        return judge.Verdict(f"outline changed at rest, by {departure:.2f} px: covered, or in uneven light")
+        return judge.Verdict(f"outline changed: by {departure:.2f} px, covered or in uneven light")
 
     def _forget_outline(self) -> None:
         self._resting = RestingShape(near_px=NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX)
@@ -132,10 +134,10 @@ class Tracker:
 
     def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
-        way = self._motion.way_to(fit.corners, time_s)
-        path_px = abs(way.velocity_px_s) * self._exposure_s
+        path_px = self._motion.speed_px_s(fit.corners, time_s) * self._exposure_s
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
+        way = self._motion.way_to(fit.corners, time_s)
         again = self._fitted(fit.corners, way)
         return (None, NO_MARK) if again is None else (again, self._judged(again, way))
 
@@ -206,7 +208,10 @@ class Tracker:
         fit = refine(self._reader, near, blur_px=blur, task=self._first_task, most_passes=MOST_PASSES)
         if fit is None:
             return None, NO_MARK
-        return fit, judge.judge(fit, config=self.config, shape=None, shear=0.0)
+        verdict = judge.judge(fit, config=self.config, shape=None, shear=0.0)
+        if not verdict.reason and not self._task.even and self._unknown_path_px(fit) > SMEAR_AT_SIGHT_PX:
+            verdict = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
+        return fit, verdict
 
     def _only_one(self, believed: list[Seen], time_s: float) -> Attempt:
         if self.config.mark.feature != "none":
@@ -263,13 +268,18 @@ class Tracker:
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
         """What the bend of the edges by an unknown turn adds to sigma, when the first sight is of a smeared mark."""
-        shutter = self.config.shutter
-        if not first or shutter.line_ns == 0 or shutter.exposure_ns == 0:
+        line_s = self.config.shutter.line_s
+        if not first or line_s == 0 or self._unknown_path_px(fit) < SMEAR_AT_SIGHT_PX:
+            return 0.0
+        diagonal = abs(complex(fit.corners[2] - fit.corners[0]))
+        return UNSEEN_TURN_RAD_S * line_s * diagonal**2 / 12.0
+
+    def _unknown_path_px(self, fit: Fit) -> float:
+        """The path within the exposure that would make the lens's blur the one that was found."""
+        if self._exposure_s == 0:
             return 0.0
         lens = min(self._blur_px, float(fit.blur_px.min()))
-        path_px = sqrt(max(12.0 * (float(np.mean(fit.blur_px**2)) - lens**2), 0.0))
-        diagonal = abs(complex(fit.corners[2] - fit.corners[0]))
-        return UNSEEN_TURN_RAD_S * shutter.line_s * diagonal**2 / 12.0 if path_px > 3.0 * STILL_PX else 0.0
+        return sqrt(max(12.0 * (float(np.mean(fit.blur_px**2)) - lens**2), 0.0))
 
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
@@ -281,7 +291,7 @@ class Tracker:
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
             self._shape = (a, b, c)
-        self._resting.learn(fit.corners)
+        self._resting.learn(fit.corners, sigma_px=fit.worst_px)
         if abs(fit.path_px - self._path_px()) < OTHER_PATH_PX and (
             self._motion.has_velocity or self.config.shutter.exposure_ns == 0
         ):
