@@ -129,6 +129,8 @@ class RigConfig:
     """`[angles.<name>]`: one table for each angle source, read by the station."""
     physics: Table = field(default_factory=lambda: Table({}))
     """`[physics]`: where effects of the user's own are, read by the station."""
+    simulator: Table = field(default_factory=lambda: Table({}))
+    """`[simulator.mujoco]`: how the user's own simulation is set, read by the station."""
     text: str = ""
     """The file itself, word by word: every recording carries it."""
 

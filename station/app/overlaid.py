@@ -7,6 +7,7 @@ from pathlib import Path
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
+from station.app.simulating import simulator_of
 from station.gap.report.headline import sentence
 from station.gap.result import Diagnosis
 from station.physics.catalogue import Catalogue
@@ -15,17 +16,22 @@ from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of, recorded_runs
-from station.simulators.simulator import simulator
+from station.simulators.simulator import Elsewhere
 from station.view import colours
 from station.view.overlay import Ghost, Overlay, Stretch
 from station.view.overlay import Path as BlockPath
 from station.view.rrd import write_rrd
 
-_SIMULATOR = "planar"
-
 
 def write_overlay(
-    reader: RecordingReader, diagnosis: Diagnosis, out: Path, *, rig: RigConfig, known: Catalogue, rig_path: Path | None
+    reader: RecordingReader,
+    diagnosis: Diagnosis,
+    out: Path,
+    *,
+    rig: RigConfig,
+    known: Catalogue,
+    rig_path: Path | None,
+    simulate: str = "planar",
 ) -> int:
     """Writes the file; gives the number of messages drawn.
 
@@ -36,6 +42,7 @@ def write_overlay(
         rig: sizes of block and plate, for the simulation.
         known: the effects that the model may name.
         rig_path: the rig file that the shapes are drawn from; None: the recording's own.
+        simulate: name of a simulator, or a simulation's recording (.mcap), of which there is a before and no after.
 
     Raises:
         UserError: if nothing could be tested, if the recording cannot be simulated, or the file cannot be written.
@@ -43,19 +50,22 @@ def write_overlay(
     if diagnosis.verdict == "untestable":
         raise UserError(f"Expected a recording that can be simulated for --overlay, got: {sentence(diagnosis)}")
     recorded = load_signals(reader)
-    overlay = overlay_of(recorded, diagnosis, rig=rig, known=known)
+    overlay = overlay_of(recorded, diagnosis, rig=rig, known=known, simulate=simulate)
     items = ((item.topic, item.message, item.publish_ns) for item in reader.messages())
     setup = setup_for(reader, rig_path=None if rig_path is None else str(rig_path))
     name = f"{reader.path.stem}: recorded and simulated"
     return write_rrd(items, out, topics=reader.topics, setup=setup, name=name, overlay=overlay).count
 
 
-def overlay_of(recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, known: Catalogue) -> Overlay:
+def overlay_of(
+    recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, known: Catalogue, simulate: str = "planar"
+) -> Overlay:
     """Simulates the recorded commands with the plain model and with the one that was found; raises as above."""
-    engine = simulator(_SIMULATOR)
+    engine = simulator_of(simulate)
     before = engine.repeat(recorded, Model(mu_s=diagnosis.mu_s.value), rig=rig)
     ghosts = [Ghost(name="before", path=_path(before), colour=colours.SIMULATED_BEFORE)]
-    if diagnosis.names:
+    both = bool(diagnosis.names) and not isinstance(engine, Elsewhere)
+    if both:
         after = engine.repeat(recorded, model_of_table(diagnosis.model, known), rig=rig)
         ghosts.append(Ghost(name="after", path=_path(after), colour=colours.SIMULATED_AFTER))
     return Overlay(
@@ -63,7 +73,7 @@ def overlay_of(recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, known
         ghosts=tuple(ghosts),
         stretches=_stretches(diagnosis),
         runs=tuple((run.begin_ns, run.end_ns) for run in recorded_runs(recorded)),
-        words=_words(diagnosis),
+        words=_words(diagnosis, simulate, both=both),
     )
 
 
@@ -86,10 +96,10 @@ def _stretches(diagnosis: Diagnosis) -> tuple[Stretch, ...]:
     )
 
 
-def _words(diagnosis: Diagnosis) -> str:
+def _words(diagnosis: Diagnosis, simulate: str, *, both: bool) -> str:
     lines = [f"## {sentence(diagnosis)}", "", f"Global p = {diagnosis.global_p:.2g}", ""]
     lines += [f"- {place.summary} (p = {place.p:.2g})" for place in diagnosis.located]
     if diagnosis.next_experiment is not None:
         lines += ["", f"**Next:** {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"]
-    ghosts = "grey wires: simulated before" + ("; green wires: simulated after" if diagnosis.names else "")
+    ghosts = f"grey wires: simulated before ({simulate})" + ("; green wires: simulated after" if both else "")
     return "\n".join([*lines, "", f"Solid block: recorded; {ghosts}; pink: where they differ."])

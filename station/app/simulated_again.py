@@ -16,7 +16,8 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.simulators.artefacts import artefacts
-from station.simulators.mujoco.numerics import numerics
+from station.simulators.mujoco.numerics import BASELINE, numerics
+from station.simulators.mujoco.own_settings import own_setup
 from station.simulators.rerun import Errors, errors, rerun
 from station.simulators.simulator import names
 
@@ -33,25 +34,37 @@ def simulated_again(
     Raises:
         UserError: for another name, or a file that cannot be read.
     """
+    refuse_unknown(simulate, rig=rig)
     if diagnosis.verdict == "untestable":
         return diagnosis
     mu_s = diagnosis.mu_s.value
     if simulate.endswith(".mcap"):
         return _elsewhere(diagnosis, recorded, Path(simulate), mu_s=mu_s)
-    if simulate not in names():
-        raise UserError(
-            f"Expected {', '.join(names())} or a simulation's recording (.mcap) to simulate with, got {simulate}"
-        )
     found: list[dict[str, Any]] = []
     if simulate == "mujoco":
         progress("checking what MuJoCo's own settings do")
-        found = numerics(recorded, rig=rig, mu_s=mu_s)
+        found = numerics(recorded, rig=rig, mu_s=mu_s, baseline=own_setup(rig) or BASELINE)
     progress(f"simulating with {simulate}, before and after")
     before = Model(mu_s=mu_s, scatter=diagnosis.scatter)
     after = model_of_table(diagnosis.model, catalogue_of_table(rig.physics))
     table = rerun(recorded, before, after, rig=rig, engine=simulate).table()
     fit = replace(diagnosis.fit, simulator_rerun=table)
     return replace(diagnosis, simulator=simulate, fit=fit, numerics=tuple(found))
+
+
+def refuse_unknown(simulate: str, *, rig: RigConfig) -> None:
+    """Refuses, before anything is computed, what `simulated_again` cannot simulate with.
+
+    Raises:
+        UserError: for an unknown simulator, a recording that cannot be opened, or settings of it that cannot be.
+    """
+    if simulate.endswith(".mcap"):
+        open_recording(Path(simulate))
+    elif simulate not in names():
+        raise UserError(
+            f"Expected {', '.join(names())} or a simulation's recording (.mcap) to simulate with, got {simulate}"
+        )
+    own_setup(rig)
 
 
 def _elsewhere(diagnosis: Diagnosis, recorded: Signals, path: Path, *, mu_s: float) -> Diagnosis:

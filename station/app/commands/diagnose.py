@@ -26,7 +26,7 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.overlaid import write_overlay
-from station.app.simulated_again import simulated_again
+from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
 from station.gap.diagnose import Examined, examined
 from station.gap.evidence.evidence import Setting
@@ -56,7 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
     parser.add_argument("--report", type=Path, metavar="PATH", help="write it as one HTML page with figures")
     parser.add_argument(
-        "--overlay", type=Path, metavar="PATH.rrd", help="write recording and simulations, marked, for the Rerun viewer"
+        "--overlay",
+        type=Path,
+        metavar="PATH.rrd",
+        help="write recording and simulations (by --simulate, or else planar), marked, for the Rerun viewer",
     )
     parser.add_argument(
         "--simulate",
@@ -137,6 +140,8 @@ def diagnose_file(
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
+        if simulate:
+            refuse_unknown(simulate, rig=config)
         tell("reading the recording")
         recorded = load_signals(reader)
     found = examined(
@@ -174,7 +179,15 @@ def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> N
     reader = open_recording(path)
     rig = rig_of(reader, path=options.rig)
     known = catalogue_of_table(rig.physics)
-    write_overlay(reader, diagnosis, options.overlay, rig=rig, known=known, rig_path=options.rig)
+    write_overlay(
+        reader,
+        diagnosis,
+        options.overlay,
+        rig=rig,
+        known=known,
+        rig_path=options.rig,
+        simulate=options.simulate or "planar",
+    )
 
 
 def _write(path: Path, text: str, *, what: str) -> None:

@@ -25,6 +25,8 @@ from station.simulators.planar.rest import Lying, Rest
 from station.simulators.planar.simulate import ONSET_M, Chances, Motions
 
 SHARE = 0.95
+SHARE_CREEPING = 0.5
+"""With settings under which a block creeps every step is taken from here on; what it creeps below that is left out."""
 CHUNK = 256
 """Runs that are followed together: each has a block of its own in memory."""
 _FOAM_STEP = 0.5

@@ -8,7 +8,6 @@ friction 0.36 seems to start 8° early on a ramp of 3°/s, and the pyramidal con
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +18,7 @@ from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model
 from station.signals.session import Signals
-from station.simulators.mujoco.batch import simulate
+from station.simulators.mujoco.batch import SHARE_CREEPING, simulate
 from station.simulators.mujoco.contact import MUJOCO_DEFAULT
 from station.simulators.mujoco.tilted import Setup
 from station.simulators.planar.commands import Commands, ramps
@@ -35,12 +34,9 @@ NEAR = 0.9
 DIRECTIONS_RAD = tuple(math.radians(angle) for angle in (0.0, 22.5, 45.0))
 LEAST_DEG, LEAST_MM = 0.1, 0.1
 """Smaller changes are not told."""
-_FROM = 0.5
-"""Share of the friction from which on every step is taken: what creeps below it is left out."""
 _CURED = 0.1
 _STAMP_S = 0.01
 _LOOKED_S = (0.02, 0.05, 0.08)
-_KEYS = {"cone", "impratio", "timestep_s", "noslip_iterations", "solref", "solimp", "tolerance"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,49 +45,6 @@ class Cure:
 
     text: str
     setup: Setup
-
-
-def setup_of_table(table: Mapping[str, Any]) -> Setup:
-    """The user's settings: `cone`, `impratio`, `timestep_s`, `noslip_iterations`, `solref`, `solimp`, `tolerance`.
-
-    What is left out is MuJoCo's default.
-
-    Raises:
-        UserError: for an unknown key, or a value that cannot be.
-    """
-    unknown = sorted(set(table) - _KEYS)
-    if unknown:
-        raise UserError(f"Expected settings among {', '.join(sorted(_KEYS))}, got {', '.join(unknown)}")
-    cone = table.get("cone", "pyramidal")
-    if cone not in {"pyramidal", "elliptic"}:
-        raise UserError(f'Expected cone = "pyramidal" or "elliptic", got {cone!r}')
-    contact = replace(
-        MUJOCO_DEFAULT,
-        elliptic=cone == "elliptic",
-        impratio=_positive(table, "impratio", MUJOCO_DEFAULT.impratio),
-        tolerance=_positive(table, "tolerance", MUJOCO_DEFAULT.tolerance),
-        solref=_numbers(table, "solref", MUJOCO_DEFAULT.solref),
-        solimp=_numbers(table, "solimp", MUJOCO_DEFAULT.solimp),
-    )
-    noslip = table.get("noslip_iterations", 0)
-    if not isinstance(noslip, int) or noslip < 0:
-        raise UserError(f"Expected noslip_iterations as a whole number of at least 0, got {noslip!r}")
-    return Setup(contact=contact, step_s=_positive(table, "timestep_s", 0.002), noslip=noslip, solid=True)
-
-
-def _positive(table: Mapping[str, Any], key: str, usual: float) -> float:
-    value = table.get(key, usual)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0):
-        raise UserError(f"Expected {key} as a positive number, got {value!r}")
-    return float(value)
-
-
-def _numbers(table: Mapping[str, Any], key: str, usual: tuple[float, ...]) -> Any:
-    value = table.get(key, usual)
-    right = isinstance(value, list | tuple) and len(value) == len(usual)
-    if not right or not all(isinstance(one, int | float) for one in value):
-        raise UserError(f"Expected {key} as {len(usual)} numbers, got {value!r}")
-    return tuple(float(one) for one in value)
 
 
 def cures(baseline: Setup) -> tuple[Cure, ...]:
@@ -183,7 +136,7 @@ class _Reading:
 
 def _readings(commands: Commands, mu_s: float, setup: Setup) -> _Reading:
     times = np.arange(0.0, float(commands.end_s.max()), _STAMP_S)
-    motions = simulate(commands, Model(mu_s=mu_s), time_s=times, setup=setup, share=_FROM)
+    motions = simulate(commands, Model(mu_s=mu_s), time_s=times, setup=setup, share=SHARE_CREEPING)
     away = np.linalg.norm(motions.path[..., :2] - motions.path[:, :1, :2], axis=2)
     moved = away > READ_M
     at = np.where(moved.any(axis=1), times[moved.argmax(axis=1)], np.nan)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +37,18 @@ HOLDING = replace(EXACT, impratio=2e5)
 """The twin's contact, and a block that holds better still: the first millisecond of a slide is seen."""
 
 
+Solver = Literal["Newton", "CG", "PGS"]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """How MuJoCo is set: contact, time step, iterations of its noslip solver, and which kind of block."""
+    """How MuJoCo is set: contact, time step, solver, iterations of it and of noslip, and which kind of block."""
 
     contact: Contact = HOLDING
     step_s: float = STEP_S
     noslip: int = 0
+    solver: Solver = "Newton"
+    iterations: int = 100
     solid: bool = False
 
 
@@ -66,6 +71,7 @@ def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
     spec.modelname, spec.memory = "block on a tilting plate", _MEMORY
     contact, option = setup.contact, spec.option
     option.timestep, option.noslip_iterations = setup.step_s, setup.noslip
+    option.solver, option.iterations = _solvers()[setup.solver], setup.iterations
     option.cone = mj.mjtCone.mjCONE_ELLIPTIC if contact.elliptic else mj.mjtCone.mjCONE_PYRAMIDAL
     option.impratio, option.tolerance = contact.impratio, contact.tolerance
     spec.worldbody.add_geom(name="plate", type=mj.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.01], contype=0, conaffinity=0)
@@ -83,6 +89,10 @@ def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
     pair = spec.add_pair(geomname1="plate", geomname2="sole", condim=3 if setup.solid else 4)
     pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
     return spec.compile()
+
+
+def _solvers() -> dict[Solver, Any]:
+    return {"Newton": mj.mjtSolver.mjSOL_NEWTON, "CG": mj.mjtSolver.mjSOL_CG, "PGS": mj.mjtSolver.mjSOL_PGS}
 
 
 def _add_shape(block: Any, setup: Setup, side_m: float) -> None:

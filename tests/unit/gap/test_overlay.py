@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.config import Table
 from shared.errors import UserError
 from station.app.overlaid import overlay_of, write_overlay
 from station.gap.result import Diagnosis, EffectFound, Located, Stretch, Value
@@ -66,6 +67,21 @@ def test_recorded_and_simulated_blocks_stand_in_one_file(tmp_path: Path) -> None
     assert rows["/log/diagnosis"] == 1
     assert rows["/world/platform/located"] == 2
     assert rows["/diagnosis"] == 1
+
+
+def test_the_ghosts_are_those_of_the_simulator_that_was_asked_for() -> None:
+    """In MuJoCo with the user's own soft contact a block has crept down by the time it slides."""
+    recorded, rig = golden()
+    soft = replace(rig, simulator=Table({"mujoco": {"cone": "elliptic"}}))
+    planar, mujoco = (
+        overlay_of(recorded, diagnosis(claimed=False), rig=soft, known=catalogue(), simulate=name)
+        for name in ("planar", "mujoco")
+    )
+    assert "simulated before (mujoco)" in mujoco.words
+    apart = planar.ghosts[0].path.pose[:, :2] - mujoco.ghosts[0].path.pose[:, :2]
+    assert np.linalg.norm(apart, axis=1).max() > 1e-3
+    for ghost in (planar.ghosts[0], mujoco.ghosts[0]):
+        assert np.array_equal(ghost.path.time_ns, planar.ghosts[0].path.time_ns)
 
 
 def test_without_a_claim_there_is_no_after(tmp_path: Path) -> None:

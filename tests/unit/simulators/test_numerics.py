@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -9,15 +10,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from shared.config import Table
 from shared.errors import UserError
+from shared.rig import RigConfig, rig_of_table
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.signals.session import Signals
 from station.simulators.artefacts import artefacts
-from station.simulators.mujoco.numerics import BASELINE, checks, cures, numerics, setup_of_table
+from station.simulators.mujoco.numerics import BASELINE, checks, cures, numerics
+from station.simulators.mujoco.own_settings import own_setup, setup_of_table
+from station.simulators.mujoco.tilted import Setup
 from station.simulators.planar.commands import Commands, ramps
 from station.simulators.simulator import simulator
 from tests.unit.simulators.test_planar_session import MU, golden
+
+
+def settings(**values: Any) -> Setup:
+    return setup_of_table(Table(values, "rig.toml", "", ("simulator", "mujoco")))
 
 
 @cache
@@ -48,16 +57,16 @@ def test_their_cone_is_a_pyramid() -> None:
 
 
 def test_of_right_settings_nothing_is_said() -> None:
-    right = setup_of_table({"cone": "elliptic", "impratio": 100.0, "noslip_iterations": 3})
+    right = settings(cone="elliptic", impratio=100.0, noslip_iterations=3)
     assert checks(ramp(), mu_s=MU, baseline=right) == []
 
 
 def test_the_cures_are_ordered_and_leave_the_users_other_settings() -> None:
-    own = setup_of_table({"timestep_s": 0.004, "solref": [0.01, 1.0]})
+    own = settings(timestep_s=0.004, solref=[0.01, 1.0])
     steps = [cure.setup.step_s for cure in cures(own)]
     assert steps == [0.002, 0.004, 0.004, 0.004, 0.002]
     assert {cure.setup.contact.solref for cure in cures(own)} == {(0.01, 1.0)}
-    assert setup_of_table({}) == BASELINE
+    assert settings() == BASELINE
 
 
 @pytest.mark.parametrize(
@@ -65,14 +74,45 @@ def test_the_cures_are_ordered_and_leave_the_users_other_settings() -> None:
     [
         ({"cone": "round"}, "pyramidal"),
         ({"friction": 1}, "friction"),
-        ({"impratio": -1}, "impratio"),
-        ({"solref": [1]}, "2 numbers"),
+        ({"impratio": -1.0}, "impratio"),
+        ({"solref": [1]}, "list of 2 values"),
         ({"noslip_iterations": 0.5}, "whole number"),
+        ({"noslip_iterations": -1}, "noslip_iterations"),
+        ({"solver": "newton"}, "'Newton', 'CG', 'PGS'"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(table: dict[str, Any], word: str) -> None:
     with pytest.raises(UserError, match=word):
-        setup_of_table(table)
+        settings(**table)
+
+
+def with_settings(rig: RigConfig, text: str) -> RigConfig:
+    return rig_of_table(Table(tomllib.loads(rig.text + text), "rig.toml", rig.text + text))
+
+
+def test_a_rig_files_settings_are_those_of_the_users_simulation() -> None:
+    """The settings of a user who changes nothing creep: onsets that right settings hold are read degrees early."""
+    recorded, rig = golden()
+    assert own_setup(rig) is None
+    text = '\n[simulator.mujoco]\ncone = "elliptic"\nsolver = "CG"\n'
+    own = own_setup(with_settings(rig, text))
+    assert own is not None
+    assert own.solid
+    assert own.contact.elliptic
+    assert own.solver == "CG"
+    right, soft = (
+        simulator("mujoco").repeat(recorded, Model(mu_s=MU), rig=each) for each in (rig, with_settings(rig, text))
+    )
+    early = [a.onset_angle_rad - b.onset_angle_rad for a, b in zip(right.samples, soft.samples, strict=True)]
+    assert np.degrees(np.median(early)) > 1.0
+
+
+def test_settings_of_another_simulator_are_refused_with_their_line() -> None:
+    _, rig = golden()
+    with pytest.raises(UserError, match=r"line \d+: expected mujoco.*'simulator.drake'"):
+        own_setup(with_settings(rig, "\n[simulator.drake]\nstep = 1\n"))
+    with pytest.raises(UserError, match=r"line \d+: expected one of cone.*'simulator.mujoco.gravity', got an unknown"):
+        own_setup(with_settings(rig, "\n[simulator.mujoco]\ngravity = 1\n"))
 
 
 def test_recorded_tilts_are_tried() -> None:
