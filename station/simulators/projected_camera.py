@@ -20,8 +20,6 @@ from shared.messages import AgentStatus, CameraGeometry, MarkerCorners
 _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 _TIPPED_COSINE = math.cos(math.radians(4.0))
 _NOISE_BLOCK = 512
-BLOCK = 0
-"""The marker id of the block's mark."""
 Shift = tuple[float, float]
 
 
@@ -114,11 +112,18 @@ class ProjectedCamera:
             self._pose, self._outline, self._tipped = pose, self._outline_of(pose), _tipped(pose)
         corners = tuple(map(add, self._shifted(sag_px), self._next_noise()))
         inside = self._inside(corners)
-        sigma_px, exposure_ns = self._settings.sigma_px, self._settings.exposure_ns
-        # By position, in the order of the class: it is made ninety times a second.
+        settings = self._settings
         return MarkerCorners(
-            *(now_ns, self._seq, corners if inside else (), sigma_px, sigma_px, exposure_ns, (0, 0, 0, 0)),
-            *(inside, "" if inside else "the marker is out of the frame", BLOCK, 0, self._tipped),
+            now_ns,
+            self._seq,
+            corners if inside else (),
+            settings.sigma_px,
+            settings.sigma_px,
+            settings.exposure_ns,
+            (0, 0, 0, 0),
+            inside,
+            "" if inside else "the marker is out of the frame",
+            tipped=self._tipped,
         )
 
     def _inside(self, corners: tuple[float, ...]) -> bool:

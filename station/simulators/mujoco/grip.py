@@ -19,8 +19,7 @@ FLOATS = NDArray[np.float64]
 GRAVITY = 9.81
 CREEP_M_S = 1e-3
 """What moves more slowly on the plate feels nothing of its turning (below 0.001 m/s² at 20 degrees/s)."""
-_LEVEL = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-_STILL = (0.0,) * 12
+_LEVEL: FLOATS = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 Three = Sequence[float]
 
 
@@ -28,45 +27,41 @@ class PlateMotion:
     """The plate's last poses, at the ends of successive stretches of time, and what its motion demands of a block."""
 
     def __init__(self) -> None:
-        self._pose: FLOATS | None = None
-        self._rate: FLOATS | None = None
-        self._seconds = 0.0
-        self._rows: Sequence[float] = _LEVEL
-        self._middle: Sequence[float] = _LEVEL
-        self._turning: Sequence[float] = _STILL
-        self._bend: Sequence[float] = _STILL
+        self._poses = (_LEVEL, _LEVEL)
+        """Before and now: the rotation row by row, and the place."""
+        self._rate = self._bend = np.zeros(12)
+        """How the pose changes, and how that changes."""
+        self._known, self._seconds = 0, 0.0
 
     def take(self, bodies: Bodies, *, seconds: float) -> None:
         """The plate is there now, `seconds` after the call before."""
         pose = np.concatenate((bodies.plate_rotation, bodies.plate_place))
-        before, self._pose = self._pose, pose
-        self._rows = self._middle = pose.tolist()
-        if before is not None:
-            rate = (pose - before) / seconds
-            if self._rate is not None:
-                self._bend = ((rate - self._rate) / (0.5 * (seconds + self._seconds))).tolist()
-            self._rate, self._turning = rate, rate.tolist()
-            self._middle = (0.5 * (pose + before)).tolist()
-        self._seconds = seconds
+        before = self._poses[1] if self._known else pose
+        rate = (pose - before) / seconds
+        if self._known > 1:
+            self._bend = (rate - self._rate) / (0.5 * (seconds + self._seconds))
+        self._poses, self._rate, self._seconds = (before, pose), rate, seconds
+        self._known += 1
 
     def needed(self, place: Three) -> tuple[float, float, float]:
         """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place` on the plate, now."""
-        return self._force(place, self._rows)
+        return self._force(place, self._poses[1])
 
     def pull(self, place: Three, velocity: Three) -> tuple[float, float, float]:
         """The acceleration (m/s², plate frame) of what nothing holds at `place`, for the stretch of time just taken.
 
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
         """
-        fx, fy, fz = self._force(place, self._middle)
+        middle = 0.5 * (self._poses[0] + self._poses[1])
+        fx, fy, fz = self._force(place, middle)
         vx, vy, vz = velocity
         if vx * vx + vy * vy < CREEP_M_S**2:
             return -fx, -fy, -fz
-        wx, wy, wz = self._spin()
+        wx, wy, wz = _spin(middle, self._rate)
         return -fx - 2 * (wy * vz - wz * vy), -fy - 2 * (wz * vx - wx * vz), -fz - 2 * (wx * vy - wy * vx)
 
-    def _force(self, place: Three, rows: Sequence[float]) -> tuple[float, float, float]:
-        (x, y, z), b, r = place, self._bend, rows
+    def _force(self, place: Three, pose: FLOATS) -> tuple[float, float, float]:
+        (x, y, z), b, r = place, self._bend.tolist(), pose.tolist()
         ax = b[0] * x + b[1] * y + b[2] * z + b[9]
         ay = b[3] * x + b[4] * y + b[5] * z + b[10]
         az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY
@@ -76,14 +71,15 @@ class PlateMotion:
             r[2] * ax + r[5] * ay + r[8] * az,
         )
 
-    def _spin(self) -> tuple[float, float, float]:
-        """The plate's angular velocity (rad/s, plate frame), from its rotation and how that changes."""
-        r, t = self._middle, self._turning
-        return (
-            r[2] * t[1] + r[5] * t[4] + r[8] * t[7],
-            r[0] * t[2] + r[3] * t[5] + r[6] * t[8],
-            r[1] * t[0] + r[4] * t[3] + r[7] * t[6],
-        )
+
+def _spin(pose: FLOATS, rate: FLOATS) -> tuple[float, float, float]:
+    """The plate's angular velocity (rad/s, plate frame), from its rotation and how that changes."""
+    r, t = pose.tolist(), rate.tolist()
+    return (
+        r[2] * t[1] + r[5] * t[4] + r[8] * t[7],
+        r[0] * t[2] + r[3] * t[5] + r[6] * t[8],
+        r[1] * t[0] + r[4] * t[3] + r[7] * t[6],
+    )
 
 
 class Hold:

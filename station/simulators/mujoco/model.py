@@ -44,7 +44,7 @@ class Scene:
     block: Block
     plate: Plate
     contact: Contact = EXACT
-    step_s: float = 0.002
+    step_s: float = 0.0025
 
 
 def build_arm(scene: Scene) -> Any:
@@ -55,7 +55,7 @@ def build_arm(scene: Scene) -> Any:
     _add_block(plate.add_body(name="block", pos=[0, 0, scene.block.side_m / 2]), scene.block)
     # Nothing can touch anything here, so MuJoCo need not look for it.
     spec.option.disableflags = mj.mjtDisableBit.mjDSBL_CONTACT | mj.mjtDisableBit.mjDSBL_CONSTRAINT
-    return spec.compile()
+    return _bare(spec)
 
 
 def build_block(scene: Scene, *, bordered: bool) -> Any:
@@ -69,6 +69,18 @@ def build_block(scene: Scene, *, bordered: bool) -> Any:
     block.add_freejoint(name="block")
     _add_pairs(spec, scene, bordered=bordered)
     _add_block(block, scene.block)
+    return spec.compile()
+
+
+def _bare(spec: Any) -> Any:
+    """The compiled model without shapes, which give the bodies their inertia and then only cost time in every step."""
+    whole = spec.compile()
+    for body in spec.bodies[1:]:
+        number = whole.body(body.name).id
+        body.mass, body.inertia = whole.body_mass[number], whole.body_inertia[number]
+        body.ipos, body.iquat, body.explicitinertial = whole.body_ipos[number], whole.body_iquat[number], True
+    for shape in [*spec.geoms, *spec.sites, *spec.cameras]:
+        spec.delete(shape)
     return spec.compile()
 
 
