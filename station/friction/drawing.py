@@ -10,6 +10,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from shared.errors import UserError
 from station.friction.direction import Array
@@ -21,6 +22,7 @@ FLAGGED = "#d62728"
 DIRECTION_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 """Of the four tilting directions; told apart by colour-blind readers, too (Okabe and Ito)."""
 DOTS_PER_INCH = 200
+_RINGS = 4
 _STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -61,6 +63,13 @@ def degrees_beside(axes: Any) -> None:
     """A second scale in degrees at the right of an axis in radians."""
     beside = axes.secondary_yaxis("right", functions=(np.degrees, np.radians))
     beside.set_ylabel("degrees")
+
+
+def settle_radius(axes: Any, *, top: float) -> None:
+    """A polar plot's radius from 0 to `top`, with few enough numbers to be read."""
+    axes.set_rlim(0, top)
+    axes.yaxis.set_major_locator(MaxNLocator(_RINGS, prune="both"))
+    axes.tick_params(axis="y", labelsize=6.0)
 
 
 def image_size_px(slides: Slides) -> tuple[int, int]:

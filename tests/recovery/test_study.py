@@ -21,7 +21,7 @@ from station.app.commands import analyze
 from station.app.study import paper
 from station.app.study.beside import tables_of
 from station.app.study.compare import Row, pace_row, rows_of, verdicts_of
-from station.app.study.design import parts_of
+from station.app.study.design import parts_of, start_of
 from station.app.study.essentials import LEFT_OUT
 from station.app.study.progress import EVERY_S, Told
 from station.app.study.rigs import rig_of, rig_text
@@ -30,8 +30,8 @@ from station.friction.results import PairResult, analyse
 from station.recording.reader import digest, open_recording
 from tests.unit.friction.sessions import GEOMETRY, session
 
-SAMPLES = 32
-"""Eight for each pair."""
+SAMPLES = 20
+"""Five for each pair."""
 
 
 def study(out: Path, *, samples: int = SAMPLES, seed: int = 3) -> int:
@@ -60,9 +60,13 @@ def test_a_small_study_measures_what_is_planted_and_goes_on_where_it_was_broken_
     assert means["steel on steel"]["simulated"] > 1.4 * means["steel on wood"]["simulated"]
 
     one = out / "recordings" / "wood_on_wood_01.mcap"
+    parts = {part.path.name: part for part in parts_of(SAMPLES, seed=3, folder=one.parent)}
     assert not LEFT_OUT & set(open_recording(one).topics)
     assert main(["doctor", str(one)]) == 0
     assert main(["check", str(one)]) == 0, "a replay takes other decisions"
+
+    turned = open_recording(one).samples()[0].start_yaw_rad - start_of(parts[one.name]).yaw_rad
+    assert abs((turned + np.pi) % (2 * np.pi) - np.pi) < 0.01
 
     kept, lost = (out / "recordings" / f"{name}_01.mcap" for name in ("wood_on_steel", "steel_on_wood"))
     stamp = kept.stat().st_mtime_ns

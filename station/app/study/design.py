@@ -1,8 +1,10 @@
 """How the study is divided: pairs into sessions, each with a seed, a rig file and a recording of its own.
 
-Every session is one process's work of a few minutes, which is what breaking the study off costs at most. A session
-narrows its range of tilts only after 25 samples of a direction, as the paper's does: until then steps are coarse and
-blocks slide fast and far, so that sessions should be long.
+Every session is one process's work of a minute or two, which is what breaking the study off costs, and some two hours
+and a half of the simulated rig's time. It narrows its range of tilts only after 25 samples of a direction, as the
+paper's does: until then steps are coarse, and blocks slide fast and far. Nothing but the foam turns a block there, and
+in the paper's figures blocks lie at every angle: so each session begins with the block laid down at another place and
+angle.
 
 The paper does not say how fast it tilts, only that a sample takes 22 s on average. The pause after each step is set to
 come to that. It matters: on a plate that goes on tilting while the block slides, the block is fast when its slide is
@@ -21,8 +23,10 @@ from shared.errors import UserError
 from station.app.study.paper import PAIRS, PaperPair
 from station.sampling.plan import Plan, TiltPlan
 
-SESSION_SAMPLES = 800
+SESSION_SAMPLES = 400
 """At most so many in a session."""
+START_WITHIN_M = 0.01
+"""A hand lays the block down this near to the middle of the plate."""
 HOLD_S = 0.5
 """After each step: with it a sample takes the paper's 22 s on average over the four pairs (`study.json` says)."""
 
@@ -75,3 +79,19 @@ def _shares(total: int, shares: int) -> list[int]:
 def plan_of(part: Part) -> Plan:
     """The session's plan: the paper's, at the paper's pace."""
     return Plan(samples=part.samples, seed=part.seed, tilt=TiltPlan(hold_s=HOLD_S))
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a session's block lies at first, in the plate frame."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
+def start_of(part: Part) -> Start:
+    """The place and angle at which the block is laid down: by chance, and the same whenever it is asked."""
+    rng = np.random.default_rng([part.seed, 1])
+    x_m, y_m = rng.uniform(-START_WITHIN_M, START_WITHIN_M, 2).tolist()
+    return Start(x_m, y_m, float(rng.uniform(-math.pi, math.pi)))

@@ -20,7 +20,7 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
-from station.app.study.design import Part, plan_of
+from station.app.study.design import Part, plan_of, start_of
 from station.app.study.essentials import Essentials
 from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
@@ -99,7 +99,9 @@ def simulate(part: Part) -> None:
     recording = Essentials(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S)
     with recording:
         recording.describe()
-        outcome = Lockstep(rig, plan, recording=recording).run(on_sample=_count)
+        session, start = Lockstep(rig, plan, recording=recording), start_of(part)
+        session.twin.world.place_block(start.x_m, start.y_m, start.yaw_rad)
+        outcome = session.run(on_sample=_count)
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
     os.replace(growing, part.path)

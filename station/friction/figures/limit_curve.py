@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import by_direction
-from station.friction.drawing import FLAGGED, KEPT, nothing_to_draw
+from station.friction.drawing import FLAGGED, KEPT, nothing_to_draw, settle_radius
 from station.friction.limit_curve.choice import Choice
 from station.friction.limit_curve.estimates import band_of
 from station.friction.limit_curve.observations import Observations, observations_of
@@ -21,10 +21,12 @@ CAPTION = (
     "Limit curve. Left: friction by the direction of the slide (median of all runs), its 90 % interval shaded, each "
     "slide a dot, and the paper's mean of 32 bins as squares. Right: what holds the block against a pull, by the "
     "pull's direction, which is what a tilt measures; triangles are runs that ended without a slide and would have "
-    "taken more. Directions are against the object, or the plate where the curve is fixed to that; a curve of both is "
-    "drawn for an object that is not turned on the plate."
+    "taken more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where the "
+    "curve is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
 )
 _BINS = 32
+_RIM = 1.6
+"""Of the plot, over the curve's highest value: a run that the foam held would else make a point of the curve."""
 
 
 def draw(pair: Pair) -> Figure:
@@ -45,7 +47,7 @@ def draw(pair: Pair) -> Figure:
         axes.set_title(title)
         axes.grid(linewidth=0.4, color="0.8")
         axes.spines["polar"].set_linewidth(0.5)
-        axes.set_rlim(0, axes.get_rmax())
+        settle_radius(axes, top=_rim(choice))
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2)
     return figure
 
@@ -55,6 +57,7 @@ def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> N
     turn = runs.orientation_rad if plate else 0.0
     # What friction does along the slide: the pull's part there.
     mu = np.exp(runs.pull) * np.cos(runs.slide_rad - runs.towards_object_rad)
+    mu = np.minimum(mu, _rim(choice))
     axes.scatter(runs.slide_rad + turn, mu, s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)
     kept = pair.kept
     bins = by_direction(kept.plate_rad if plate else kept.object_rad, kept.mu, span_rad=2 * math.pi, bins=_BINS)
@@ -67,14 +70,20 @@ def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> N
 
 def _draw_pulls(axes: Any, choice: Choice, runs: Observations) -> None:
     towards = runs.towards_plate_rad if choice.best.layout.frame == "plate" else runs.towards_object_rad
-    axes.scatter(towards, np.exp(runs.pull), s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)
+    pull, above = (np.minimum(np.exp(each), _rim(choice)) for each in (runs.pull, runs.above))
+    axes.scatter(towards, pull, s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)
     censored = runs.censored
     if censored.any():
         axes.plot(
-            towards[censored], np.exp(runs.above[censored]), "^", color="#0072b2", markersize=3, label="no slide"
+            towards[censored], above[censored], "^", color="#0072b2", markersize=3, label="no slide"
         )  # fmt: skip
     phi = np.linspace(0, 2 * math.pi, 181)
     axes.plot(phi, choice.best.layout.curve(choice.best.values).force(phi), color=FLAGGED, label="limit curve")
+
+
+def _rim(choice: Choice) -> float:
+    circle = np.linspace(0, 2 * math.pi, 181)
+    return _RIM * float(choice.best.layout.curve(choice.best.values).force(circle).max())
 
 
 def _dot(number: int) -> float:

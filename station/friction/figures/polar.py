@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from station.friction.drawing import DIRECTION_COLOURS, nothing_to_draw
+from station.friction.drawing import DIRECTION_COLOURS, nothing_to_draw, settle_radius
 from station.friction.pairs import Pair
 from station.friction.slides import Slides
 
@@ -51,7 +51,7 @@ def _dots(axes: Any, slides: Slides, direction: Any) -> None:
             direction[chosen], slides.theta_rad[chosen], s=size, color=colour, linewidths=0, alpha=0.7,
             rasterized=True, label=f"tilted about {number * 90}°",
         )  # fmt: skip
-    axes.set_rlim(0, 1.05 * float(slides.theta_rad.max()))
+    settle_radius(axes, top=1.05 * float(slides.theta_rad.max()))
     axes.set_rlabel_position(22.5)
     axes.grid(linewidth=0.4, color="0.8")
     axes.spines["polar"].set_linewidth(0.5)

@@ -8,8 +8,8 @@ go (`series`). Then
 
 where the error has the measured direction's own variance, a least one, and that of the pull's direction (a plate off
 level, a knock, a bump), magnified by dphi/ddelta: by up to (mu_1/mu_2)² where friction is highest, which is why slides
-keep away from there. Censored runs give the probability of holding on, brackets that of their interval; a run that would have gone
-unseen below a pull is divided by the probability of being seen. A hinge keeps the curve convex.
+keep away from there. Censored runs give the probability of holding on, brackets that of their interval; a run that
+would have gone unseen below a pull is divided by the probability of being seen. A hinge keeps the curve convex.
 """
 
 from __future__ import annotations
