@@ -10,7 +10,7 @@ import pytest
 
 from shared.messages import Sample
 from station.friction.drawing import render
-from station.friction.figures import FigureKind, figure_kinds
+from station.friction.figures import FigureKind, figure_kinds, limit_curve
 from station.friction.pairs import Session, pairs_of
 from tests.unit.friction.sessions import GEOMETRY, sample, session
 
@@ -39,3 +39,14 @@ def test_every_figure_is_drawn_of_every_table(kind: FigureKind, table: str, tmp_
 
 def test_the_papers_figures_are_there():
     assert [kind.number for kind in figure_kinds()][:4] == [6.0, 7.0, 8.0, 9.0]
+
+
+def test_a_run_that_the_foam_held_does_not_shrink_the_limit_curve_to_a_point():
+    held = [replace(sample(run=61, angle_rad=1.1), censored=True), sample(run=62, angle_rad=0.95)]
+    (pair,) = pairs_of([Session([*session(60, rng=np.random.default_rng(1)), *held], GEOMETRY)])
+    figure = limit_curve.draw(pair)
+    assert [axes.get_rmax() < 2 * 0.36 for axes in figure.axes] == [True, True]  # pyright: ignore[reportAttributeAccessIssue] # polar
+    drawn = np.concatenate([line.get_ydata() for axes in figure.axes for line in axes.lines])
+    assert np.nanmax(drawn) <= figure.axes[1].get_rmax() + 1e-9  # pyright: ignore[reportAttributeAccessIssue] # polar
+    labels = {text for axes in figure.axes for text in axes.get_legend_handles_labels()[1]}
+    assert "no slide" in labels
