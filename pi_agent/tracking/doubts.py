@@ -72,12 +72,14 @@ def grain_sigma(
     Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use.
     """
-    slow = _slow(line) * lines.end_variance(line, expected)
+    slow = _slow(line)
+    slow = np.maximum(0.5 * (slow + slow[_OPPOSITE]), lines.point_variance(line).mean())
     normal = 1j * np.conj(expected.tangent)
     start, end = (pull * normal).real, (pull[lines.NEXT] * normal).real
     pulled = 0.5 * (start * start + end * end)
-    coherent = GRAIN_SLOW * slow + GRAIN_BLUR * blur_off_px**2
-    variance = 0.5 * (coherent + coherent[_OPPOSITE]) + GRAIN_PULL * pulled + GRAIN_PX**2
+    blurred = 0.5 * (blur_off_px**2 + blur_off_px[_OPPOSITE] ** 2)
+    variance = GRAIN_SLOW * slow * lines.end_variance(line, expected)
+    variance += GRAIN_BLUR * blurred + GRAIN_PULL * pulled + GRAIN_PX**2
     worst = float((variance + variance[lines.BEFORE]).max())
     return sqrt(float(np.add.reduce(variance)) / 4), sqrt(0.5 * worst)
 

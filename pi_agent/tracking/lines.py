@@ -152,9 +152,13 @@ def corner_sigma(fit: LineFit, edges: Edges) -> float:
     A corner moves with the ends of the two lines that meet there. Neighbouring points share pixels and texture: their
     correlation, taken from the residuals of all edges together, enlarges the scatter of a line.
     """
+    return float(np.sqrt(_inflation(fit) * float(point_variance(fit) @ end_variance(fit, edges)) / 4.0))
+
+
+def point_variance(fit: LineFit) -> Floats:
+    """Variance of the points about their lines (4,)."""
     squared = fit.weight * fit.residual * fit.residual
-    variance = np.add.reduce(squared, axis=1) / np.maximum(fit.moments[:, 0] - 2.0, 1.0)
-    return float(np.sqrt(_inflation(fit) * float(variance @ end_variance(fit, edges)) / 4.0))
+    return np.add.reduce(squared, axis=1) / np.maximum(fit.moments[:, 0] - 2.0, 1.0)
 
 
 def end_variance(fit: LineFit, edges: Edges) -> Floats:

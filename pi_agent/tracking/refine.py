@@ -22,7 +22,7 @@ BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straig
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
 GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
 LEAST_GLOW = 2.0  # nor is this, of 255
-DIM = 20.0  # contrast (of 255) below which the noise of the pixels is more than the texture
+DIM = 20.0, 12.0, 7.0  # contrasts (of 255) below which the noise of the pixels counts more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
@@ -44,7 +44,7 @@ class Task:
 
     model: steps.StepModel
     known: steps.StepModel
-    dim: steps.StepModel
+    dim: tuple[steps.StepModel, ...]
     moving: steps.SmearedModels
     left_out: Floats | None = None
 
@@ -53,9 +53,9 @@ class Task:
         """The task for bare tape on a textured plate, or for a mark with its own margin."""
         model, moving = steps.step_model(textured=textured), steps.smeared_models(textured=textured)
         if not textured:
-            return Task(model, model, model, moving, left_out)
+            return Task(model, model, (model,) * len(DIM), moving, left_out)
         known = steps.step_model(textured=True, known_blur=True)
-        dim = steps.step_model(textured=True, known_blur=True, noise=steps.DIM_NOISE)
+        dim = tuple(steps.step_model(textured=True, known_blur=True, noise=noise) for noise in steps.DIM_NOISE)
         return Task(model, known, dim, moving, left_out)
 
     @property
@@ -67,7 +67,8 @@ class Task:
         """The estimator at a contrast (of 255)."""
         if not known_blur:
             return self.model
-        return self.known if contrast > DIM else self.dim
+        level = sum(contrast < limit for limit in DIM)
+        return self.known if level == 0 else self.dim[level - 1]
 
 
 @dataclass(frozen=True)

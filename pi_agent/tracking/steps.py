@@ -13,8 +13,8 @@ share of the exposure for which it is uncovered.
 """
 
 from functools import lru_cache
-from math import erf, sqrt
-from typing import NamedTuple
+from math import erf, prod, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ Matrix = NDArray[np.float32]
 STEPS = np.linspace(-3.0, 3.0, 13)  # places along a profile, in blur deviations
 STEPS_ON_GRAIN = np.linspace(-4.5, 3.0, 15)  # the same beside a textured plate: the dark must be known well
 NOISE = 0.009  # of the pixels, in contrasts, as far as it is left in the mean of neighbouring profiles
-DIM_NOISE = 0.02  # the same in dim light
+DIM_NOISE = 0.02, 0.04, 0.07  # the same in dim light, and in still dimmer
 OTHER_NOISE = 0.06, 0.1  # noise and relative error of the blur for an estimator beside a margin that minds shadows less
 KNOWN_BLUR = 0.007  # relative error of a blur that is taken as known
 REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of blur and smear
@@ -34,6 +34,7 @@ TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
 FAR = 0.4  # where it is told how much wider a step seems that lies away
+MATRICES = 3  # parts of a model that are matrices
 SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
@@ -93,15 +94,23 @@ class SmearedModels:
     def __init__(self, *, textured: bool) -> None:
         smears = np.arange(0.0, MOST_SMEAR + SMEAR_STEP, SMEAR_STEP)
         models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
-        self._parts = [np.stack(part) for part in zip(*(_flat(model) for model in models), strict=True)]
+        self._shapes = [np.shape(part) for part in _flat(models[0])]
+        rows = [[np.ravel(part) for part in _flat(model)] for model in models]
+        # Packed in two, so that going between two models is one sum for all matrices and one for all tables.
+        self._matrices = np.stack([np.concatenate(row[:MATRICES]) for row in rows]).astype(np.float32)
+        self._tables = np.stack([np.concatenate(row[MATRICES:]) for row in rows])
 
     def at(self, smear: Floats) -> StepModel:
         """The estimators of four edges with these smears (4,), in blur deviations: between the two nearest ones."""
-        place = np.clip(smear / SMEAR_STEP, 0.0, len(self._parts[0]) - 1.001)
+        place = np.clip(smear / SMEAR_STEP, 0.0, len(self._tables) - 1.001)
         first = place.astype(np.intp)
-        share = place - first
-        mixed = [_between(part, first, share) for part in self._parts]
-        return StepModel(*mixed[:4], *(Table(*mixed[at : at + 2]) for at in (4, 6, 8)), *mixed[10:])
+        share = (place - first)[:, None]
+        matrices = _cut(_between(self._matrices, first, share.astype(np.float32)), self._shapes[:MATRICES])
+        tables = _cut(_between(self._tables, first, share), self._shapes[MATRICES:])
+        solve, misfit, sloped_misfit = matrices
+        return StepModel(
+            tables[0], solve, misfit, sloped_misfit, *map(Table, tables[1:7:2], tables[2:7:2]), *tables[7:]
+        )
 
 
 @lru_cache(maxsize=2)
@@ -110,13 +119,28 @@ def smeared_models(*, textured: bool) -> SmearedModels:
     return SmearedModels(textured=textured)
 
 
-def _flat(model: StepModel) -> tuple[NDArray[np.float32] | Floats, ...]:
-    return (*model[:4], *model.table, *model.other_table, *model.sloped_table, *model[7:])
+def _flat(model: StepModel) -> tuple[Floats | Matrix, ...]:
+    """The parts of a model, the matrices first."""
+    tables = (*model.table, *model.other_table, *model.sloped_table)
+    return (model.solve, model.misfit, model.sloped_misfit, model.steps, *tables, *model[7:])
 
 
-def _between(part: Floats, first: NDArray[np.intp], share: Floats) -> Floats:
-    weight = share.reshape(4, *([1] * (part.ndim - 1))).astype(part.dtype)
-    return part[first] * (1 - weight) + part[first + 1] * weight
+def _between(rows: NDArray[Any], first: NDArray[np.intp], share: NDArray[Any]) -> NDArray[Any]:
+    low, high = rows[first], rows[first + 1]
+    high -= low
+    high *= share
+    low += high
+    return low
+
+
+def _cut(rows: NDArray[Any], shapes: list[tuple[int, ...]]) -> list[NDArray[Any]]:
+    """Rows (4, n) cut into arrays (4, …) of the shapes given."""
+    parts, start = [], 0
+    for shape in shapes:
+        stop = start + prod(shape)
+        parts.append(rows[:, start:stop].reshape(4, *shape))
+        start = stop
+    return parts
 
 
 def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> StepModel:

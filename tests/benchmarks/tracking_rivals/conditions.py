@@ -221,7 +221,7 @@ def occlusion(rng: Rng, mark: Mark) -> Trial:
         while True:
             middle = outline[int(rng.integers(len(outline)))]
             polygon = _thing(rng) - 300.0 + middle + rng.normal(0, 12, 2)
-            covered = np.mean([_holds(polygon, point) for point in outline[::4]])
+            covered = float(np.mean(_holds(polygon, outline[::4])))
             if 0.02 <= covered <= 0.25:
                 return replace(scene, occluders=(Layer((polygon,), float(rng.uniform(0.03, 0.9))),))
 
@@ -262,9 +262,10 @@ def _dense(polygon: Floats) -> Floats:
     return np.concatenate([a + share * (b - a) for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)])
 
 
-def _holds(polygon: Floats, point: Floats) -> bool:
-    step, gap = np.roll(polygon, -1, axis=0) - polygon, point - polygon
-    return bool(np.all(step[:, 0] * gap[:, 1] - step[:, 1] * gap[:, 0] >= 0))
+def _holds(polygon: Floats, points: Floats) -> NDArray[np.bool_]:
+    """Whether points (…, 2) lie in a convex polygon that is clockwise as seen."""
+    step, gap = np.roll(polygon, -1, axis=0) - polygon, points[..., None, :] - polygon
+    return np.all(step[:, 0] * gap[..., 1] - step[:, 1] * gap[..., 0] >= 0, axis=-1)
 
 
 NORMAL: dict[str, Maker] = {
