@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import multiprocessing
+import os
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from shared.errors import UserError
@@ -11,6 +15,9 @@ from shared.messages import CameraGeometry, Sample
 from station.friction.pairs import Session
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
+
+_WORTH_A_PROCESS_BYTES = 400_000_000
+"""Below this (some two seconds of reading) starting processes takes longer than they save."""
 
 
 def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
@@ -26,6 +33,24 @@ def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
         _check(sample, path)
     own = geometry_of(path) if path.suffix == ".mcap" else None
     return Session(samples, own or spare, str(path))
+
+
+def read_sessions(
+    paths: Sequence[Path], *, spare: CameraGeometry | None = None, jobs: int | None = None
+) -> list[Session]:
+    """The sessions of files, in their order; large recordings are read with all cores (or `jobs` processes).
+
+    Memory is bounded by the samples and a chunk for each process, however long the recordings are.
+
+    Raises:
+        UserError: as `read_session`.
+    """
+    sizes = [path.stat().st_size for path in paths if path.suffix == ".mcap" and path.exists()]
+    jobs = min(jobs or len(os.sched_getaffinity(0)), len(sizes))
+    if jobs < 2 or sum(sizes) < _WORTH_A_PROCESS_BYTES:
+        return [read_session(path, spare=spare) for path in paths]
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return list(pool.map(partial(read_session, spare=spare), paths))
 
 
 def require_different(sessions: Sequence[Session]) -> None:

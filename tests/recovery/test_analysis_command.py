@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.errors import UserError
 from shared.messages import Sample
 from station.__main__ import main
+from station.app import sessions
 from station.app.commands import analyze
 from station.recording.tables import read_samples, write_samples
 from station.recording.writer import Recording
@@ -109,6 +111,18 @@ def test_rerun_is_opened_on_request_and_where_there_is_a_display(
     assert main(["analyze", str(path), "--out", str(out), "--rerun"]) == 1
     assert f"rerun {out / 'figures.rrd'}" in capsys.readouterr().out.splitlines()[-1]
     assert len(opened) == 1
+
+
+def test_large_recordings_are_read_with_all_cores_to_the_same_sessions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    paths = [recorded(session(9, rng=np.random.default_rng(seed)), tmp_path / f"{seed}.mcap") for seed in range(3)]
+    alone = sessions.read_sessions(paths)
+    monkeypatch.setattr(sessions, "_WORTH_A_PROCESS_BYTES", 0)
+    together = sessions.read_sessions(paths, jobs=2)
+    assert [one.source for one in together] == [str(path) for path in paths]
+    assert [(one.samples, one.geometry) for one in together] == [(one.samples, one.geometry) for one in alone]
+    paths[1].write_bytes(b"no recording")
+    with pytest.raises(UserError, match="another kind of file"):
+        sessions.read_sessions(paths, jobs=2)
 
 
 def test_what_cannot_be_concluded_is_said_and_ends_with_one(

@@ -23,7 +23,7 @@ from rich.table import Table
 
 from shared.errors import UserError
 from shared.messages import Sample
-from station.app.sessions import geometry_of, read_session, require_different
+from station.app.sessions import geometry_of, read_sessions, require_different
 from station.friction.conclusions import conclusions
 from station.friction.drawing import render
 from station.friction.figures import figure_kinds
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(
             f"Expected a recording with a calibration for --calibration, but {options.calibration} has none"
         )
-    sessions = [read_session(path, spare=spare) for path in options.files]
+    sessions = read_sessions(options.files, spare=spare)
     if not any(session.samples for session in sessions):
         raise UserError(f"Expected samples in {_listed(options.files)}, but there is none: no run came to its end")
     require_different(sessions)

@@ -23,7 +23,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from station.app.commands.analyze import present, printed, write_results
-from station.app.sessions import read_session
+from station.app.sessions import read_sessions
 from station.app.study import paper
 from station.app.study.beside import as_json, tables_of
 from station.app.study.compare import pace_row, rows_of, verdicts_of
@@ -60,10 +60,11 @@ def run(options: argparse.Namespace) -> int:
     begin, console = time.perf_counter(), Console(width=None if sys.stdout.isatty() else 150, highlight=False)
     folder = options.out / "recordings"
     parts = parts_of(options.samples, seed=options.seed, folder=folder, session_samples=options.session_samples)
-    simulated = _simulate(parts, folder, jobs=options.jobs or len(os.sched_getaffinity(0)))
+    jobs = options.jobs or len(os.sched_getaffinity(0))
+    simulated = _simulate(parts, folder, jobs=jobs)
     simulating_s = time.perf_counter() - begin
     console.print(f"Simulated: {simulated} of {len(parts)} sessions, in {simulating_s:.0f} s. Analysing all samples …")
-    sessions = [read_session(part.path) for part in sorted(parts, key=lambda part: part.path)]
+    sessions = read_sessions(sorted(part.path for part in parts), jobs=jobs)
     rng = np.random.default_rng(options.seed)
     results = with_limit_curves(analyse(pairs_of(sessions), rng=rng), rng=rng)
     present(results, sessions)
