@@ -1,0 +1,103 @@
+"""What the diagnosis says of real tosses of a cube, and of label-permuted copies of them, its nulls.
+
+    REPOSE_CUBE_TOSSES=tosses.parquet pytest -m benchmark -s tests/benchmarks/test_cube_tosses.py
+
+prints how often anything is claimed of a copy; TOSSES_COPIES says how many there are (20), TOSSES_JOBS how many at a
+time. `tosses` says how a copy is made.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from joblib import Parallel, delayed
+
+from station.app.commands.diagnose import diagnose_file
+from station.gap.result import Diagnosis
+from station.prove.intervals import wilson
+from station.recording.importers import cube_tosses, write
+from tests.benchmarks.tosses import Toss, heading_of, permuted, slide_of, tosses_of, turned, write_table
+
+REAL = Path(os.environ.get("REPOSE_CUBE_TOSSES", ""))
+COPIES, JOBS = int(os.environ.get("TOSSES_COPIES", "20")), int(os.environ.get("TOSSES_JOBS", "2"))
+needs_data = pytest.mark.skipif(not REAL.is_file(), reason="REPOSE_CUBE_TOSSES does not name the table of tosses")
+
+
+def diagnosed(tosses: list[Toss], folder: Path, name: str) -> Diagnosis:
+    """What the command says of them."""
+    path = folder / f"{name}.mcap"
+    write(cube_tosses.read(write_table(tosses, folder / f"{name}.parquet")), path)
+    try:
+        return diagnose_file(path).diagnosis
+    finally:
+        path.unlink()
+
+
+def said(name: str, found: Diagnosis) -> str:
+    gain = f"{found.fit.log_score_gain:+.2f} ± {found.fit.gain_se:.2f}"
+    claims = ", ".join(f"{one.id} ({one.probability:.2f})" for one in found.effects) or "nothing"
+    return f"{name:10s} {found.verdict:18s} p = {found.global_p:<8.2g} gain a run {gain:16s} {claims}"
+
+
+@needs_data
+@pytest.mark.benchmark
+@pytest.mark.timeout(3600)
+def test_how_often_anything_is_claimed_of_permuted_tosses(tmp_path: Path) -> None:
+    tosses = tosses_of(REAL)
+    print(f"\n{len(tosses)} tosses, {sum(toss.slide.stop > 0 for toss in tosses)} of which slide flat")
+    print(said("recorded", diagnosed(tosses, tmp_path, "recorded")))
+    copies = [permuted(tosses, np.random.default_rng([20260101, number])) for number in range(COPIES)]
+    work = (delayed(diagnosed)(copy, tmp_path, f"copy {number}") for number, copy in enumerate(copies, start=1))
+    made: Any = Parallel(n_jobs=JOBS, return_as="generator")(work)
+    claimed = 0
+    for number, found in enumerate(made, start=1):
+        claimed += found.verdict in {"supported", "indistinguishable"}
+        print(said(f"copy {number}", found), flush=True)
+    low, high = wilson(claimed, COPIES)
+    print(f"claimed of copies: {claimed} of {COPIES}, {claimed / COPIES:.0%} ({low:.0%} … {high:.0%} at 95 %)")
+    assert low < 0.5
+
+
+def made_up(rng: np.random.Generator, *, frames: int = 60, stop: int = 40) -> Toss:
+    """A slide that slows down evenly in 40 frames, with noise, from a heading of its own."""
+    seconds = np.minimum(np.arange(frames), stop) / 148.0
+    way = 0.5 * seconds - 0.5 * (0.5 * 148.0 / stop) * seconds**2
+    x = way + rng.normal(0, 1e-4, frames) * (np.arange(frames) < stop)
+    identity = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
+    pose = np.column_stack([x, 0.1 + 0.2 * x, np.full(frames, 0.0524), turned(identity, rng.uniform(0, 6.0))])
+    return Toss(np.arange(frames, dtype=float), pose, slide_of(pose))
+
+
+def test_a_copy_keeps_speeds_and_noise_and_deals_out_the_rest() -> None:
+    rng = np.random.default_rng(1)
+    tosses = [made_up(rng) for _ in range(30)]
+    copy = permuted(tosses, rng)
+    again = {round(float(_deceleration(toss)), 9) for toss in tosses}
+    assert {round(float(_deceleration(toss)), 9) for toss in copy} == again
+    noise = [np.sort([_left(toss) for toss in each]) for each in (tosses, copy)]
+    assert noise[0] == pytest.approx(noise[1], rel=1e-6)
+    starts = [np.sort([toss.pose[toss.slide.start, 0] for toss in each]) for each in (tosses, copy)]
+    assert starts[0] == pytest.approx(starts[1], abs=5e-4)
+    ways = [np.arctan2(*(toss.pose[toss.slide.stop - 1, :2] - toss.pose[toss.slide.start, :2])) for toss in copy]
+    assert np.std(ways) > 1.0
+    headings = [heading_of(toss.pose[toss.slide, 3:])[0] - way for toss, way in zip(copy, ways, strict=True)]
+    assert np.std(headings) > 1.0
+
+
+def _parabola(toss: Toss) -> tuple[Any, Any]:
+    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / 148.0
+    basis = np.column_stack([np.ones_like(seconds), seconds, seconds**2])
+    fit = np.linalg.lstsq(basis, toss.pose[toss.slide, :2], rcond=None)[0]
+    return fit, toss.pose[toss.slide, :2] - basis @ fit
+
+
+def _deceleration(toss: Toss) -> float:
+    return float(np.linalg.norm(_parabola(toss)[0][2]))
+
+
+def _left(toss: Toss) -> float:
+    return float(np.linalg.norm(_parabola(toss)[1]))
