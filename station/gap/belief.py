@@ -8,18 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.gap.search import OTHER_BIC, Candidate, Search, Stage
+from station.gap.search import Search, Stage
 
-TEMPERATURE = 1.0
-PAIR_SHARE = 0.2
-"""Prior weight of all pairs together against all singles."""
-
-OTHER_SHARE = 0.2
+NOMINAL = 0.1
+"""The global p at which the session's own calibration speaks neither for nor against nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Belief:
-    """Probabilities of each named effect's class, of something other, of nothing; `classes` by the model's names."""
+    """Posterior of each term's class, of something other, of nothing; `classes` by the terms' ids."""
 
     effects: Mapping[str, float]
     classes: Mapping[str, tuple[str, ...]]
@@ -28,58 +25,32 @@ class Belief:
 
 
 def beliefs(found: Search) -> Belief:
-    """From the stages' comparisons."""
-    effects, classes = dict[str, float](), dict[str, tuple[str, ...]]()
-    other = 0.0
-    for stage in found.stages:
-        if stage.chosen is None:
-            continue
-        weights, spots, _ = _weights(stage)
-        total = sum(weights.values()) + spots
-        for effect in stage.chosen.effects:
-            classes[effect.id] = _class(stage, effect.id)
-            same = set(classes[effect.id])
-            effects[effect.id] = sum(weight for ids, weight in weights.items() if same & set(ids)) / max(total, 1e-300)
-        other = max(other, spots / max(total, 1e-300))
-    none = _none(found.stages[0]) if found.stages else 1.0
-    return Belief(effects=effects, classes=classes, other=other if found.other else min(other, 0.5), none=none)
+    """From the comparisons of the model's terms with what could stand in their places."""
+    shares = {name: comparison.shares() for name, comparison in found.compared.items()}
+    classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
+    effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
+    other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
+    if found.places:
+        other = max(other, _sure(found.places[-1].odds))
+    return Belief(effects=effects, classes=classes, other=other, none=_none(found.stages[0]))
 
 
-def _weights(stage: Stage) -> tuple[dict[tuple[str, ...], float], float, float]:
-    """Weights of the named candidates by ids, of all places together, and of nothing."""
-    singles = [candidate for candidate in stage.candidates if len(candidate.effects) == 1]
-    pairs = [candidate for candidate in stage.candidates if len(candidate.effects) == 2]
-    top = max([0.0, *(candidate.bic for candidate in stage.candidates), *(spot.bic for spot in stage.places)])
-    weights = {
-        candidate.ids: _weight(candidate, top) * share / max(len(group), 1)
-        for group, share in ((singles, 1.0), (pairs, PAIR_SHARE))
-        for candidate in group
-    }
-    spots = sum(_weight(spot, top + OTHER_BIC) for spot in stage.places) * OTHER_SHARE / max(len(stage.places), 1)
-    return weights, spots, math.exp(-0.5 * top / TEMPERATURE)
+def called(effect_id: str) -> str:
+    """A term's name in results: its id, `other` for a smooth term."""
+    return "other" if effect_id.startswith("other:") else effect_id
 
 
-def _weight(candidate: Candidate, top: float) -> float:
-    return math.exp(min(0.5 * float(candidate.bic - top) / TEMPERATURE, 0.0))
-
-
-def _class(stage: Stage, effect_id: str) -> tuple[str, ...]:
-    """The effect, and those that could stand in its place: alternatives with the rest of the chosen ones the same."""
-    if stage.chosen is None:
-        return (effect_id,)
-    rest = set(stage.chosen.ids) - {effect_id}
-    instead = [
-        (set(candidate.ids) - rest, candidate.bic)
-        for candidate in stage.alternatives
-        if rest <= set(candidate.ids) and len(candidate.effects) == len(stage.chosen.effects)
-    ]
-    names = [next(iter(ids)) for ids, _ in sorted(instead, key=lambda pair: -pair[1]) if len(ids) == 1]
-    return (effect_id, *dict.fromkeys(name for name in names if name != effect_id))
+def _sure(odds: float) -> float:
+    return 1.0 / (1.0 + math.exp(-0.5 * min(odds, 700.0)))
 
 
 def _none(stage: Stage) -> float:
-    weights, spots, nothing = _weights(stage)
-    something = sum(weights.values()) + spots
-    # The session's own calibration has the last word: at a global p of 1/2 nothing is likelier than anything.
-    prior = np.clip(stage.global_p / 0.1, 1e-9, 1e3)
-    return float(nothing * prior / max(nothing * prior + something, 1e-300))
+    """That there is nothing: by the odds of all candidates against it, and by the session's own calibration.
+
+    The calibration has the last word: at a global p of 1/2 nothing is likelier than anything.
+    """
+    odds = [candidate.odds for candidate in (*stage.candidates, *stage.places)]
+    top = max([0.0, *odds])
+    something = sum(math.exp(0.5 * (one - top)) for one in odds)
+    nothing = math.exp(-0.5 * top) * float(np.clip(stage.global_p / NOMINAL, 1e-9, 1e3))
+    return nothing / max(nothing + something, 1e-300)

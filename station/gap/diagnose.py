@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from shared.messages import Sample
-from station.gap.belief import Belief, beliefs
+from station.gap.belief import Belief, beliefs, called
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
 from station.gap.locate import located
 from station.gap.picture_data import PictureData, picture_data
-from station.gap.plan import next_experiment
+from station.gap.plan import more_runs, next_experiment
 from station.gap.quality import both_held_out, compared
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
 from station.gap.search import Progress, Search, search
+from station.gap.smooth import is_smooth
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import without_nuisances
 from station.physics.catalogue import Catalogue
-from station.physics.model import Model, table_of_model
+from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
 
 LEAST_RUNS = 20
@@ -85,8 +86,9 @@ def examined(
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     progress("predicting held-out runs")
-    both = both_held_out(evidence, found.null, found.model, [term.effect for term in found.model.model.terms], rng)
-    answer = _answer(evidence, found, compared(evidence, found.null, found.model, both), name=name)
+    both = both_held_out(evidence, found.null, found.model, found.found, rng)
+    quality = compared(evidence, found.null, found.model, both)
+    answer = _answer(evidence, found, quality, catalogue, name=name)
     pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
     return Examined(diagnosis=answer, pictures=pictures)
 
@@ -111,10 +113,10 @@ def _slid(evidence: Evidence) -> int:
     return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
 
 
-def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str) -> Diagnosis:
+def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: Catalogue, *, name: str) -> Diagnosis:
     belief = beliefs(found)
-    claimed = bool(found.named or found.other)
-    improves = not found.named or quality.log_score_gain > quality.gain_se
+    claimed = bool(found.found or found.places)
+    improves = not found.found or quality.log_score_gain > quality.gain_se
     effects = _effects(found, belief, improves)
     verdict = _verdict(effects, claimed=claimed and improves)
     stages = found.stages
@@ -133,7 +135,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str
         other_probability=belief.other,
         none_probability=belief.none,
         fit=quality,
-        next_experiment=next_experiment(found, effects),
+        next_experiment=next_experiment(found, effects, catalogue),
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -150,34 +152,18 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, *, name: str
         untestable=found.untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(without_nuisances(found.model.model)),
+        model=table_of_model(_named(found.model.model)),
     )
 
 
+def _named(model: Model) -> Model:
+    """The effects of the catalogue: what a simulator can be given."""
+    return replace(model, terms=tuple(term for term in without_nuisances(model).terms if not is_smooth(term.effect)))
+
+
 def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:
-    listed = list[EffectFound]()
-    for term in without_nuisances(found.model.model).terms:
-        near = belief.classes[term.effect.id]
-        verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
-        listed.append(
-            EffectFound(
-                id=term.effect.id,
-                title=term.effect.title,
-                class_ids=near,
-                probability=belief.effects[term.effect.id],
-                verdict=verdict if improves else "not supported",
-                parameters={
-                    parameter.name: Value(
-                        value=term.values[parameter.name],
-                        sd=found.model.sd(term.effect.id, parameter.name),
-                        unit=parameter.unit,
-                    )
-                    for parameter in term.effect.parameters
-                },
-                separated_by=term.effect.separated_by,
-            )
-        )
-    for candidate in found.other:
+    listed = [_effect(found, belief, term, improves) for term in without_nuisances(found.model.model).terms]
+    for candidate in found.places:
         place = candidate.place
         where = f"{place.channel.phase} against {place.covariate}" if place is not None else ""
         listed.append(
@@ -191,6 +177,28 @@ def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound
             )
         )
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
+
+
+def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> EffectFound:
+    effect = term.effect
+    near = belief.classes[effect.id]
+    verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
+    return EffectFound(
+        id=called(effect.id),
+        title=effect.title,
+        class_ids=near,
+        probability=belief.effects[effect.id],
+        verdict=verdict if improves else "not supported",
+        parameters={
+            parameter.name: Value(
+                value=term.values[parameter.name],
+                sd=found.model.sd(effect.id, parameter.name),
+                unit=parameter.unit,
+            )
+            for parameter in effect.parameters
+        },
+        separated_by=effect.separated_by,
+    )
 
 
 def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
@@ -222,7 +230,7 @@ def _refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -
         other_probability=0.0,
         none_probability=0.0,
         fit=FitQuality.unknown(),
-        next_experiment=None,
+        next_experiment=more_runs() if 0 < evidence.used() < 0.5 * evidence.total_runs else None,
         candidates_tried=0,
         candidates=(),
         untestable=dict.fromkeys(catalogue, why),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from station.gap.evidence.covariates import TITLES
 from station.gap.evidence.evidence import Evidence
 from station.gap.result import Located, Stretch
 from station.gap.search import Search, Stage
+from station.gap.smooth import covariate_of
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.places import Place
 from station.physics.contact import Array, Bools
@@ -42,7 +43,20 @@ def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
         if p >= LEVEL or candidate.place is None:
             break
         found.append(_located(evidence, stage.before, candidate.place, p))
-    return found
+    return [*found, *_of_smooth_terms(evidence, stage)]
+
+
+def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
+    """A smooth term sees onset and slide together, and so what neither shows alone: the surest one per covariate."""
+    best: dict[str, float] = {}
+    for candidate in stage.candidates:
+        p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
+        for effect in candidate.effects if p < LEVEL else ():
+            best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
+    for one in stage.places:
+        place = one.place
+        if place is not None and place.channel.shares_friction and place.covariate in best:
+            yield _located(evidence, stage.before, place, best[place.covariate])
 
 
 def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:

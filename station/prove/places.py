@@ -31,8 +31,10 @@ COVARIATES: Mapping[str, str] = {
     "y": "position",
     "ahead": "position",
     "previous_slide": "previous_length",
+    "turned": "previous_direction",
     "step_time": "step",
     "slides_since_handled": "run",
+    "since_handled": "run",
 }
 """One word for what is the same; other words stand for themselves."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 
-ANGLES = frozenset({"previous_direction", "direction", "yaw", "slide_to_block", "slide_to_grain"})
+ANGLES = frozenset({"previous_direction", "turned", "direction", "yaw", "slide_to_block", "slide_to_grain"})
 """Covariates that are angles: what depends on them is periodic."""
 
 PLACES = ("x", "y")
@@ -22,7 +22,9 @@ TITLES = {
     "position": "place on the plate",
     "ahead": "place along the slide's direction",
     "previous_direction": "direction of the run before",
+    "turned": "direction against that of the run before",
     "previous_slide": "length of the slide before",
+    "since_handled": "runs since the block was put back",
     "speed": "speed",
     "slide_time": "time since the onset",
     "tilt": "tilt",

@@ -11,6 +11,7 @@ import numpy as np
 from shared.messages import Sample
 from station.gap.evidence.channel import Channel, rows_of
 from station.gap.evidence.covariates import covariates_of
+from station.gap.evidence.memory import memory_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion
@@ -51,7 +52,8 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
         rested_s=recorded.rested_s[[place for place, _ in chosen]],
     )
-    tilt = moments.reported.tilt_rad
+    contact, places = moments.reported, [place for place, _ in chosen]
+    tilt = contact.tilt_rad
     sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
     sigma = np.hypot(sigma, _jerk_sigma(moments, recorded.plate))
     rows = rows_of(
@@ -62,22 +64,9 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             "sigma": sigma,
             "limit": np.array([track.sample.censored for track in tracks]),
         },
-        {**covariates_of(moments.reported), **_memory([place for place, _ in chosen], recorded.tracks)},
+        {**covariates_of(contact), **memory_of(places, contact.down_rad, recorded.tracks)},
     )
     return [Onsets(rows, moments)]
-
-
-def _memory(places: Sequence[int], tracks: Sequence[RunTrack]) -> dict[str, Array]:
-    """What the run before did: the direction in which it was tilted, and how far the block slid (nan: not known)."""
-    direction, slid = np.full(len(places), np.nan), np.full(len(places), np.nan)
-    for row, place in enumerate(places):
-        sample = tracks[place].sample
-        if sample.previous_direction >= 0:
-            direction[row] = 0.5 * math.pi * (sample.previous_direction - 1)
-        if place > 0:
-            before = tracks[place - 1].sample
-            slid[row] = math.hypot(sample.start_x_m - before.start_x_m, sample.start_y_m - before.start_y_m)
-    return {"previous_direction": direction, "previous_slide": slid}
 
 
 def _jerk_sigma(moments: Moments, plate: PlateMotion) -> Array:

@@ -87,7 +87,8 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     expected = np.where(whitening.tail >= GAUSSIAN, 1.0, (whitening.tail + 1) / (whitening.tail + 3))
     counted = np.sqrt(expected)[:, None] * table
     nuisance, candidates = counted[:, : len(fit.free)], counted[:, len(fit.free) :]
-    prior = np.diag([number.precision for number in fit.free])
+    precision = np.array([number.precision for number in fit.free])
+    prior = np.diag(precision)
     projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
     free_of = candidates - nuisance @ projection
     raw = table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection
@@ -96,8 +97,9 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     np.add.at(of_runs, whitening.run, share)
     return Scores(
         variants=tuple(variants),
-        information=free_of.T @ free_of,
-        score=share.sum(axis=0),
+        # A nuisance that bends to a candidate is held back by its prior: that resistance speaks for the candidate.
+        information=free_of.T @ free_of + projection.T @ prior @ projection,
+        score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
         of_runs=of_runs,
         low=np.array(low),
         high=np.array(high),

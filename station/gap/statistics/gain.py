@@ -40,6 +40,16 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     return total, len(chosen)
 
 
+def estimate(scored: Scores, columns: Sequence[int]) -> Array:
+    """The columns' numbers (k,) at the top of the likelihood's parabola, within their bounds."""
+    chosen = np.asarray(columns)
+    information = scored.information[np.ix_(chosen, chosen)]
+    size = _sizes(information)
+    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    step = np.linalg.solve(scaled, scored.score[chosen] / size) / size
+    return np.clip(step, scored.low[chosen], scored.high[chosen])
+
+
 def _sizes(information: Array) -> Array:
     """Square roots of the diagonal; a column without information is scaled away to nothing."""
     diagonal = np.diag(information)

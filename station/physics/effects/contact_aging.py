@@ -1,7 +1,8 @@
 """Contact ageing: real contact area grows with the logarithm of the time under load, and static friction with it.
 
-mu_s(t) = mu_s (1 + b log10(1 + t / t0)), t the time at rest. The cut-off t0 = 0.1 s is that of a fresh contact, which
-is as strong as a sliding one. Only the static coefficient ages: sliding renews the contact.
+mu_s(t) = mu_s (1 + b log10((t + 0.1 s) / t1)), t the time at rest. Only the static coefficient ages: sliding renews the
+contact. A contact that has rested for about t1 is as strong as a sliding one, whose asperities live for a memory length
+over the speed; with t1 = 0.1 s a fresh contact is.
 """
 
 from __future__ import annotations
@@ -22,16 +23,23 @@ class ContactAging(Effect):
 
     id: ClassVar[str] = "contact_aging"
     title: ClassVar[str] = "contact ageing"
-    law: ClassVar[str] = "mu_s grows by b per decade of time at rest (b = 0)"
-    source: ClassVar[str] = "Dillavou & Rubinstein 2018, PRL 120, 224101; Frye & Marone 2002, JGR 107"
+    law: ClassVar[str] = "mu_s grows by b per decade of time at rest (b = 0), and is the sliding one at t1"
+    source: ClassVar[str] = (
+        "Dieterich 1979, JGR 84, 2161 (the age of a sliding contact); Dillavou & Rubinstein 2018, PRL 120, 224101; "
+        "Frye & Marone 2002, JGR 107"
+    )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "history"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="per_decade", unit="1", low=0.0, high=0.3, typical=0.03),
+        Parameter(
+            name="sliding_age_log10_s", unit="log10 s", low=-2.0, high=1.5, typical=0.5, null=None, starts=(-1.0, 0.0)
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("wear", "kinetic_drop", "clock_offset")
     separated_by: ClassVar[str] = "dwell drawn at random from 1 to 100 s at a fixed tilt rate"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        return np.where(contact.moving, 1.0, 1.0 + values["per_decade"] * np.log10(1.0 + contact.rest_s / CUT_OFF_S))
+        decades = np.log10(contact.rest_s + CUT_OFF_S) - values["sliding_age_log10_s"]
+        return np.where(contact.moving, 1.0, 1.0 + values["per_decade"] * decades)

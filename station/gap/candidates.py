@@ -1,0 +1,158 @@
+"""What a stage of the search compares: effects alone, pairs, smooth terms and places, by their scores."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.gap.evidence.evidence import Evidence
+from station.gap.smooth import is_smooth
+from station.gap.statistics.columns import Scores, Variant, scores
+from station.gap.statistics.fit import Fit, fit
+from station.gap.statistics.gain import estimate, gain, overdispersion, p_value
+from station.gap.statistics.noise import Noise
+from station.gap.statistics.places import Place
+from station.gap.statistics.systematic import is_nuisance
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+
+NONE, SINGLE, PAIR, OTHER = 0.5, 0.36, 0.12, 0.02
+"""Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared
+out evenly among all of its kind."""
+
+OFF_NULL = 0.1
+"""The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Effects (one or two), or a place: what they gain in twice the log likelihood, their BIC, the uncorrected p.
+
+    `odds` is the BIC with the prior: twice the log of the posterior odds against nothing.
+    """
+
+    effects: tuple[Effect, ...]
+    starts: tuple[Term, ...]
+    place: Place | None
+    twice_gain: float
+    size: int
+    p: float
+    bic: float
+    prior: float
+    fitted: Fit | None = None
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The effects' ids in order; smooth terms by their own."""
+        return tuple(sorted(effect.id for effect in self.effects))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The effects' ids in order, `other` for what has no name."""
+        if self.place is not None or self.smooth:
+            return ("other",)
+        return self.key
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it is a smooth term."""
+        return any(is_smooth(effect) for effect in self.effects)
+
+    @property
+    def odds(self) -> float:
+        """See the class."""
+        return self.bic + 2.0 * math.log(self.prior / NONE)
+
+
+def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
+    """Each effect by its best variant, all pairs of named ones; and the pairs' variants."""
+    runs = scored.runs
+    best: dict[str, tuple[Candidate, Variant]] = {}
+    for variant in scored.variants:
+        candidate = _candidate(scored, (variant,), prior=1.0)
+        known = best.get(variant.effect.id)
+        if known is None or candidate.twice_gain > known[0].twice_gain:
+            best[variant.effect.id] = (candidate, variant)
+    singles = [candidate for candidate, _ in best.values()]
+    named = [variant for candidate, variant in best.values() if not candidate.smooth]
+    couples = list(itertools.combinations(named, 2)) if runs else []
+    pairs = [_candidate(scored, pair, prior=PAIR / len(couples)) for pair in couples]
+    count = {True: sum(one.smooth for one in singles), False: len(named)}
+    priors = {True: OTHER, False: SINGLE}
+    shared = [replace(one, prior=priors[one.smooth] / count[one.smooth]) for one in singles]
+    return [*shared, *pairs], couples
+
+
+def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:
+    columns = [column for variant in variants for column in variant.columns]
+    total, size = gain(scored, columns)
+    twice = float(total[0]) / overdispersion(scored, columns)
+    effects = tuple(variant.effect for variant in variants)
+    penalty = sum(len(effect.parameters) for effect in effects) * math.log(max(scored.runs, 2))
+    p = float(p_value(np.array(twice), size))
+    return Candidate(effects, _starts(scored, variants), None, twice, size, p, twice - penalty, prior)
+
+
+def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
+    """Where a full fit begins: at the sizes that the scores promise."""
+    sizes = iter(estimate(scored, [column for variant in variants for column in variant.columns]).tolist())
+    return tuple(_start(variant.start, sizes) for variant in variants)
+
+
+def _start(null: Term, sizes: Iterator[float]) -> Term:
+    parameters = null.effect.parameters
+    shaped = any(parameter.is_shape for parameter in parameters)
+    values = dict(null.values)
+    for parameter in parameters:
+        if parameter.is_shape:
+            continue
+        size = next(sizes)
+        if shaped and abs(size) < OFF_NULL:
+            size = math.copysign(OFF_NULL, size)
+        values[parameter.name] = parameter.clipped(parameter.neutral + size * parameter.typical)
+    return Term(null.effect, values)
+
+
+def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
+    """A place as a candidate, one of so many."""
+    total, size = gain(scored, place.columns)
+    twice = float(total[0]) / overdispersion(scored, place.columns)
+    p = float(p_value(np.array(twice), size))
+    return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), OTHER / max(of, 1))
+
+
+class Fitter:
+    """Fits models to one evidence; the same effects are fitted once."""
+
+    def __init__(self, evidence: Evidence) -> None:
+        self.evidence = evidence
+        self._known: dict[frozenset[str], Fit] = {}
+
+    def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
+        """The fit of these effects, from `start`."""
+        key = frozenset(effect.id for effect in effects)
+        if key not in self._known:
+            self._known[key] = fit(self.evidence, start, effects, noise=noise)
+        return self._known[key]
+
+    def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
+        """The candidate after a full fit of everything in the model together with it."""
+        model = current.model
+        for start in candidate.starts:
+            model = model.with_term(start)
+        known = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        found = self.fit(model, [*known, *candidate.effects], noise=current.noise)
+        twice = 2 * (found.log_likelihood - current.log_likelihood)
+        size = sum(len(effect.parameters) for effect in candidate.effects)
+        bic = twice - size * math.log(max(self.evidence.used(), 2))
+        return replace(candidate, twice_gain=twice, bic=bic, fitted=found)
+
+
+def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
+    """The effects alone, by their scores around a fit."""
+    found, _ = candidates_of(scores(evidence, current, effects))
+    return [candidate for candidate in found if len(candidate.effects) == 1]

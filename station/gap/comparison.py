@@ -1,0 +1,114 @@
+"""Each term of a model beside what could stand in its place, all other terms being as they are.
+
+A stage chooses on the residuals of what was found before it. Once everything is found, each term is taken out again
+and all that could fill its place is fitted anew: a better one takes it, and what is hardly worse cannot be told apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from station.gap.candidates import Candidate, Fitter, single_candidates
+from station.gap.statistics.fit import Fit
+from station.gap.statistics.systematic import is_nuisance, without_nuisances
+from station.physics.effect import Effect
+from station.physics.model import Model
+
+ROUNDS = 2
+NAMED_FITS, SMOOTH_FITS = 8, 4
+SWAP = 2.0
+"""By how much a candidate must be likelier (twice the log odds) to take a term's place: ties stay as they are."""
+
+KNOWN_TO = 30.0
+"""The gain (twice the log likelihood) at which the misfit of a law itself weighs as much as chance."""
+
+CREDIBLE = 0.95
+"""The posterior of what is not told apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty."""
+
+    without: Fit
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def temperature(self) -> float:
+        """By which differences are divided: nature is not exactly as any law says, and the more so the stronger it is.
+
+        A likelihood that takes laws for exact would be ever surer of the least wrong one (Miller, Dunson 2019, JASA
+        114, 1113: coarsened posteriors).
+        """
+        return 1.0 + max((candidate.twice_gain for candidate in self.candidates), default=0.0) / KNOWN_TO
+
+    def shares(self) -> dict[str, float]:
+        """Posterior by id, all smooth terms together as `other`, nothing as `none`; they add up to 1."""
+        top = max((candidate.odds for candidate in self.candidates), default=0.0)
+        weights = {"none": math.exp(-0.5 * max(top, 0.0) / self.temperature)}
+        for candidate in self.candidates:
+            (name,) = candidate.ids
+            # A smooth term has no law whose misfit could be excused.
+            excused = 1.0 if candidate.smooth else self.temperature
+            weight = math.exp(0.5 * (candidate.odds - max(top, 0.0)) / excused)
+            weights[name] = weights.get(name, 0.0) + weight
+        total = sum(weights.values())
+        return {name: weight / total for name, weight in weights.items()}
+
+    def class_of(self, name: str) -> tuple[str, ...]:
+        """The name, and the likeliest others, until together they are credible."""
+        shares = self.shares()
+        chosen, total = [name], shares.get(name, 0.0)
+        for other, share in sorted(shares.items(), key=lambda pair: -pair[1]):
+            if total >= CREDIBLE * (1.0 - shares["none"]):
+                break
+            if other not in (name, "none"):
+                chosen.append(other)
+                total += share
+        return tuple(chosen)
+
+
+def revised(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit, dict[str, Comparison]]:
+    """The model with each term the best for its place, and the comparisons by the ids of its terms."""
+    for _ in range(ROUNDS):
+        compared, changed = dict[str, Comparison](), False
+        for effect in _terms(current.model):
+            comparison = _comparison(fitter, current, effect, offered)
+            best = comparison.candidates[0]
+            mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
+            if best.odds < 0:
+                current, changed = comparison.without, True
+            elif best is not mine and best.fitted and (mine is None or best.odds > mine.odds + SWAP):
+                current, changed = best.fitted, True
+                compared[best.effects[0].id] = comparison
+            else:
+                compared[effect.id] = comparison
+        if not changed:
+            break
+    kept = {effect.id for effect in _terms(current.model)}
+    return current, {name: comparison for name, comparison in compared.items() if name in kept}
+
+
+def _terms(model: Model) -> list[Effect]:
+    return [term.effect for term in without_nuisances(model).terms]
+
+
+def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[Effect]) -> Comparison:
+    without = _without(fitter, current, effect)
+    known = {term.effect.id for term in without.model.terms}
+    ranked = single_candidates(fitter.evidence, without, [one for one in offered if one.id not in known])
+    ranked.sort(key=lambda candidate: -candidate.odds)
+    named = [one for one in ranked if not one.smooth and one.key != (effect.id,)][:NAMED_FITS]
+    smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
+    own = [one for one in ranked if one.key == (effect.id,)]
+    full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
+    good = [one for one in full if one.fitted is not None and (one.fitted.converged or one.key == (effect.id,))]
+    return Comparison(without, tuple(sorted(good, key=lambda candidate: -candidate.odds)))
+
+
+def _without(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
+    terms = tuple(term for term in current.model.terms if term.effect.id != effect.id)
+    left = [term.effect for term in terms if not is_nuisance(term.effect)]
+    return fitter.fit(replace(current.model, terms=terms), left, noise=current.noise)
