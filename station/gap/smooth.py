@@ -28,8 +28,10 @@ FARTHEST = 1.5
 """Polynomials count from −1.5 to 1.5 spreads about the middle: they say nothing farther out."""
 
 PLACE_M = 0.03
-POWERS = {"run": 5}
-USUAL_POWERS = 3
+MOST_POWERS = 3
+SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
+"""Covariates that may swing to and fro, and how often over their whole range."""
+
 ONLY_SLIDING = frozenset({"speed", "slide_time"})
 ONLY_ONSET = frozenset({"dwell"})
 """A slide renews the contact; and a run that happens to hold longer rests longer, at the onset and sliding alike."""
@@ -167,8 +169,10 @@ def _harmonics(chosen: Sequence[int]) -> Callable[[Array], Array]:
 def _power_sets(covariate: str, values: Array) -> Iterator[tuple[str, tuple[Callable[[Array], Array], int]]]:
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     distinct = len(np.unique(np.round((values - middle) / (high - low), 3)))
-    for degree in range(1, min(POWERS.get(covariate, USUAL_POWERS), distinct - 1) + 1):
+    for degree in range(1, min(MOST_POWERS, distinct - 1) + 1):
         yield f"degree {degree}", (_powers(_Span(float(middle), float(high - low)), degree), degree)
+    for often in SWINGS.get(covariate, ()):
+        yield f"{often:g} swings", (_swings(float(values.min()), float(np.ptp(values)), often), 2)
 
 
 def _powers(span: _Span, degree: int) -> Callable[[Array], Array]:
@@ -176,6 +180,14 @@ def _powers(span: _Span, degree: int) -> Callable[[Array], Array]:
         known = np.where(np.isfinite(values), values, span.middle)
         scaled = np.clip((known - span.middle) / span.spread, -FARTHEST, FARTHEST)
         return np.column_stack([scaled**k for k in range(1, degree + 1)])
+
+    return waves
+
+
+def _swings(low: float, width: float, often: float) -> Callable[[Array], Array]:
+    def waves(values: Array) -> Array:
+        phase = 2 * np.pi * often * (np.where(np.isfinite(values), values, low) - low) / width
+        return np.column_stack([np.cos(phase), np.sin(phase)])
 
     return waves
 
