@@ -36,6 +36,8 @@ OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
 SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows by its blur
 STILL_PX = 0.3  # a path within the exposure that is no smear
+UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
+FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
@@ -64,6 +66,7 @@ class Tracker:
         self._shape_known = False
         self._identity = ""
         self._dropout = 0
+        self._lean_rad = 0.0
 
     def track(self, frame: Frame, *, capture_ns: int) -> Observation:
         """The mark in a frame (height, width) uint8 captured at `capture_ns`."""
@@ -78,6 +81,8 @@ class Tracker:
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._at_rest(fit, verdict)
+        if verdict.tip_rad > max(self._lean_rad, UNSEEN_LEAN_RAD) + FASTEST_LEAN_RAD_S * (time_s - self._motion.time_s):
+            verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
         if fit is not None and verdict.rough:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
         if fit is None or _unusable(fit, verdict):
@@ -245,6 +250,7 @@ class Tracker:
 
     def _accept(self, fit: Fit, verdict: judge.Verdict, capture_ns: int) -> Observation:
         self._motion.update(fit.corners, capture_ns * 1e-9)
+        self._lean_rad = verdict.tip_rad
         first = not self._motion.has_velocity
         self._dropout = 0
         if not verdict.reason:
