@@ -72,6 +72,7 @@ class Comparison:
 
 def revised(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit, dict[str, Comparison]]:
     """The model with each term the best for its place, and the comparisons by the ids of its terms."""
+    compared = dict[str, Comparison]()
     for _ in range(ROUNDS):
         compared, changed = dict[str, Comparison](), False
         for effect in _terms(current.model):

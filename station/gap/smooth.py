@@ -8,8 +8,9 @@ fewer numbers, and loses where its law does not fit.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -261,7 +262,7 @@ def _smooth(name: str, covariate: str, waves: Waves, size: int, acts_at: tuple[b
     return made
 
 
-def _attributes(name: str, covariate: str, size: int, *, typical: float) -> Mapping[str, object]:
+def _attributes(name: str, covariate: str, size: int, *, typical: float) -> dict[str, Any]:
     return {
         "id": PREFIX + name,
         "title": f"something outside the catalogue that changes with {covariate}",
