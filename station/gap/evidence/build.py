@@ -18,6 +18,7 @@ from station.gap.evidence.plate import PlateMotion
 from station.gap.evidence.rested import rested_s
 from station.gap.evidence.sensor_rows import sensor_channel
 from station.gap.evidence.slide_rows import slide_channels
+from station.gap.evidence.slips import refined
 from station.gap.evidence.tracks import RunTrack, run_tracks
 from station.signals.session import Signals
 
@@ -28,7 +29,7 @@ class Recorded:
     def __init__(self, signals: Signals, setting: Setting) -> None:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
-        self.tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
+        self.tracks = refined([track for track in run_tracks(signals) if self._usable(track)], self.plate)
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested_s = rested_s(self.tracks, self.facts.rest_ns, self.plate)
 

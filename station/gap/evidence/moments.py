@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -61,9 +62,20 @@ class Moments:
         self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
         self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
         self._contact = self._contact_with(attitude(0.0))
+        self._expected_tilt_rad: float | None = None
 
     def __len__(self) -> int:
         return len(self.time_ns)
+
+    def expecting(self, tilt_rad: float) -> Moments:
+        """The same moments, at which errors of the attitude are those of a typical tilt.
+
+        The tilt of an onset is what its run's friction made of it: an error in proportion to it would explain friction
+        by itself.
+        """
+        other = copy.copy(self)
+        other._expected_tilt_rad = tilt_rad
+        return other
 
     @property
     def reported(self) -> Contact:
@@ -80,7 +92,7 @@ class Moments:
         delay = model.delay_s()
         contact = self._contact if delay == 0 else self._contact_with(self._attitude(delay))
         if model.acting("attitude"):
-            contact = _turned(contact, model.attitude(contact))
+            contact = _turned(contact, model.attitude(self._judged(contact)))
         push = model.push(contact)
         rate, place = contact.rate_rad_s, np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
         velocity = np.column_stack([self._velocity, np.zeros(len(self))])
@@ -94,6 +106,11 @@ class Moments:
         tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
         normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[:, 2] - push[:, 2]
         return Load(contact, tangential, np.maximum(normal, 1e-3))
+
+    def _judged(self, contact: Contact) -> Contact:
+        if self._expected_tilt_rad is None:
+            return contact
+        return replace(contact, tilt_rad=np.full(len(self), self._expected_tilt_rad))
 
     def _contact_with(self, plate: Attitude) -> Contact:
         facts, run = self._facts, self.run

@@ -12,7 +12,8 @@ from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
-from station.gap.evidence.slides import Across, Along, Motion, Turn
+from station.gap.evidence.plate import Times
+from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import WEIGHTS, Window, windows_of
 from station.physics.contact import Array
@@ -64,7 +65,8 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         moments,
         np.array([window.acceleration_m_s2 for window in windows]),
         np.array([window.yaw_acceleration_rad_s2 for window in windows]),
-        None if onsets is None else lambda model: onsets.drawn(model, len(recorded.tracks))[runs],
+        None if onsets is None else lambda model: _of_runs(onsets.drawn(model, len(recorded.tracks)), runs),
+        np.concatenate([window.node_yaw_rate_rad_s for window in windows]),
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
@@ -78,8 +80,13 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     )
     # A direction that is off by its own error puts that share of the friction across.
     aside = math.sqrt(shrunk) * np.array([window.way_sigma_rad for window in windows])
+    # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
+    slowing = 6.0 * MEAN_DISTANCE**2 * pressing * mu / np.maximum(contact.speed_m_s[1::nodes], LEAST_M_S)
     turning = np.array(
-        [window.acceleration_factor * track.sigma_rad for window, track in zip(windows, tracks, strict=True)]
+        [
+            math.hypot(window.acceleration_factor, rate * window.velocity_factor) * track.sigma_rad
+            for window, track, rate in zip(windows, tracks, slowing.tolist(), strict=True)
+        ]
     )
 
     def rows(sigma: Array) -> Rows:
@@ -126,6 +133,10 @@ def _velocities(windows: Sequence[Window], recorded: Recorded, trust: float) -> 
     off = np.mod(way - down + np.pi, 2 * np.pi) - np.pi
     direction = np.where(level, way, down + trust * off)
     return speed[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+
+
+def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:
+    return values[0][runs], values[1][runs]
 
 
 def _resting_yaw(track: RunTrack) -> float:

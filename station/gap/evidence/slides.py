@@ -10,7 +10,7 @@ import numpy as np
 from station.gap.evidence.channel import Channel, Rows
 from station.gap.evidence.moments import Load, Moments
 from station.gap.evidence.windows import WEIGHTS
-from station.physics.contact import Array
+from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.dissipation import support
 from station.physics.model import Model
 
@@ -18,19 +18,39 @@ PLAIN = Model(mu_s=1.0)
 """Changes neither attitude nor clock and pushes nothing."""
 
 LEAST_MU = 0.05
+LEAST_M_S, LEAST_SINE = 1e-3, 0.05
+MEAN_DISTANCE = 0.3826
+"""Of a unit square's points from its middle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
     """The windows' accelerations (n, 2), m/s², and angular accelerations (n,); states at the nodes (3 n moments).
 
-    `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell.
+    `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
+    and those onsets' residuals;
+    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes.
     """
 
     moments: Moments
     acceleration_m_s2: Array
     yaw_acceleration_rad_s2: Array
-    drawn: Callable[[Model], Array] | None = None
+    drawn: Callable[[Model], tuple[Array, Array]] | None = None
+    yaw_rate_rad_s: Array | float = 0.0
+
+    @property
+    def reach_m(self) -> Array:
+        """Mean distance (3 n) of the sole's points from its middle."""
+        return MEAN_DISTANCE * np.sqrt(self.moments.reported.area_m2)
+
+    @property
+    def sliding(self) -> Array:
+        """The share (3 n) of the friction that is against the sliding; the turning takes the other.
+
+        On an ellipsoidal limit surface (Howe & Cutkosky 1996, IJRR 15, 557).
+        """
+        speed = np.maximum(self.moments.reported.speed_m_s, LEAST_M_S)
+        return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
 
 class _Slides(Channel):
@@ -44,9 +64,9 @@ class _Slides(Channel):
         """Over the nodes of each window, with the weak form's weights: (3 n, …) to (n, …)."""
         return np.tensordot(values.reshape(len(self), len(WEIGHTS), *values.shape[1:]), WEIGHTS, axes=([1], [0]))
 
-    def _drawn(self, model: Model) -> Array | float:
+    def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
         """See `Motion`; 0 where no onset says anything."""
-        return 0.0 if self.motion.drawn is None else self.motion.drawn(model)
+        return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
 
     def _force(self, load: Load, toward: Array) -> Array:
         """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
@@ -69,6 +89,7 @@ class Along(_Slides):
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
         self._plain = motion.moments.loads(PLAIN)
+        self._sliding = motion.sliding
         self._way = _direction(self._plain.contact.way_rad)
         self._normal = self._mean(self._plain.normal)
         force = self._force(self._plain, self._way) / self._normal
@@ -83,10 +104,10 @@ class Along(_Slides):
         """See the class."""
         load = self.motion.moments.loads(model)
         changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
-        drawn = self._drawn(model) if np.any(changed) else 0.0
-        held = self._mean(load.normal * model.friction(load.contact)) * np.exp(drawn)
+        drawn, onset = self._drawn(model) if np.any(changed) else (0.0, 0.0)
+        held = self._mean(load.normal * model.friction(load.contact) * self._sliding) * np.exp(drawn)
         predicted = (held - self._mean(changed)) / self._normal
-        return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + drawn
+        return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
 
 
 class Across(_Slides):
@@ -110,20 +131,31 @@ class Across(_Slides):
         load = self.motion.moments.loads(model)
         changed = ((load.tangential - self._plain.tangential) * self._left).sum(axis=1)
         _, slope, _ = support(model, load.contact, load.contact.way_rad)
-        held = self._mean(load.normal * slope) * np.exp(self._drawn(model))
+        held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
         return self._recorded - (held - self._mean(changed)) / self._unit_force
 
 
 class Turn(_Slides):
-    """Angular acceleration of the sliding block, rad/s²."""
+    """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
+
+    An effect's spin is what a friction as large as the pull g sin(tilt) would do; the friction that slides is taken in
+    its place, which while the plate returns is more.
+    """
 
     name: str = "turn"
     unit: str = "rad/s²"
 
     def residual(self, model: Model) -> Array:
         """See the class."""
-        predicted = model.spin(self.motion.moments.reported)
-        return self.motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(self.motion.moments)))
+        motion = self.motion
+        load, contact = motion.moments.loads(model), motion.moments.reported
+        drawn = np.repeat(np.broadcast_to(self._drawn(model)[0], len(self)), len(WEIGHTS))
+        held = load.normal * model.friction(load.contact) * np.exp(drawn) * motion.sliding
+        pull = GRAVITY_M_S2 * np.maximum(np.sin(contact.tilt_rad), LEAST_SINE)
+        against = 6.0 * motion.reach_m**2 / contact.area_m2 * motion.yaw_rate_rad_s
+        speed = np.maximum(contact.speed_m_s, LEAST_M_S)
+        predicted = held * (model.spin(contact) / pull - against / speed)
+        return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
 
 def _direction(angle_rad: Array) -> Array:

@@ -42,6 +42,9 @@ class Window:
     node_velocity: Array
     acceleration_factor: float
     """Standard deviation of the acceleration per standard deviation of a place, 1/s²."""
+    velocity_factor: float
+    """The same of the velocity, 1/s."""
+    node_yaw_rate_rad_s: Array
     node_way_rad: Array
     way_sigma_rad: float
     """Of the direction at the window's middle, as the whole path gives it."""
@@ -152,7 +155,9 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
         acceleration_m_s2=2 * fit[2, :2] / half_s**2,
         yaw_acceleration_rad_s2=yaw_acceleration,
         node_pose=node,
-        node_velocity=velocity,
+        node_velocity=velocity[:, :2],
+        node_yaw_rate_rad_s=velocity[:, 2].copy(),
+        velocity_factor=velocity_factor,
         acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,
         node_way_rad=way,
         way_sigma_rad=float(way_sigma[1]),

@@ -9,6 +9,7 @@ import numpy as np
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.onsets import Onsets
+from station.gap.statistics.errors import Curvature
 from station.gap.statistics.noise import Noise, estimate_noise
 from station.gap.statistics.parameters import Free, free_numbers, model_of, vector_of
 from station.gap.statistics.slopes import residuals, slopes
@@ -33,8 +34,8 @@ _RIDGE = 1e-9
 class Fit:
     """A fitted model.
 
-    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers, from the
-    curvature; `converged` False where the search ended elsewhere than at a maximum.
+    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers (see
+    `errors`); `converged` False where the search ended elsewhere than at a maximum; `log_prior` is the nuisances'.
     """
 
     model: Model
@@ -45,11 +46,12 @@ class Fit:
     log_run: Array
     white: Array
     converged: bool
+    log_prior: float = 0.0
 
     @property
     def log_likelihood(self) -> float:
-        """Of all runs."""
-        return float(self.log_run.sum())
+        """Of all runs, and of what the nuisances had to bend to explain them."""
+        return float(self.log_run.sum()) + self.log_prior
 
     def sd(self, effect_id: str, parameter: str) -> float:
         """Standard error of a parameter in its unit; nan if it is not free."""
@@ -147,7 +149,14 @@ class _Search:
         gradient = slope.T @ pull + self.precision * self.vector
         hessian = (slope * curve[:, None]).T @ slope + np.diag(self.precision)
         move, gain = _bounded(gradient, hessian, self.vector, self.low, self.high)
-        self.hessian = hessian
+        self.curvature = Curvature(
+            slope=slope,
+            pull=pull,
+            curve=curve,
+            tail=self.whitening.tail[counted],
+            limit=self.whitening.limit[counted],
+            run=self.whitening.run[counted],
+        )
         if gain < CONVERGED:
             return True
         before = self._total(self.white, self.whitening, self.vector)
@@ -167,20 +176,17 @@ class _Search:
     def result(self, converged: bool) -> Fit:
         density = log_density(self.white, self.whitening.tail, self.whitening.limit)
         log_run = np.bincount(self.whitening.run, density, self.evidence.runs) - self.whitening.log_scale
-        size = len(self.free)
-        hessian = getattr(self, "hessian", np.eye(size))
         inner = (self.vector > self.low) & (self.vector < self.high)
-        covariance = np.zeros((size, size))
-        covariance[np.ix_(inner, inner)] = np.linalg.pinv(hessian[np.ix_(inner, inner)], hermitian=True)
         return Fit(
             model=replace(self.model, scatter=self.noise.scatter),
             free=self.free,
             vector=self.vector,
-            covariance=covariance,
+            covariance=self.curvature.covariance(self.precision, inner),
             noise=self.noise,
             log_run=log_run,
             white=self.white,
             converged=converged,
+            log_prior=-0.5 * float(self.precision @ self.vector**2),
         )
 
 

@@ -17,8 +17,8 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.model import Model
 from station.physics.parameter import Parameter
 
-PRIOR = 0.004
-"""Standard deviation of the shift, relative: 0.08° at a tilt of 20°."""
+PRIOR = 0.003
+"""Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
 
 
 class OnsetReading(Effect):
