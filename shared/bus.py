@@ -6,24 +6,47 @@ messages on the receiving thread (`direct=True`), and there it may do nothing bu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from shared import topics, wire
 from shared.messages import Message
 
 
-class Received:
-    """A message as it arrived: payload and object are derived from each other when first asked for."""
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """A message that is made when somebody looks at it: `make(**values)`.
 
-    __slots__ = ("_message", "_payload", "receive_ns", "topic")
+    `make` is a function of a module, and the values are messages, numbers, texts or None: so another process, the one
+    that writes a recording, can make it as well.
+    """
+
+    make: Callable[..., Message]
+    values: Mapping[str, Any]
+
+    def made(self) -> Message:
+        """The message."""
+        return self.make(**self.values)
+
+
+class Received:
+    """A message as it arrived: payload and object are derived from each other, or made, when first asked for."""
+
+    __slots__ = ("_message", "_payload", "receive_ns", "recipe", "topic")
 
     def __init__(
-        self, topic: str, *, receive_ns: int, payload: bytes | None = None, message: Message | None = None
+        self,
+        topic: str,
+        *,
+        receive_ns: int,
+        payload: bytes | None = None,
+        message: Message | None = None,
+        recipe: Recipe | None = None,
     ) -> None:
         self.topic = topic
         self.receive_ns = receive_ns
+        self.recipe = recipe
         self._payload = payload
         self._message = message
 
@@ -31,15 +54,17 @@ class Received:
     def message(self) -> Message:
         """The message; raises UserError when the payload does not parse."""
         if self._message is None:
-            self._message = wire.decode(topics.topic(self.topic).message, self._payload or b"")
+            if self.recipe is not None:
+                self._message = self.recipe.made()
+            else:
+                self._message = wire.decode(topics.topic(self.topic).message, self._payload or b"")
         return self._message
 
     @property
     def payload(self) -> bytes:
         """The bytes as they were sent."""
         if self._payload is None:
-            assert self._message is not None
-            self._payload = wire.encode(self._message)
+            self._payload = wire.encode(self.message)
         return self._payload
 
 
@@ -62,7 +87,7 @@ ReplyHandler = Callable[[Message | None], None]
 class Bus(Protocol):
     """The bus of one rig as one process sees it."""
 
-    def publish(self, topic: str, message: Message) -> None:
+    def publish(self, topic: str, message: Message | Recipe) -> None:
         """Sends a message to whoever subscribes; the topic's traffic class decides how."""
         ...
 

@@ -18,13 +18,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from shared import foxglove
-from shared.geometry import Array, quaternion_from_matrix
-from shared.messages import BlockPose, CameraGeometry, PlatformState
+from shared.geometry import Array, block_pose_of, quaternion_from_matrix
+from shared.messages import BlockPose, CameraGeometry, MarkerCorners, PlatformState
 
 WORLD = "world"
 PLATFORM = "platform"
@@ -134,6 +136,36 @@ def block_transform(
         quaternion_wxyz=(math.cos(0.5 * yaw_rad), 0.0, 0.0, math.sin(0.5 * yaw_rad)),
         stamp_ns=stamp_ns,
     )
+
+
+def seen(
+    *,
+    now_ns: int,
+    attitude: PlatformState | None,
+    geometry: CameraGeometry | None,
+    corners: MarkerCorners | None,
+    pivot_above_plate_m: float,
+    block_height_m: float,
+) -> foxglove.FrameTransforms:
+    """The message of topic `tf` that follows from what was last heard of arm, camera and block, as far as it was."""
+    transforms: list[foxglove.FrameTransform] = []
+    if attitude is not None:
+        transforms.append(platform_transform(attitude, pivot_above_plate_m=pivot_above_plate_m))
+    if geometry is not None:
+        view = _view_of(replace(geometry, stamp_ns=0))
+        transforms.append(replace(view, timestamp=foxglove.Timestamp.from_ns(now_ns)))
+        if corners is not None and corners.found:
+            x, y, yaw = block_pose_of(corners.corners_px, geometry)
+            stamp_ns = corners.capture_ns
+            block = block_transform(x_m=x, y_m=y, yaw_rad=yaw, height_m=block_height_m, stamp_ns=stamp_ns)
+            transforms.append(block)
+    return tf(*transforms)
+
+
+@lru_cache(maxsize=4)
+def _view_of(geometry: CameraGeometry) -> foxglove.FrameTransform:
+    """Computed anew only when the calibration says something else: it is the same for a whole session."""
+    return camera_transform(geometry)
 
 
 def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from shared import topics
-from shared.bus import Handler, MissHandler, Received, ReplyHandler, Server
+from shared.bus import Handler, MissHandler, Received, Recipe, ReplyHandler, Server
 from shared.clock import Clock
 from shared.messages import Message
 
@@ -21,8 +21,8 @@ class MemoryBus:
         self._servers: dict[str, Server] = {}
         self._alive: set[str] = set()
 
-    def publish(self, topic: str, message: Message) -> None:
-        """Hands the message to every subscriber before it returns."""
+    def publish(self, topic: str, message: Message | Recipe) -> None:
+        """Hands the message to every subscriber before it returns; a recipe is left to who looks at it."""
         route = self._routes.get(topic)
         if route is None:
             # Recorders of everything first: a recording then holds the order of arrival.
@@ -32,7 +32,10 @@ class MemoryBus:
         now_ns, last_ns = self._clock.now_ns(), self._last_receive_ns
         # Later than the message before: no two messages share a time of receipt.
         self._last_receive_ns = receive_ns = now_ns if now_ns > last_ns else last_ns + 1
-        received = Received(topic, receive_ns=receive_ns, message=message)
+        if isinstance(message, Recipe):
+            received = Received(topic, receive_ns=receive_ns, recipe=message)
+        else:
+            received = Received(topic, receive_ns=receive_ns, message=message)
         for handler in route:
             handler(received)
 

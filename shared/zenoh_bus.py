@@ -20,7 +20,7 @@ import zenoh
 from zenoh import ext
 
 from shared import topics, wire
-from shared.bus import Handler, Missed, MissHandler, Received, ReplyHandler, Server
+from shared.bus import Handler, Missed, MissHandler, Received, Recipe, ReplyHandler, Server
 from shared.bus_keys import tls_settings
 from shared.clock import Clock, SystemClock
 from shared.errors import UserError
@@ -115,10 +115,10 @@ class ZenohBus:
 
     # --- streams -----------------------------------------------------------------------------------------------------
 
-    def publish(self, topic: str, message: Message) -> None:
+    def publish(self, topic: str, message: Message | Recipe) -> None:
         """See `Bus.publish`."""
         publisher = self._publishers.get(topic) or self._declare_publisher(topic)
-        publisher.put(wire.encode(message))
+        publisher.put(wire.encode(message.made() if isinstance(message, Recipe) else message))
 
     def _declare_publisher(self, name: str) -> Any:
         traffic = topics.topic(name).traffic

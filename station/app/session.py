@@ -6,9 +6,8 @@ from collections import deque
 from collections.abc import Callable
 
 from shared import frames
-from shared.bus import Bus, Received
-from shared.foxglove import LEVELS, FrameTransform, Log, Timestamp
-from shared.geometry import block_pose_of
+from shared.bus import Bus, Received, Recipe
+from shared.foxglove import LEVELS, Log, Timestamp
 from shared.messages import (
     ArmReply,
     CameraGeometry,
@@ -40,12 +39,11 @@ class Session:
         on_line: Callable[[str, str], None],
     ) -> None:
         self._bus, self._machine, self._on_line = bus, machine, on_line
-        self._block_height_m, self._pivot_m = block_height_m, pivot_above_plate_m
+        self._sizes = {"block_height_m": block_height_m, "pivot_above_plate_m": pivot_above_plate_m}
         self._waiting: deque[Received] = deque()
         self._busy = False
         self._now_ns = 0
         self._heartbeat_ns = self._transforms_ns = 0
-        self._view: tuple[tuple[float, ...], FrameTransform] | None = None
         self._seen: dict[type[Message], Message] = {}
         self.finished = False
         self.armed = True
@@ -141,26 +139,7 @@ class Session:
             self._publish_transforms(now_ns)
 
     def _publish_transforms(self, now_ns: int) -> None:
-        attitude, corners = self._seen.get(PlatformState), self._seen.get(MarkerCorners)
-        geometry = self._seen.get(CameraGeometry)
-        transforms = []
-        if isinstance(attitude, PlatformState):
-            transforms.append(frames.platform_transform(attitude, pivot_above_plate_m=self._pivot_m))
-        if isinstance(geometry, CameraGeometry):
-            transforms.append(self._camera_transform(geometry, now_ns))
-            if isinstance(corners, MarkerCorners) and corners.found:
-                x, y, yaw = block_pose_of(corners.corners_px, geometry)
-                block = frames.block_transform(
-                    x_m=x, y_m=y, yaw_rad=yaw, height_m=self._block_height_m, stamp_ns=corners.capture_ns
-                )
-                transforms.append(block)
-        if transforms:
-            self._bus.publish("tf", frames.tf(*transforms))
-
-    def _camera_transform(self, geometry: CameraGeometry, now_ns: int) -> FrameTransform:
-        """Computed anew only when the calibration says something else: it is the same for a whole session."""
-        if self._view is None or self._view[0] != geometry.plate_from_pixel:
-            self._view = (geometry.plate_from_pixel, frames.camera_transform(geometry, stamp_ns=now_ns))
-        view = self._view[1]
-        stamp = Timestamp.from_ns(now_ns)
-        return FrameTransform(stamp, view.parent_frame_id, view.child_frame_id, view.translation, view.rotation)
+        attitude, corners, geometry = map(self._seen.get, (PlatformState, MarkerCorners, CameraGeometry))
+        if attitude or geometry:
+            seen = {"now_ns": now_ns, "attitude": attitude, "geometry": geometry, "corners": corners}
+            self._bus.publish("tf", Recipe(frames.seen, seen | self._sizes))

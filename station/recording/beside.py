@@ -28,8 +28,9 @@ from station.recording.writer import Recording
 BATCH = 512
 """Messages that cross the pipe together: a good second of a session."""
 _OVER = b""
-Row = tuple[str, int, type[Message], tuple[Any, ...]]
-"""Topic, time of receipt, class and the fields of a message, nested ones as tuples again."""
+Parts = tuple[Callable[..., Message], tuple[Any, ...] | dict[str, Any]]
+Row = tuple[str, int, *Parts]
+"""Topic, time of receipt, and class and fields of a message, nested ones as tuples again; or a recipe's two parts."""
 
 
 def can_write_beside() -> bool:
@@ -66,9 +67,8 @@ class RecordingBeside:
 
     def write(self, received: Received) -> None:
         """Records one message as it came."""
-        message = received.message
-        cls = type(message)
-        self._rows.append((received.topic, received.receive_ns, cls, _reader(cls)(message)))
+        make, values = _parts(received)
+        self._rows.append((received.topic, received.receive_ns, make, values))
         if len(self._rows) >= BATCH:
             self._send(pickle.dumps(self._rows, pickle.HIGHEST_PROTOCOL))
             self._rows.clear()
@@ -107,12 +107,34 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     told = False
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
-            for topic, receive_ns, cls, values in pickle.loads(data):
-                recording.write(Received(topic, receive_ns=receive_ns, message=_maker(cls)(values)))
+            for topic, receive_ns, make, values in pickle.loads(data):
+                recording.write(Received(topic, receive_ns=receive_ns, message=_made(make, values)))
             if recording.stopped and not told:
                 told = True
                 pipe.send(recording.stopped)
     recording.close()
+
+
+def _parts(received: Received) -> Parts:
+    """What makes a message over there, and from what; a recipe's own messages are taken apart as well."""
+    recipe = received.recipe
+    if recipe is None:
+        message = received.message
+        cls = type(message)
+        return cls, _reader(cls)(message)
+    values = recipe.values.items()
+    return recipe.make, {
+        name: (type(value), _reader(type(value))(value)) if isinstance(value, Message) else value
+        for name, value in values
+    }
+
+
+def _made(make: Callable[..., Message], values: tuple[Any, ...] | dict[str, Any]) -> Message:
+    """The inverse of `_parts`."""
+    if isinstance(values, tuple):
+        return _maker(make)(values)
+    taken_apart = {name: value for name, value in values.items() if isinstance(value, tuple)}
+    return make(**values | {name: _maker(cls)(parts) for name, (cls, parts) in taken_apart.items()})
 
 
 @cache

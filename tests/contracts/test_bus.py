@@ -7,11 +7,12 @@ from collections.abc import Callable, Generator
 
 import pytest
 
-from shared.bus import Bus, Received
+from shared.bus import Bus, Received, Recipe
 from shared.clock import SimulatedClock, SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import ArmReply, ClockPing, ClockPong, MarkerCorners, Message, RunEvent, TiltCommand
+from shared.wire import encode
 from shared.zenoh_bus import ZenohBus
 
 Pair = tuple[Bus, Bus]
@@ -69,6 +70,17 @@ def test_messages_arrive_once_and_in_order_with_rising_receive_times(pair: Pair)
     wait(lambda: len(got) >= 200, one, other)
     assert [item.message for item in got] == [corners(seq) for seq in range(200)]
     assert all(a.receive_ns < b.receive_ns for a, b in itertools.pairwise(got))
+
+
+def test_a_recipe_arrives_as_the_message_that_it_makes(pair: Pair):
+    one, other = connected(pair)
+    got: list[Received] = []
+    other.subscribe("camera/corners", got.append)
+    time.sleep(_SETTLED_S)
+    one.publish("camera/corners", Recipe(corners, {"seq": 7}))
+    wait(lambda: bool(got), one, other)
+    assert got[0].message == corners(7)
+    assert got[0].payload == encode(corners(7))
 
 
 def test_everything_is_one_subscription_too(pair: Pair):

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from shared import foxglove
-from shared.bus import Received
+from shared import foxglove, frames
+from shared.bus import Received, Recipe
 from shared.errors import UserError
-from shared.messages import MarkerCorners, Message
+from shared.messages import MarkerCorners, Message, PlatformState
 from station.recording import beside
 from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.reader import open_recording
@@ -29,6 +29,11 @@ COUNT = 3 * beside.BATCH + 7
 def received(number: int) -> Received:
     stamp_ns = session.START_NS + number * 1_000_000
     message: Message = MarkerCorners(stamp_ns, number, (0.5,) * 8, found=True)
+    if number % 5 == 0:
+        attitude, geometry = PlatformState(stamp_ns, qx=0.1 + 1e-6 * number), session.GEOMETRY
+        sizes = {"pivot_above_plate_m": 0.005, "block_height_m": 0.01}
+        heard = {"now_ns": stamp_ns, "attitude": attitude, "geometry": geometry, "corners": message}
+        return Received("tf", receive_ns=stamp_ns, recipe=Recipe(frames.seen, heard | sizes))
     if number % 3 == 0:
         pose = foxglove.FrameTransform(foxglove.Timestamp.from_ns(stamp_ns), "world", "plate")
         return Received("tf", receive_ns=stamp_ns, message=foxglove.FrameTransforms((pose, pose)))
