@@ -1,14 +1,15 @@
 """Label-permuted copies of a table of tosses: what could explain the slides is dealt out anew, the noise is kept.
 
-On a level board one constant friction knows no place, direction, heading or order. So a copy in which every toss is
+On a level board one constant friction for each toss knows no speed, place, direction, heading or order. So a copy in
+which every toss
 
-- turned about the vertical by an angle of its own, and moved to where another toss began to slide,
-- given a heading against its way that is drawn anew, and a new place in the order,
+- is slowed down as another toss is, from its own speed,
+- is turned about the vertical by an angle of its own, and moved to where another toss began to slide,
+- has a heading against its way that is drawn anew, and a new place in the order,
 
-is as good a sample of that null as the tosses are, with the tracking's own noise. The speed within a slide cannot be
-dealt out between tosses; instead what a slide has beside constant friction (its path less a parabola in time) keeps its
-size and gets a sign of its own, by which a law that all tosses share is gone (Wu 1986, Ann. Stat. 14, 1261: the wild
-bootstrap).
+is as good a sample of that null as the tosses are, with the tracking's own noise. What a slide has beside constant
+friction (its path less a parabola in time) keeps its size, frame by frame, and gets a sign of its own, by which a law
+that all tosses share is gone (Wu 1986, Ann. Stat. 14, 1261: the wild bootstrap).
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ SETTLED_FRAMES = 8
 """Some 50 ms after a landing still hold the impact."""
 LEAST_FRAMES = 10
 _FLAT_M, _FLAT_RAD, _STOPPED_M = 3e-3, np.radians(3.0), 1e-3
+_LEAST_M_S2 = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,33 +68,61 @@ def permuted(tosses: list[Toss], rng: np.random.Generator) -> list[Toss]:
     """A copy with everything dealt out anew that constant friction does not know."""
     slid = [toss for toss in tosses if toss.slide.stop]
     places = iter([slid[number].pose[slid[number].slide.start, :2] for number in rng.permutation(len(slid)).tolist()])
-    found = [_dealt(toss, next(places) if toss.slide.stop else None, rng) for toss in tosses]
+    levels = np.array([_fitted(toss)[1] for toss in slid])
+    ratios = iter((levels[rng.permutation(len(slid))] / levels).tolist())
+    found = [
+        _dealt(_slowed(toss, next(ratios), rng), next(places), rng) if toss.slide.stop else toss for toss in tosses
+    ]
     return [found[number] for number in rng.permutation(len(found)).tolist()]
 
 
-def _dealt(toss: Toss, place: Array | None, rng: np.random.Generator) -> Toss:
-    turn, heading, sign = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, 2.0 * np.pi), rng.choice([-1.0, 1.0])
-    pose = _resigned(toss, sign)
+def _dealt(toss: Toss, place: Array, rng: np.random.Generator) -> Toss:
+    turn, heading = rng.uniform(0.0, 2.0 * np.pi, 2)
     cosine, sine = np.cos(turn), np.sin(turn)
-    way = pose[:, :2] @ np.array([[cosine, sine], [-sine, cosine]])
-    if place is not None:
-        way += place - way[toss.slide.start]
-    return Toss(toss.frame, np.column_stack([way, pose[:, 2], turned(pose[:, 3:], turn + heading)]), toss.slide)
+    way = toss.pose[:, :2] @ np.array([[cosine, sine], [-sine, cosine]])
+    way += place - way[toss.slide.start]
+    pose = np.column_stack([way, toss.pose[:, 2], turned(toss.pose[:, 3:], turn + heading)])
+    return Toss(toss.frame, pose, toss.slide)
 
 
-def _resigned(toss: Toss, sign: float) -> Array:
-    """What the slide has beside a parabola in time, in place and heading, times a sign."""
-    pose = toss.pose.copy()
-    part = toss.slide
-    if part.stop:
-        seconds = (toss.frame[part] - toss.frame[part][0]) / RATE_HZ
-        heading = heading_of(pose[part, 3:])
-        values = np.column_stack([pose[part, :2], heading])
-        basis = np.column_stack([np.ones_like(seconds), seconds, seconds**2])
-        change = (sign - 1.0) * (values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0])
-        pose[part, :2] += change[:, :2]
-        pose[part, 3:] = turned(pose[part, 3:], change[:, 2])
-    return pose
+def _fitted(toss: Toss) -> tuple[Array, float]:
+    """Coefficients (3, 3) of a parabola in time of x, y and heading over the slide, and the deceleration."""
+    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
+    values = np.column_stack([toss.pose[toss.slide, :2], heading_of(toss.pose[toss.slide, 3:])])
+    fit = np.linalg.lstsq(_basis(seconds), values, rcond=None)[0]
+    return fit, max(2.0 * float(np.linalg.norm(fit[2, :2])), _LEAST_M_S2)
+
+
+def _basis(seconds: Array) -> Array:
+    return np.column_stack([np.ones_like(seconds), seconds, seconds**2])
+
+
+def _slowed(toss: Toss, ratio: float, rng: np.random.Generator) -> Toss:
+    """The slide with `ratio` times its deceleration, and a sign drawn for what it has beside the parabola.
+
+    It is so much shorter in time; where it is longer, what it has beside the parabola is used again from its end on.
+    """
+    ratio, part = float(np.clip(ratio, 0.5, 2.0)), toss.slide
+    count = part.stop - part.start
+    seconds = (toss.frame[part] - toss.frame[part][0]) / RATE_HZ
+    fit, _ = _fitted(toss)
+    heading = heading_of(toss.pose[part, 3:])
+    beside = np.column_stack([toss.pose[part, :2], heading]) - _basis(seconds) @ fit
+    new = max(round(count / ratio), LEAST_FRAMES)
+    source = np.arange(new) % (2 * count)
+    source = np.where(source < count, source, 2 * count - 1 - source)
+    now = np.arange(new) / RATE_HZ
+    slower = _basis(now) @ (fit * np.array([[1.0, 1.0, 1.0], [1.0, 1.0, ratio], [1.0, 1.0, ratio**2]]))
+    slower[:, :2] += (ratio - 1.0) * (now**2)[:, None] * fit[2, :2]
+    slower += rng.choice([-1.0, 1.0]) * beside[source]
+    base = toss.pose[part][source]
+    slid = np.column_stack([slower[:, :2], base[:, 2], turned(base[:, 3:], slower[:, 2] - heading[source])])
+    rest = toss.pose[part.stop :].copy()
+    rest[:, :2] += slid[-1, :2] - toss.pose[part.stop - 1, :2]
+    first = toss.frame[part.start]
+    frames = [toss.frame[: part.start], first + np.arange(new), first + new + np.arange(len(rest))]
+    pose = np.concatenate([toss.pose[: part.start], slid, rest])
+    return Toss(np.concatenate(frames), pose, slice(part.start, part.start + new))
 
 
 def heading_of(quaternion: Array) -> Array:
