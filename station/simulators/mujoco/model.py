@@ -44,7 +44,7 @@ class Scene:
     block: Block
     plate: Plate
     contact: Contact = EXACT
-    step_s: float = 0.0025
+    step_s: float = 0.002
 
 
 def build_arm(scene: Scene) -> Any:

@@ -27,8 +27,8 @@ from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
 FLOATS = NDArray[np.float64]
-STEP_NS = 2_500_000
-LOOK = 4
+STEP_NS = 2_000_000
+LOOK = 5
 STEP_S = STEP_NS * 1e-9
 LOOK_S = LOOK * STEP_S
 """Time steps between two looks at the block, and how long they take (10 ms)."""
