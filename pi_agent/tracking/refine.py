@@ -1,11 +1,12 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import doubts, edges, lines, steps
+from pi_agent.tracking import belief, doubts, edges, lines, steps
 from pi_agent.tracking.pixels import PixelReader
 
 Floats = NDArray[np.float64]
@@ -13,15 +14,6 @@ Points = NDArray[np.complex128]
 
 PROFILES = 48  # the last pass reads so many on each edge
 SEARCHED = 14  # a search reads so many
-LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
-LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
-SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
-SLOPE_DOUBT = 0.1  # of what a highlight's slope moves an edge by, what is left when a straight slope is allowed for
-SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
-BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
-GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
-GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
-LEAST_GLOW = 2.0  # nor is this, of 255
 DIM = 20.0, 12.0, 7.0  # contrasts (of 255) below which the noise of the pixels counts more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
@@ -130,7 +122,7 @@ class Fit:
     moved: float
     blur_change: float
     bent: bool
-    path_px: float
+    path_px: float = 0.0
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
@@ -171,7 +163,8 @@ def refine(
     contrast = np.inf
     for _ in range(most_passes):
         model = task.estimator(known_blur=known, contrast=contrast)
-        fit = _one_pass(reader, corners, blur, task=task, model=model, shared_blur=known, sweep=sweep, smear=smear)
+        look = _look(corners, blur, model=model, task=task, smear=smear)
+        fit = _one_pass(reader, look, task=task, shared_blur=known, sweep=sweep, smear=smear)
         if fit is None:
             return None
         contrast = fit.contrast
@@ -185,87 +178,114 @@ def refine(
     return fit
 
 
+class _Look(NamedTuple):
+    """One pass: the edges as expected, the blur of the lens, the estimators.
+
+    `path`: the mark's way across each edge within the exposure (4,); `width`: deviation of blur and smear together;
+    `sharp`: how much an edge tells of the lens's blur, 1 without smear.
+    """
+
+    corners: Points
+    blur: Floats
+    expected: lines.Edges
+    model: steps.StepModel
+    path: Floats
+    width: Floats
+    sharp: Floats
+
+
+def _look(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, smear: Smear | None) -> _Look:
+    clear_px = 1.0 + 3.0 * float(blur.max())
+    if smear is None:
+        return _Look(corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP)
+    step = corners[lines.NEXT] - corners
+    path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
+    expected = lines.expected_edges(corners, clear_px=clear_px + 0.5 * float(path.max()))
+    width = np.sqrt(blur**2 + path**2 / 12.0)
+    return _Look(corners, blur, expected, task.moving.at(path / blur), path, width, (blur / width) ** 4)
+
+
 def _one_pass(
-    reader: PixelReader,
-    corners: Points,
-    blur: Floats,
-    *,
-    task: Task,
-    model: steps.StepModel,
-    shared_blur: bool,
-    sweep: Sweep | None,
-    smear: Smear | None,
+    reader: PixelReader, look: _Look, *, task: Task, shared_blur: bool, sweep: Sweep | None, smear: Smear | None
 ) -> Fit | None:
-    clear_px, width, sharp, path = 1.0 + 3.0 * float(blur.max()), blur, ALL_SHARP, NO_PATH
-    if smear is not None:
-        step = corners[lines.NEXT] - corners
-        path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
-        model = task.moving.at(path / blur)
-        clear_px += 0.5 * float(path.max())
-        width = np.sqrt(blur**2 + path**2 / 12.0)
-        sharp = (blur / width) ** 4
-    expected = lines.expected_edges(corners, clear_px=clear_px)
+    expected = look.expected
     if expected.length.min() < 8.0:
         return None
-    found = edges.measure(reader, expected, blur_px=blur, count=PROFILES, model=model)
+    found = edges.measure(reader, expected, blur_px=look.blur, count=PROFILES, model=look.model)
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = _believed(found, typical, width, even=task.even)
-    found = _level(found, weight, model, blur=blur, typical=typical, even=task.even)
+    weight = belief.believed(found, typical, look.width, even=task.even)
+    found = belief.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
     if task.left_out is not None:
-        _leave_out(weight, expected, task.left_out)
+        belief.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
     if counted.min() < PROFILES // 4:
         return None
-    offset, apart = found.offset, found.pull
-    if smear is not None:
-        longer = smear.across(found.base, expected.tangent[:, None]) - path[:, None]
-        offset = offset - model.smear_gain[:, None] * longer
-        apart = apart - (model.other_gain - model.smear_gain)[:, None] * longer
-    if sweep is not None:
-        offset = offset - (1j * np.conj(expected.tangent)[:, None] * sweep.shift(found.base)).real
+    offset, pull = _straightened(found, look, smear=smear, sweep=sweep)
     line = _robust_lines(offset, weight, counted, expected)
-    total = line.moments[:, 0]
-    if total.min() < PROFILES / 6:
+    if line.moments[:, 0].min() < PROFILES / 6:
         return None
+    refined = lines.intersect(expected, line.offset, line.rise)
+    if sweep is not None:
+        refined = sweep.as_seen(refined)
+    moves = doubts.corner_pull(pull, line, expected)
+    bent = doubts.bent(line, weight, shortest_px=float(expected.free.min()))
+    fit = _fit(found, line, (refined, moves), look, typical=typical, even=task.even, shared_blur=shared_blur, bent=bent)
+    return fit if smear is None else replace(fit, path_px=abs(smear.path_px))
+
+
+def _straightened(
+    found: edges.Profiles, look: _Look, *, smear: Smear | None, sweep: Sweep | None
+) -> tuple[Floats, Floats]:
+    """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
+    tangent, model = look.expected.tangent[:, None], look.model
+    offset, pull = found.offset, found.pull
+    if smear is not None:
+        longer = smear.across(found.base, tangent) - look.path[:, None]
+        offset = offset - model.smear_gain[:, None] * longer
+        pull = pull - (model.other_gain - model.smear_gain)[:, None] * longer
+    if sweep is not None:
+        offset = offset - (1j * np.conj(tangent) * sweep.shift(found.base)).real
+    return offset, pull
+
+
+def _fit(
+    found: edges.Profiles,
+    line: lines.LineFit,
+    corners: tuple[Points, Points],
+    look: _Look,
+    *,
+    typical: float,
+    even: bool,
+    shared_blur: bool,
+    bent: bool,
+) -> Fit:
+    """The fit of a pass; `corners`: the refined ones, and how far two estimators disagree about each."""
+    (refined, pull), expected, total = corners, look.expected, line.moments[:, 0]
     wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
     # Further away the blur cannot be told, and there will be another pass.
     far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) / total
-    change = np.where(far < FAR * width, wider, 0.0)
+    change = np.where(far < FAR * look.width, wider, 0.0)
     if shared_blur:
-        change = np.full(4, float(np.vdot(sharp, change)) / float(sharp.sum()))
-    refined = lines.intersect(expected, line.offset, line.rise)
-    pull = doubts.corner_pull(apart, line, expected)
-    if sweep is not None:
-        refined = sweep.as_seen(refined)
-    residual_px = float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total)))
-    agreement = np.add.reduce(line.weight > doubts.AGREES, axis=1) / _readable(found)
-    if task.even:
+        change = np.full(4, float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
+    if even:
         sigma = worst = doubts.margin_sigma(pull, lines.corner_sigma(line, expected))
     else:
-        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=wider * blur * sharp)
+        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=wider * look.blur * look.sharp)
     return Fit(
         corners=refined,
         sigma_px=sigma,
         worst_px=worst,
-        residual_px=residual_px,
-        agreement=agreement,
+        residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total))),
+        agreement=np.add.reduce(line.weight > doubts.AGREES, axis=1) / belief.readable(found),
         contrast=typical,
-        blur_px=np.clip(blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
+        blur_px=np.clip(look.blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        moved=float(np.max(np.abs(refined - corners) / width)),
+        moved=float(np.max(np.abs(refined - look.corners) / look.width)),
         blur_change=float(np.max(np.abs(change))),
-        bent=doubts.bent(line, weight, shortest_px=float(expected.free.min())),
-        path_px=0.0 if smear is None else abs(smear.path_px),
+        bent=bent,
     )
-
-
-def _readable(found: edges.Profiles) -> Floats | float:
-    """How many profiles of each edge could have agreed: saturated ones say nothing, up to half of an edge."""
-    if found.saturated is None:
-        return float(PROFILES)
-    return np.maximum(PROFILES - np.add.reduce(found.saturated, axis=1), 0.5 * PROFILES)
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:
@@ -277,62 +297,3 @@ def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lin
     some = slice(None, None, 2)
     start = lines.vote(offset[:, some], weight[:, some], tolerance=0.4, largest_rise=0.15 * expected.free)
     return lines.fit_lines(offset, weight, start=start, floor_px=FLOOR_PX, rounds=3)
-
-
-def _believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool) -> Floats:
-    """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
-    good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
-    good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
-    good &= np.abs(found.offset) < 2.5 * blur[:, None]
-    if even:
-        good &= ~_shaded(found, typical)
-    if found.saturated is not None:
-        good &= ~found.saturated
-    return good.astype(np.float64)
-
-
-def _level(
-    found: edges.Profiles, weight: Floats, model: steps.StepModel, *, blur: Floats, typical: float, even: bool
-) -> edges.Profiles:
-    """The profiles as read with a slope in the light allowed for where a highlight lies on them.
-
-    Where that is no highlight, since it is not straight, `weight` is set to 0.
-    """
-    glowing = _glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
-    if not glowing.any():
-        return found
-    bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
-    weight[glowing & bent] = 0.0
-    answer = found.sloped[:, :, 1] / np.maximum(found.sloped[:, :, 0], 0.5)
-    offset = model.sloped_table.place(answer) * blur[:, None]
-    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
-    return found._replace(
-        offset=np.where(glowing, offset, found.offset),
-        pull=np.where(glowing, doubt, found.pull),
-        blur_change=np.where(glowing, 0.0, found.blur_change),
-    )
-
-
-def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:
-    """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
-
-    More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes.
-    """
-    ordered = np.sort(found.dark.ravel())
-    excess = found.dark - ordered[len(ordered) // 4]
-    if float(excess.max()) < allowed:
-        return np.zeros(excess.shape, dtype=np.bool_)
-    in_proportion = np.median(found.dark / found.contrast) * found.contrast
-    return (excess > allowed) & (found.dark - in_proportion > allowed)
-
-
-def _shaded(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
-    """Profiles (4, n) beside an even margin at which the light changes along the edge: a shadow's edge crosses them."""
-    change = np.zeros(found.contrast.shape)
-    change[:, 1:-1] = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2])
-    return change > SHADED * typical + 1.0
-
-
-def _leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:
-    place = 0.5 + np.multiply.outer(expected.free / expected.length, lines.places(weight.shape[1]))
-    weight[(place > gap[:, :1]) & (place < gap[:, 1:])] = 0.0

@@ -1,0 +1,86 @@
+"""Which profiles are believed to show the mark's edge, and how those under a highlight are read."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.tracking import edges, lines, steps
+
+Floats = NDArray[np.float64]
+
+LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
+LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
+SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
+SLOPE_DOUBT = 0.1  # of what a highlight's slope moves an edge by, what is left when a straight slope is allowed for
+SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
+BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
+GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
+GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
+LEAST_GLOW = 2.0  # nor is this, of 255
+
+
+def believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool) -> Floats:
+    """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
+    good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
+    good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
+    good &= np.abs(found.offset) < 2.5 * blur[:, None]
+    if even:
+        good &= ~_shaded(found, typical)
+    if found.saturated is not None:
+        good &= ~found.saturated
+    return good.astype(np.float64)
+
+
+def level(
+    found: edges.Profiles, weight: Floats, model: steps.StepModel, *, blur: Floats, typical: float, even: bool
+) -> edges.Profiles:
+    """The profiles as read with a slope in the light allowed for where a highlight lies on them.
+
+    Where that is no highlight, since it is not straight, `weight` is set to 0.
+    """
+    glowing = _glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
+    if not glowing.any():
+        return found
+    bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
+    weight[glowing & bent] = 0.0
+    answer = found.sloped[:, :, 1] / np.maximum(found.sloped[:, :, 0], 0.5)
+    offset = model.sloped_table.place(answer) * blur[:, None]
+    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
+    return found._replace(
+        offset=np.where(glowing, offset, found.offset),
+        pull=np.where(glowing, doubt, found.pull),
+        blur_change=np.where(glowing, 0.0, found.blur_change),
+    )
+
+
+def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:
+    """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
+
+    More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes.
+    """
+    ordered = np.sort(found.dark.ravel())
+    excess = found.dark - ordered[len(ordered) // 4]
+    if float(excess.max()) < allowed:
+        return np.zeros(excess.shape, dtype=np.bool_)
+    in_proportion = np.median(found.dark / found.contrast) * found.contrast
+    return (excess > allowed) & (found.dark - in_proportion > allowed)
+
+
+def _shaded(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
+    """Profiles (4, n) beside an even margin at which the light changes along the edge: a shadow's edge crosses them."""
+    change = np.zeros(found.contrast.shape)
+    change[:, 1:-1] = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2])
+    return change > SHADED * typical + 1.0
+
+
+def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:
+    """Sets the weights (4, n) to 0 where a part of each edge is none (a notch): `gap` (4, 2), in sides."""
+    place = 0.5 + np.multiply.outer(expected.free / expected.length, lines.places(weight.shape[1]))
+    weight[(place > gap[:, :1]) & (place < gap[:, 1:])] = 0.0
+
+
+def readable(found: edges.Profiles) -> Floats | float:
+    """How many profiles of each edge could have agreed: saturated ones say nothing, up to half of an edge."""
+    count = found.offset.shape[1]
+    if found.saturated is None:
+        return float(count)
+    return np.maximum(count - np.add.reduce(found.saturated, axis=1), 0.5 * count)
