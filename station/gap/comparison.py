@@ -11,12 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from station.gap.candidates import Candidate, Fitter, single_candidates
+from station.gap.misfit import Gained, gained_by, superfluous
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import is_nuisance, without_nuisances
 from station.physics.effect import Effect
 from station.physics.model import Model
 
-ROUNDS = 2
+ROUNDS = 3
 NAMED_FITS, SMOOTH_FITS = 8, 4
 SWAP = 2.0
 """By how much a candidate must be likelier (twice the log odds) to take a term's place: ties stay as they are."""
@@ -74,22 +75,32 @@ def revised(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fi
     """The model with each term the best for its place, and the comparisons by the ids of its terms."""
     compared = dict[str, Comparison]()
     for _ in range(ROUNDS):
-        compared, changed = dict[str, Comparison](), False
-        for effect in _terms(current.model):
-            comparison = _comparison(fitter, current, effect, offered)
-            best = comparison.candidates[0]
-            mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
-            if best.odds < 0:
-                current, changed = comparison.without, True
-            elif best is not mine and best.fitted and (mine is None or best.odds > mine.odds + SWAP):
-                current, changed = best.fitted, True
-                compared[best.effects[0].id] = comparison
-            else:
-                compared[effect.id] = comparison
+        current, compared, changed = _round(fitter, current, offered)
         if not changed:
             break
     kept = {effect.id for effect in _terms(current.model)}
     return current, {name: comparison for name, comparison in compared.items() if name in kept}
+
+
+def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit, dict[str, Comparison], bool]:
+    """Every term compared once; a better one takes its place, and one that is not needed leaves."""
+    compared, gains, changed = dict[str, Comparison](), dict[str, Gained](), False
+    for effect in _terms(current.model):
+        comparison = _comparison(fitter, current, effect, offered)
+        best = comparison.candidates[0]
+        mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
+        if best.odds < 0:
+            current, changed = comparison.without, True
+            continue
+        if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + SWAP):
+            current, changed, mine = best.fitted, True, best
+        if mine is not None:
+            compared[mine.effects[0].id] = comparison
+            gains[mine.effects[0].id] = gained_by(fitter.evidence, mine)
+    name = superfluous(gains)
+    if name is not None:
+        current, changed = compared[name].without, True
+    return current, compared, changed
 
 
 def _terms(model: Model) -> list[Effect]:

@@ -16,6 +16,7 @@ import numpy as np
 from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
+from station.gap.misfit import Gained, gained_by, is_misfit
 from station.gap.smooth import is_smooth, smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
@@ -34,13 +35,7 @@ MOST_STAGES = 4
 FULL_FITS = {"single": 7, "pair": 7, "smooth": 5}
 """How many of each kind are fitted in full in each stage."""
 
-MISFIT_SHARE, MISFIT_MOST = 0.1, 60.0
-"""A further gain in the channels of an effect already found, below this share of its own, is its law's misfit;
-beyond the second number it never is."""
-
 Progress = Callable[[str], None]
-Gained = Sequence[tuple[frozenset[str], float]]
-"""What was found so far: in which channels it acts, and twice its gain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +91,14 @@ def search(
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     fitter = Fitter(evidence)
     current, stages, places = null, list[Stage](), list[Candidate]()
-    gained: list[tuple[frozenset[str], float]] = []
+    gained: list[Gained] = []
     for number in range(MOST_STAGES):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
         stage = _stage(fitter, current, offered, rng=rng, first=number == 0, gained=gained, progress=progress)
         stages.append(stage)
         if stage.chosen is None:
             break
-        gained.append((_channels(evidence, stage.chosen), stage.chosen.twice_gain))
+        gained.append(gained_by(evidence, stage.chosen))
         if stage.chosen.fitted is None:
             places.append(stage.chosen)
             break
@@ -120,7 +115,7 @@ def _stage(
     *,
     rng: np.random.Generator,
     first: bool,
-    gained: Gained,
+    gained: Sequence[Gained],
     progress: Progress,
 ) -> Stage:
     evidence = fitter.evidence
@@ -174,7 +169,7 @@ def _kind(candidate: Candidate) -> str:
 
 
 def _chosen(
-    evidence: Evidence, ranked: Sequence[Candidate], spots: Sequence[Candidate], gained: Gained
+    evidence: Evidence, ranked: Sequence[Candidate], spots: Sequence[Candidate], gained: Sequence[Gained]
 ) -> Candidate | None:
     """The likeliest, if it is likelier than nothing.
 
@@ -184,22 +179,8 @@ def _chosen(
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
     best = max(
-        (one for one in [*full, *alone] if not _misfit(evidence, one, gained)),
+        (one for one in [*full, *alone] if not is_misfit(gained_by(evidence, one), gained)),
         key=lambda candidate: candidate.odds,
         default=None,
     )
     return best if best is not None and best.odds > 0 else None
-
-
-def _channels(evidence: Evidence, candidate: Candidate) -> frozenset[str]:
-    if candidate.place is not None:
-        return frozenset({candidate.place.channel.name})
-    hooks = frozenset[str]().union(*(effect.acts_through() for effect in candidate.effects))
-    return frozenset(channel.name for channel in evidence.channels if channel.hooks & hooks)
-
-
-def _misfit(evidence: Evidence, candidate: Candidate, gained: Gained) -> bool:
-    channels = _channels(evidence, candidate)
-    return any(
-        channels & known and candidate.twice_gain < min(MISFIT_SHARE * size, MISFIT_MOST) for known, size in gained
-    )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,10 @@ PLACE_M = 0.03
 MOST_POWERS = 3
 SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
 """Covariates that may swing to and fro, and how often over their whole range."""
+
+LEAST_WAVE = 0.1
+"""A harmonic that varies less over the angles that occur (of four directions every second sine) would act by its slope
+alone: nobody has seen it."""
 
 ONLY_SLIDING = frozenset({"speed", "slide_time"})
 ONLY_ONSET = frozenset({"dwell"})
@@ -155,14 +160,24 @@ def _angle_sets(values: Array) -> Iterator[tuple[str, tuple[Callable[[Array], Ar
     distinct = len(np.unique(np.round(np.mod(values, 2 * np.pi) / 0.1)))
     sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
     for chosen in sets:
-        yield f"harmonic {'+'.join(map(str, chosen))}", (_harmonics(chosen), 2 * len(chosen))
+        kept = [wave for wave in _waves(chosen) if np.std(wave(values)) > LEAST_WAVE]
+        if kept:
+            yield f"harmonic {'+'.join(map(str, chosen))}", (_harmonics(kept), len(kept))
 
 
-def _harmonics(chosen: Sequence[int]) -> Callable[[Array], Array]:
+def _waves(harmonics: Sequence[int]) -> list[Callable[[Array], Array]]:
+    """Cosine and sine of each."""
+    return [partial(_wave, function, k) for k in harmonics for function in (np.cos, np.sin)]
+
+
+def _wave(function: Callable[[Array], Array], k: int, angle: Array) -> Array:
+    return function(k * angle)
+
+
+def _harmonics(chosen: Sequence[Callable[[Array], Array]]) -> Callable[[Array], Array]:
     def waves(angle: Array) -> Array:
         known = np.where(np.isfinite(angle), angle, 0.0)
-        columns = [wave(k * known) for k in chosen for wave in (np.cos, np.sin)]
-        return np.where(np.isfinite(angle)[:, None], np.column_stack(columns), 0.0)
+        return np.where(np.isfinite(angle)[:, None], np.column_stack([wave(known) for wave in chosen]), 0.0)
 
     return waves
 

@@ -33,7 +33,7 @@ class ContactAging(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="per_decade", unit="1", low=0.0, high=0.3, typical=0.03),
         Parameter(
-            name="sliding_age_log10_s", unit="log10 s", low=-2.0, high=1.5, typical=0.5, null=None, starts=(-1.0, 0.0)
+            name="sliding_age_log10_s", unit="log10 s", low=-1.2, high=0.3, typical=0.3, null=None, starts=(-1.0, 0.0)
         ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("wear", "kinetic_drop", "clock_offset")

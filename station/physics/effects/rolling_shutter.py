@@ -1,7 +1,8 @@
 """Rolling shutter: the image's rows are exposed one after another, and a moving mark shears.
 
-A corner in a row that is read t later than the row of the optical axis, t = T (p − c)·down / image height, stands v t
-farther on, v its own velocity; T is the read-out time of an image that the tracking has not allowed for.
+A frame's stamp is the time of its first row. The row of the optical axis is read T / 2 later, and a corner in a row that
+is read t later than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is the
+read-out time of an image that the tracking has not allowed for.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ class RollingShutter(Effect):
 
     id: ClassVar[str] = "rolling_shutter"
     title: ClassVar[str] = "rolling shutter"
-    law: ClassVar[str] = "each row is seen T row / rows later (T = 0)"
+    law: ClassVar[str] = "each row is seen T row / rows later than the stamp (T = 0)"
     source: ClassVar[str] = "Geyer, Meingast, Sastry 2005, OMNIVIS (geometric models of rolling-shutter cameras)"
     layer: ClassVar[Layer] = "camera"
     family: ClassVar[Family] = "image"
@@ -29,6 +30,10 @@ class RollingShutter(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"
+
+    def delay_s(self, values: Values) -> float:
+        """The stamps are early by half the read-out."""
+        return -0.5 * values["readout_s"]
 
     def seen(self, view: View, values: Values) -> Array | None:
         """See the module."""

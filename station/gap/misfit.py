@@ -1,0 +1,63 @@
+"""Whether a further gain is new physics, or only says that a law already found is not quite nature's.
+
+No law is exact, and with enough runs its misfit stands out. It is small beside the effect's own gain, and shows where
+the effect shows: in its channels, and above all in what depends on the same things.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from station.gap.candidates import Candidate
+from station.gap.evidence.evidence import Evidence
+from station.gap.smooth import is_smooth
+from station.physics.effect import Effect
+
+SAME_FAMILY, OTHER_FAMILY = 0.15, 0.05
+"""Below these shares of what was found a further gain is the law's misfit: of an effect that looks alike or a smooth
+term, which can look like anything; and of one that looks otherwise."""
+
+
+@dataclass(frozen=True)
+class Gained:
+    """Effects (none: a place), in which channels they act, and what they gained (twice the log likelihood)."""
+
+    effects: tuple[Effect, ...]
+    channels: frozenset[str]
+    twice_gain: float
+
+
+def gained_by(evidence: Evidence, candidate: Candidate) -> Gained:
+    """What a candidate gains, and where."""
+    if candidate.place is not None:
+        return Gained((), frozenset({candidate.place.channel.name}), candidate.twice_gain)
+    return Gained(candidate.effects, channels_of(evidence, candidate.effects), candidate.twice_gain)
+
+
+def channels_of(evidence: Evidence, effects: Iterable[Effect]) -> frozenset[str]:
+    """The channels that effects can change."""
+    hooks = frozenset[str]().union(*(effect.acts_through() for effect in effects))
+    return frozenset(channel.name for channel in evidence.channels if channel.hooks & hooks)
+
+
+def is_misfit(new: Gained, known: Sequence[Gained]) -> bool:
+    """Whether `new` may be no more than the misfit of any that is known."""
+    return any(
+        new.channels & other.channels and new.twice_gain < _share(new, other) * other.twice_gain for other in known
+    )
+
+
+def _share(new: Gained, other: Gained) -> float:
+    unnamed = not new.effects or any(is_smooth(effect) for effect in new.effects)
+    families = {effect.family for effect in other.effects}
+    alike = unnamed or any(effect.family in families for effect in new.effects)
+    return SAME_FAMILY if alike else OTHER_FAMILY
+
+
+def superfluous(gains: Mapping[str, Gained]) -> str | None:
+    """Of a model's terms the id of the one that gains least beside the others, if it is a misfit of any of them."""
+    for name in sorted(gains, key=lambda name: gains[name].twice_gain):
+        if is_misfit(gains[name], [other for key, other in gains.items() if key != name]):
+            return name
+    return None
