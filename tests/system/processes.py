@@ -7,10 +7,12 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Generator
+import time
+from collections.abc import Callable, Collection, Generator
 from pathlib import Path
 
-from station.app.assembly import simulated_rig_path
+from shared.zenoh_bus import ZenohBus
+from station.app.assembly import rig_from, simulated_rig_path
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,6 +31,28 @@ def rig_file(folder: Path, *, name: str = "system", extra: str = "") -> Path:
     file = folder / f"{name}.toml"
     file.write_text(text + extra, encoding="utf-8")
     return file
+
+
+@contextlib.contextmanager
+def observer(rig: Path) -> Generator[ZenohBus]:
+    """An ear on the bus of a rig."""
+    config = rig_from(str(rig))
+    with ZenohBus(config.id, connect=config.bus.peers("observer")) as bus:
+        yield bus
+
+
+def wait(bus: ZenohBus, happened: Callable[[], bool], *, within_s: float = 60.0) -> None:
+    """Listens until it is so."""
+    limit = time.monotonic() + within_s
+    while not happened():
+        assert time.monotonic() < limit, f"waited {within_s:g} s in vain; alive are {sorted(bus.alive())}"
+        bus.poll(0.05)
+
+
+def wait_for(rig: Path, names: Collection[str]) -> None:
+    """Until these processes are on the bus of the rig."""
+    with observer(rig) as bus:
+        wait(bus, lambda: bus.alive() >= set(names))
 
 
 def start(module: str, *words: str) -> subprocess.Popen[str]:

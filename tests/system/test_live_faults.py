@@ -27,6 +27,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
 HELPERS = {"camera": ("pi_agent", "run"), "arm": ("station", "arm"), "twin": ("station", "twin")}
 FAST = """\
 samples = {samples}
+faults = {faults}
 [tilt]
 rate_deg_s = 10.0
 adapt_after = 0
@@ -47,10 +48,21 @@ class Rig:
         """Starts a helper: camera, arm or twin."""
         self.processes[name] = start(*HELPERS[name], "--rig", str(self.file))
 
-    def session(self, out: str, *, samples: int = 50, name: str = "run") -> Path:
+    def revive(self) -> None:
+        """Starts every helper that a test before has killed; all of them if it was the twin, where the arm stands."""
+        if "twin" not in self.processes:
+            for name in list(self.processes):
+                end(self.processes.pop(name))
+        for name in HELPERS:
+            if name not in self.processes:
+                self.start(name)
+            assert self.processes[name].poll() is None, f"{name} has ended by itself"
+        self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), within_s=60, running="")
+
+    def session(self, out: str, *, samples: int = 50, faults: int = 5, name: str = "run") -> Path:
         """Starts a session that records to `out`; its process is `name`."""
         plan, path = self.folder / f"{out}.toml", self.folder / out
-        plan.write_text(FAST.format(samples=samples), encoding="utf-8")
+        plan.write_text(FAST.format(samples=samples, faults=faults), encoding="utf-8")
         words = ("run", "--rig", str(self.file), "--plan", str(plan), "--out", str(path))
         self.processes[name] = start("station", *words)
         return path
@@ -131,20 +143,31 @@ def decided_the_same(path: Path) -> bool:
     return main(["check", str(path)]) == 0
 
 
-@pytest.fixture
-def rig(tmp_path: Path) -> Generator[Rig]:
-    file = rig_file(tmp_path)
+@pytest.fixture(scope="module")
+def one_rig(tmp_path_factory: pytest.TempPathFactory) -> Generator[Rig]:
+    folder = tmp_path_factory.mktemp("faults")
+    file = rig_file(folder)
     config = assembly.rig_from(str(file))
     with contextlib.ExitStack() as stack:
         bus = stack.enter_context(ZenohBus(config.id, connect=config.bus.peers("observer")))
-        made = Rig(folder=tmp_path, file=file, bus=bus)
+        made = Rig(folder=folder, file=file, bus=bus)
         stack.callback(lambda: [end(process) for process in reversed(made.processes.values())])
-        for name in HELPERS:
-            made.start(name)
         for topic in ("session/event", "session/sample", "arm/platform", "arm/motion", "log"):
             made.listen(topic)
-        made.wait("all helpers", lambda: made.bus.alive() >= set(HELPERS), within_s=60, running="")
         yield made
+
+
+@pytest.fixture
+def rig(one_rig: Rig, tmp_path: Path) -> Generator[Rig]:
+    """The module's rig, with every helper alive, no session, and nothing heard yet."""
+    one_rig.revive()
+    one_rig.bus.poll(0.5)  # what still comes from the session before
+    for heard in one_rig.heard.values():
+        heard.clear()
+    one_rig.folder = tmp_path
+    yield one_rig
+    if "run" in one_rig.processes:
+        end(one_rig.processes.pop("run"))
 
 
 def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_goes_on(rig: Rig):
@@ -207,7 +230,7 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
 
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
-    path = rig.session("gone.mcap")
+    path = rig.session("gone.mcap", faults=2)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("arm")
     status, printed = rig.ended(within_s=150)
@@ -219,7 +242,7 @@ def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
 
 
 def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
-    path = rig.session("twin.mcap")
+    path = rig.session("twin.mcap", faults=2)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("twin")
     status, printed = rig.ended(within_s=150)
@@ -257,7 +280,7 @@ def test_a_full_disk_stops_the_session_safely_with_the_file_closed(rig: Rig):
         pytest.skip("this machine does not allow private mounts")
     disk, saved, plan = rig.folder / "disk", rig.folder / "saved.mcap", rig.folder / "plan.toml"
     disk.mkdir()
-    plan.write_text(FAST.format(samples=50), encoding="utf-8")
+    plan.write_text(FAST.format(samples=50, faults=5), encoding="utf-8")
     # 64 MB are left free on any disk. The file system is gone with its namespace: the recording is copied out within.
     script = (
         'mount -t tmpfs -o size=73m tmpfs "$1" && "$2" -m station run --rig "$3" --plan "$4" --out "$1/full.mcap"; '
