@@ -95,4 +95,4 @@ def _slow_waves(count: int) -> Floats:
     """Legendre polynomials (count, 4) of the degrees 2 to 5, of unit mean square."""
     degrees = np.arange(6)
     values = np.polynomial.legendre.legvander(2.0 * lines.places(count), 5) * np.sqrt(2 * degrees + 1)
-    return values[:, 2:]
+    return np.asarray(values[:, 2:], dtype=np.float64)

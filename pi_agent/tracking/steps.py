@@ -48,7 +48,7 @@ class Table(NamedTuple):
     answers: Floats
     reach: Floats
 
-    def place(self, answer: Matrix) -> Floats:
+    def place(self, answer: Matrix | Floats) -> Floats:
         """Where the steps (4, n) lie, in blur deviations."""
         if self.answers.ndim == 1:
             return np.interp(answer, self.answers, self.reach)

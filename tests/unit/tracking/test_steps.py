@@ -20,7 +20,8 @@ MODELS = {
 def _step(u: Floats, *, place: float, blur: float = 1.0, smear: float = 0.0) -> Floats:
     """A step from 0 to 1 by numbers: the mean of many blurred ones along the smear."""
     way = smear * ((np.arange(400) + 0.5) / 400 - 0.5)
-    return np.array([np.mean([0.5 * (1 + erf((x - place - w) / blur / np.sqrt(2))) for w in way]) for x in u])
+    means = [np.mean([0.5 * (1 + erf((x - place - w) / blur / np.sqrt(2))) for w in way]) for x in u]
+    return np.asarray(means, dtype=np.float64)
 
 
 def _read(model: StepModel, light: Floats) -> tuple[float, float]:
