@@ -21,7 +21,7 @@ from station.app.commands import analyze
 from station.app.study import paper
 from station.app.study.beside import tables_of
 from station.app.study.compare import Row, pace_row, rows_of, verdicts_of
-from station.app.study.design import parts_of, start_of
+from station.app.study.design import parts_of
 from station.app.study.essentials import LEFT_OUT
 from station.app.study.progress import EVERY_S, Told
 from station.app.study.rigs import rig_of, rig_text
@@ -65,7 +65,7 @@ def test_a_small_study_measures_what_is_planted_and_goes_on_where_it_was_broken_
     assert main(["doctor", str(one)]) == 0
     assert main(["check", str(one)]) == 0, "a replay takes other decisions"
 
-    turned = open_recording(one).samples()[0].start_yaw_rad - start_of(parts[one.name]).yaw_rad
+    turned = open_recording(one).samples()[0].start_yaw_rad - parts[one.name].yaw_rad
     assert abs((turned + np.pi) % (2 * np.pi) - np.pi) < 0.01
 
     kept, lost = (out / "recordings" / f"{name}_01.mcap" for name in ("wood_on_steel", "steel_on_wood"))
@@ -93,6 +93,18 @@ def test_the_parts_are_all_the_samples_with_seeds_of_their_own(tmp_path: Path) -
     assert max(by_pair) - min(by_pair) <= 1
     assert len({part.seed for part in parts}) == len({part.path for part in parts}) == len(parts)
     assert not {part.seed for part in parts} & {part.seed for part in parts_of(paper.SAMPLES, seed=2, folder=tmp_path)}
+
+
+def test_the_sessions_of_a_pair_part_a_quarter_turn_of_the_block_evenly(tmp_path: Path) -> None:
+    parts = parts_of(paper.SAMPLES, seed=1, folder=tmp_path)
+    firsts = set[float]()
+    for pair in paper.PAIRS:
+        yaws = sorted(part.yaw_rad for part in parts if part.pair is pair)
+        assert len(yaws) == 4
+        np.testing.assert_allclose(np.diff(yaws), np.pi / 8)
+        assert 0 <= yaws[0] < np.pi / 8
+        firsts.add(yaws[0])
+    assert len(firsts) == 4
 
 
 def test_the_papers_own_numbers_add_up() -> None:

@@ -3,8 +3,8 @@
 Every session is one process's work of a minute or two, which is what breaking the study off costs, and some two hours
 and a half of the simulated rig's time. It narrows its range of tilts only after 25 samples of a direction, as the
 paper's does: until then steps are coarse, and blocks slide fast and far. Nothing but the foam turns a block there, and
-in the paper's figures blocks lie at every angle: so each session begins with the block laid down at another place and
-angle.
+in the paper's figures blocks lie at every angle: so each session begins with the block laid down at another place, and
+turned on, so that the sessions of a pair part the quarter turn between two directions of tilting evenly.
 
 The paper does not say how fast it tilts, only that a sample takes 22 s on average. The pause after each step is set to
 come to that. It matters: on a plate that goes on tilting while the block slides, the block is fast when its slide is
@@ -27,18 +27,22 @@ SESSION_SAMPLES = 400
 """At most so many in a session."""
 START_WITHIN_M = 0.01
 """A hand lays the block down this near to the middle of the plate."""
-HOLD_S = 0.5
+HOLD_S = 0.52
 """After each step: with it a sample takes the paper's 22 s on average over the four pairs (`study.json` says)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One session of the study: `number` of its pair from 1; `path` is where its recording is once it is whole."""
+    """One session of the study: `number` of its pair from 1; `path` is where its recording is once it is whole.
+
+    `yaw_rad` is how the block is laid down.
+    """
 
     pair: PaperPair
     number: int
     samples: int
     seed: int
+    yaw_rad: float
     path: Path
 
     @property
@@ -58,6 +62,7 @@ def parts_of(samples: int, *, seed: int, folder: Path, session_samples: int = SE
     parts: list[Part] = []
     for index, (pair, count) in enumerate(zip(PAIRS, _shares(samples, len(PAIRS)), strict=True)):
         sizes = _shares(count, math.ceil(count / session_samples))
+        first = float(np.random.default_rng([seed, index]).uniform())
         for number, size in enumerate(sizes, start=1):
             parts.append(
                 Part(
@@ -65,6 +70,7 @@ def parts_of(samples: int, *, seed: int, folder: Path, session_samples: int = SE
                     number=number,
                     samples=size,
                     seed=int(np.random.SeedSequence([seed, index, number]).generate_state(1)[0]),
+                    yaw_rad=(first + (number - 1) / len(sizes)) * math.pi / 2,
                     path=folder / f"{pair.preset}_{number:02}.mcap",
                 )
             )
@@ -81,17 +87,7 @@ def plan_of(part: Part) -> Plan:
     return Plan(samples=part.samples, seed=part.seed, tilt=TiltPlan(hold_s=HOLD_S))
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
-    """Where a session's block lies at first, in the plate frame."""
-
-    x_m: float
-    y_m: float
-    yaw_rad: float
-
-
-def start_of(part: Part) -> Start:
-    """The place and angle at which the block is laid down: by chance, and the same whenever it is asked."""
-    rng = np.random.default_rng([part.seed, 1])
-    x_m, y_m = rng.uniform(-START_WITHIN_M, START_WITHIN_M, 2).tolist()
-    return Start(x_m, y_m, float(rng.uniform(-math.pi, math.pi)))
+def place_of(part: Part) -> tuple[float, float]:
+    """Where on the plate (m) the block is laid down: by chance, and the same whenever it is asked."""
+    x_m, y_m = np.random.default_rng([part.seed, 1]).uniform(-START_WITHIN_M, START_WITHIN_M, 2).tolist()
+    return x_m, y_m

@@ -9,8 +9,10 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
+from multiprocessing import connection
 from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 
@@ -20,7 +22,7 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
-from station.app.study.design import Part, plan_of, start_of
+from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import Essentials
 from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
@@ -99,8 +101,8 @@ def simulate(part: Part) -> None:
     recording = Essentials(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S)
     with recording:
         recording.describe()
-        session, start = Lockstep(rig, plan, recording=recording), start_of(part)
-        session.twin.world.place_block(start.x_m, start.y_m, start.yaw_rad)
+        session = Lockstep(rig, plan, recording=recording)
+        session.twin.world.place_block(*place_of(part), part.yaw_rad)
         outcome = session.run(on_sample=_count)
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
@@ -115,10 +117,19 @@ def tidy(folder: Path) -> None:
 
 
 def _begin(done: Synchronized[int]) -> None:
-    """A worker leaves Ctrl-C to its parent, which ends it."""
+    """A worker leaves Ctrl-C to its parent, which ends it, and ends by itself when its parent is killed."""
     global _done  # noqa: PLW0603 (a value shared by processes can only be handed over at a worker's birth)
     _done = done
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Without this a killed study's workers would go on, beside those of the call that goes on with it."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
 
 
 def _count(_samples: int) -> None:
