@@ -107,10 +107,9 @@ class SmearedModels:
         share = (place - first)[:, None]
         matrices = _cut(_between(self._matrices, first, share.astype(np.float32)), self._shapes[:MATRICES])
         tables = _cut(_between(self._tables, first, share), self._shapes[MATRICES:])
-        solve, misfit, sloped_misfit = matrices
-        return StepModel(
-            tables[0], solve, misfit, sloped_misfit, *map(Table, tables[1:7:2], tables[2:7:2]), *tables[7:]
-        )
+        (solve, misfit, sloped_misfit), (smear_gain, other_gain, widening) = matrices, tables[7:]
+        use, other, sloped = (Table(tables[at], tables[at + 1]) for at in (1, 3, 5))
+        return StepModel(tables[0], solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening)
 
 
 @lru_cache(maxsize=2)
