@@ -13,7 +13,7 @@ Points = NDArray[np.complex128]
 
 # Beside a textured plate: the variance of an edge's ends by what varies slowly along it, by the disagreement of two
 # estimators that mind texture unlike each other, and by a blur that is not the other edges'; and what is always left.
-GRAIN_SLOW, GRAIN_PULL, GRAIN_BLUR, GRAIN_PX = 1.2, 0.15, 0.8, 0.007
+GRAIN_SLOW, GRAIN_PULL, GRAIN_BLUR, GRAIN_PX = 0.95, 0.11, 0.65, 0.006
 PULL_NOISE = 0.8  # disagreement by noise, in shares of the scatter
 SHADOW_SHARE = 3.5  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian

@@ -81,7 +81,7 @@ class Tracker:
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._at_rest(fit, verdict)
-        if verdict.tip_rad > max(self._lean_rad, UNSEEN_LEAN_RAD) + FASTEST_LEAN_RAD_S * (time_s - self._motion.time_s):
+        if verdict.tip_rad > self._largest_lean(time_s):
             verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
         if fit is not None and verdict.rough:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
@@ -108,6 +108,11 @@ class Tracker:
         if lean > 0:
             return judge.Verdict(f"tipping: a lean of {degrees(lean):.0f} deg", lean)
         return judge.Verdict(f"outline changed: by {departure:.2f} px, covered or in uneven light")
+
+    def _largest_lean(self, time_s: float) -> float:
+        """The largest lean that a tipping block can have reached since the last frame."""
+        gap_s = max(time_s - self._motion.time_s, 0.0)
+        return max(self._lean_rad, UNSEEN_LEAN_RAD) + FASTEST_LEAN_RAD_S * gap_s
 
     def _forget_outline(self) -> None:
         self._resting = RestingShape(near_px=NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX)
