@@ -63,6 +63,20 @@ class Candidate:
         return any(is_smooth(effect) for effect in self.effects)
 
     @property
+    def credible(self) -> bool:
+        """Whether its full fit is at a maximum, and no size at a bound: such a law wants to be what it cannot be."""
+        if self.fitted is None or not self.fitted.converged:
+            return False
+        known = {term.effect.id: term.values for term in self.fitted.model.terms}
+        return all(
+            parameter.low < known[effect.id][parameter.name] < parameter.high
+            or known[effect.id][parameter.name] == parameter.null
+            for effect in self.effects
+            for parameter in effect.parameters
+            if not parameter.is_shape
+        )
+
+    @property
     def odds(self) -> float:
         """See the class."""
         return self.bic + 2.0 * math.log(self.prior / NONE)

@@ -116,7 +116,7 @@ def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[
     smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
     own = [one for one in ranked if one.key == (effect.id,)]
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
-    good = [one for one in full if one.fitted is not None and (one.fitted.converged or one.key == (effect.id,))]
+    good = [one for one in full if one.credible or one.key == (effect.id,)]
     return Comparison(without, tuple(sorted(good, key=lambda candidate: -candidate.odds)))
 
 

@@ -152,13 +152,13 @@ def _column_count(effects: Sequence[Effect]) -> int:
 
 
 def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The best of each kind fitted in full and ranked again, those that did not converge left out; then the rest."""
+    """The best of each kind fitted in full and ranked again, those that are not credible left out; then the rest."""
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
     best = [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
     full = [fitter.fitted(current, candidate) for candidate in best]
-    good = [candidate for candidate in full if candidate.fitted is not None and candidate.fitted.converged]
+    good = [candidate for candidate in full if candidate.credible]
     tried = {candidate.key for candidate in full}
     rest = [candidate for candidate in ranked if candidate.key not in tried]
     return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]

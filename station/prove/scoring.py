@@ -126,12 +126,12 @@ class Scored:
         return pulls_of(self.truth, self.said, self.rig) if self.rig is not None else ([], {})
 
     def statements(self) -> list[tuple[float, bool]]:
-        """Every claim's probability, and whether it is right: its class has a truth, or it says `other` and is."""
+        """Every claim's probability, and whether it is right: its class has a truth, or has `other` and there is one."""
         outside = self.truth.answer == "other"
         return [
             (
                 number(effect["probability"]),
-                bool(self.truth.ids & set(effect["class"])) or (effect["id"] == "other" and outside),
+                bool(self.truth.ids & set(effect["class"])) or (outside and "other" in effect["class"]),
             )
             for effect in self.said.claimed
         ]

@@ -18,7 +18,7 @@ PLAIN = Model(mu_s=1.0)
 """Changes neither attitude nor clock and pushes nothing."""
 
 LEAST_MU = 0.05
-LEAST_M_S, LEAST_SINE = 1e-3, 0.05
+LEAST_M_S, LEAST_M_S2, LEAST_SINE = 1e-3, 1e-2, 0.05
 MEAN_DISTANCE = 0.3826
 """Of a unit square's points from its middle."""
 
@@ -139,22 +139,26 @@ class Turn(_Slides):
     """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
 
     An effect's spin is what a friction as large as the pull g sin(tilt) would do; the friction that slides is taken in
-    its place, which while the plate returns is more.
+    its place, which while the plate returns is more. It is the recorded one: a model that changed it would change how
+    much noise of the turning enters, and be fitted to that.
     """
 
     name: str = "turn"
     unit: str = "rad/s²"
 
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        plain, contact = motion.moments.loads(PLAIN), motion.moments.reported
+        force = np.maximum(self._force(plain, _direction(plain.contact.way_rad)), LEAST_M_S2)
+        self._held = np.repeat(force, len(WEIGHTS))
+        self._pull = GRAVITY_M_S2 * np.maximum(np.sin(contact.tilt_rad), LEAST_SINE)
+        against = 6.0 * motion.reach_m**2 / contact.area_m2 * motion.yaw_rate_rad_s
+        self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
+
     def residual(self, model: Model) -> Array:
         """See the class."""
         motion = self.motion
-        load, contact = motion.moments.loads(model), motion.moments.reported
-        drawn = np.repeat(np.broadcast_to(self._drawn(model)[0], len(self)), len(WEIGHTS))
-        held = load.normal * model.friction(load.contact) * np.exp(drawn) * motion.sliding
-        pull = GRAVITY_M_S2 * np.maximum(np.sin(contact.tilt_rad), LEAST_SINE)
-        against = 6.0 * motion.reach_m**2 / contact.area_m2 * motion.yaw_rate_rad_s
-        speed = np.maximum(contact.speed_m_s, LEAST_M_S)
-        predicted = held * (model.spin(contact) / pull - against / speed)
+        predicted = self._held * (model.spin(motion.moments.reported) / self._pull - self._against)
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
 
