@@ -8,8 +8,9 @@ which every toss
 - has a heading against its way that is drawn anew, and a new place in the order,
 
 is as good a sample of that null as the tosses are, with the tracking's own noise. What a slide has beside constant
-friction (its path less a parabola in time) keeps its size, frame by frame, and gets a sign of its own, by which a law
-that all tosses share is gone (Wu 1986, Ann. Stat. 14, 1261: the wild bootstrap).
+friction is its path less a parabola in time. What all tosses have of that in common, which a law of the speed leaves,
+is taken off; the rest keeps its size, frame by frame, and gets a sign of its own (Wu 1986, Ann. Stat. 14, 1261: the
+wild bootstrap).
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ SETTLED_FRAMES = 8
 LEAST_FRAMES = 10
 _FLAT_M, _FLAT_RAD, _STOPPED_M = 3e-3, np.radians(3.0), 1e-3
 _LEAST_M_S2 = 0.2
+_SHARES = np.linspace(0.0, 1.0, 21)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +72,10 @@ def permuted(tosses: list[Toss], rng: np.random.Generator) -> list[Toss]:
     places = iter([slid[number].pose[slid[number].slide.start, :2] for number in rng.permutation(len(slid)).tolist()])
     levels = np.array([_fitted(toss)[1] for toss in slid])
     ratios = iter((levels[rng.permutation(len(slid))] / levels).tolist())
+    common = np.median([_along(toss) for toss in slid], axis=0)
     found = [
-        _dealt(_slowed(toss, next(ratios), rng), next(places), rng) if toss.slide.stop else toss for toss in tosses
+        _dealt(_slowed(toss, next(ratios), common, rng), next(places), rng) if toss.slide.stop else toss
+        for toss in tosses
     ]
     return [found[number] for number in rng.permutation(len(found)).tolist()]
 
@@ -97,17 +101,39 @@ def _basis(seconds: Array) -> Array:
     return np.column_stack([np.ones_like(seconds), seconds, seconds**2])
 
 
-def _slowed(toss: Toss, ratio: float, rng: np.random.Generator) -> Toss:
-    """The slide with `ratio` times its deceleration, and a sign drawn for what it has beside the parabola.
+def _beside(toss: Toss, fit: Array) -> Array:
+    """What the slide's x, y and heading (n, 3) have beside the parabola."""
+    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
+    values = np.column_stack([toss.pose[toss.slide, :2], heading_of(toss.pose[toss.slide, 3:])])
+    return values - _basis(seconds) @ fit
+
+
+def _along(toss: Toss) -> Array:
+    """That of the path, along the deceleration and in its unit a T², at `_SHARES` of the slide's time T."""
+    fit, level = _fitted(toss)
+    along = _beside(toss, fit)[:, :2] @ fit[2, :2] / max(float(np.linalg.norm(fit[2, :2])), 1e-9)
+    share, length = _shares(toss)
+    return np.interp(_SHARES, share, along) / (level * length**2)
+
+
+def _shares(toss: Toss) -> tuple[Array, float]:
+    """The slide's frames as shares of its time (n,), and that time."""
+    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
+    return seconds / seconds[-1], float(seconds[-1])
+
+
+def _slowed(toss: Toss, ratio: float, common: Array, rng: np.random.Generator) -> Toss:
+    """The slide with `ratio` times its deceleration, and a sign drawn for what it has beside parabola and `common`.
 
     It is so much shorter in time; where it is longer, what it has beside the parabola is used again from its end on.
     """
     ratio, part = float(np.clip(ratio, 0.5, 2.0)), toss.slide
     count = part.stop - part.start
-    seconds = (toss.frame[part] - toss.frame[part][0]) / RATE_HZ
-    fit, _ = _fitted(toss)
-    heading = heading_of(toss.pose[part, 3:])
-    beside = np.column_stack([toss.pose[part, :2], heading]) - _basis(seconds) @ fit
+    fit, level = _fitted(toss)
+    heading, beside = heading_of(toss.pose[part, 3:]), _beside(toss, fit)
+    share, length = _shares(toss)
+    toward = fit[2, :2] / max(float(np.linalg.norm(fit[2, :2])), 1e-9)
+    beside[:, :2] -= (level * length**2 * np.interp(share, _SHARES, common))[:, None] * toward
     new = max(round(count / ratio), LEAST_FRAMES)
     source = np.arange(new) % (2 * count)
     source = np.where(source < count, source, 2 * count - 1 - source)
