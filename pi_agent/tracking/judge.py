@@ -40,8 +40,7 @@ WHOLE = 0.85  # agreement from which an edge is called whole
 BESIDE_MARGIN = Demand(0.35, 0.036, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
 WITH_NOTCH = Demand(0.35, 0.036, 0.045, 0.045)  # the notch takes its share of the first edge
 BESIDE_PLATE = Demand(0.35, 0.037, 0.072, 0.04)  # texture disturbs every frame; noise beside it leaves less room
-SHAPE_FIRST = 0.04  # relative departure from the mark's shape that is allowed at first sight: tape is cut by hand
-SHAPE_FIRST_PRINTED = 0.02  # the same of a printed mark
+SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
 PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
@@ -107,8 +106,7 @@ def _askew(corners: Points, *, stretch: float) -> bool:
 
 def _allowed(config: TrackerConfig) -> float:
     """The relative departure from the mark's shape that is allowed at first sight."""
-    cut = SHAPE_FIRST if config.mark.margin <= 0 else SHAPE_FIRST_PRINTED
-    return cut + (ROLLED if config.shutter.line_ns else 0.0)
+    return SHAPE_FIRST + (ROLLED if config.shutter.line_ns else 0.0)
 
 
 def _lean(stretch: float) -> str:

@@ -112,3 +112,13 @@ def test_the_bounds_of_a_share_are_wilsons() -> None:
     assert upper_share(0, 3000) == pytest.approx(1.645**2 / (3000 + 1.645**2))
     assert lower_share(0, 3000) == pytest.approx(0.0, abs=1e-12)
     assert lower_share(3, 100) < 0.03 < upper_share(3, 100)
+
+
+def test_a_clock_that_is_set_back_tips_no_mark(wood: NDArray[np.float32]) -> None:
+    frame, truth = ExactRenderer(Scene(wood, mark=TAPE)).render(POSE, rng=np.random.default_rng(3))
+    tracker = Tracker(TrackerConfig(mark=TAPE))
+    for capture_ns in (5_000_000_000, 5_011_111_111, 0, 11_111_111):
+        seen = tracker.track(frame, capture_ns=capture_ns)
+        assert seen.found, seen.reason
+        assert not seen.tip_rad
+        assert float(np.abs(aligned(seen.corners_px, truth)).max()) < WRONG_PX
