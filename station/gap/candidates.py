@@ -17,7 +17,7 @@ from station.gap.statistics.gain import estimate, gain, overdispersion, p_value
 from station.gap.statistics.noise import Noise
 from station.gap.statistics.places import Place
 from station.gap.statistics.systematic import is_nuisance
-from station.physics.effect import Effect
+from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
 
 NONE, SINGLE, PAIR, OTHER = 0.5, 0.36, 0.12, 0.02
@@ -64,17 +64,14 @@ class Candidate:
 
     @property
     def credible(self) -> bool:
-        """Whether its full fit is at a maximum, and no size at a bound: such a law wants to be what it cannot be."""
+        """Whether its full fit is at a maximum, and no size at a bound: such a law wants to be what it cannot be.
+
+        With shapes it may: there a larger size and another shape say nearly the same.
+        """
         if self.fitted is None or not self.fitted.converged:
             return False
         known = {term.effect.id: term.values for term in self.fitted.model.terms}
-        return all(
-            parameter.low < known[effect.id][parameter.name] < parameter.high
-            or known[effect.id][parameter.name] == parameter.null
-            for effect in self.effects
-            for parameter in effect.parameters
-            if not parameter.is_shape
-        )
+        return all(_inside(effect, known[effect.id]) for effect in self.effects)
 
     @property
     def odds(self) -> float:
@@ -137,6 +134,15 @@ def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
     twice = float(total[0]) / overdispersion(scored, place.columns)
     p = float(p_value(np.array(twice), size))
     return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), OTHER / max(of, 1))
+
+
+def _inside(effect: Effect, values: Values) -> bool:
+    if any(parameter.is_shape for parameter in effect.parameters):
+        return True
+    return all(
+        parameter.low < values[parameter.name] < parameter.high or values[parameter.name] == parameter.null
+        for parameter in effect.parameters
+    )
 
 
 class Fitter:
