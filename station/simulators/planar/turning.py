@@ -53,6 +53,8 @@ def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array,
     q = spin / np.maximum(strongest, 1e-12)
     if bound is None:
         bound = (together < _BOUND_M_S) & (np.abs(q) < _MOST)
+    if not bound.any() and together.min(initial=1.0) > 1e-9:
+        return Turning(speed / together, rate, spin, strongest * reach / together, bound)
     q = np.clip(q, -_MOST, _MOST)
     root = np.sqrt(1.0 - q * q)
     balanced = q * speed / (reach * root)
@@ -120,7 +122,10 @@ def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> 
     # Of the two rules only what follows from the stages differs.
     off = way.begin * first.drive + (way.middle - way.share) * inner + way.end * last
     rate = first.rate * way.kept + way.step * (off + way.share * inner)
-    return np.where(first.bound, third.rate, rate), np.where(first.bound, 0.0, np.abs(way.step * off))
+    off = np.abs(way.step * off)
+    if not first.bound.any():
+        return rate, off
+    return np.where(first.bound, third.rate, rate), np.where(first.bound, 0.0, off)
 
 
 def _beside(stage: Turning, first: Turning) -> Array:
