@@ -47,8 +47,9 @@ class PlateMotion:
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
         rate = _rate(known, self._time_s)
         acceleration = np.gradient(rate, self._time_s, axis=0) if len(known) > 2 else np.zeros_like(rate)
-        self._table = np.column_stack([known.gravity, rate, acceleration])
-        tilt = np.arccos(np.clip(-self._table[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
+        # By columns: interpolation would copy each strided one, a whole session, at every call.
+        self._columns = np.ascontiguousarray(np.column_stack([known.gravity, rate, acceleration]).T)
+        tilt = np.arccos(np.clip(-self._columns[2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
 
@@ -59,13 +60,14 @@ class PlateMotion:
         """Whether an attitude was recorded within 0.2 s of a moment."""
         if not len(self):
             return False
-        place = (time_ns - self._origin) * 1e-9
-        return bool(np.min(np.abs(self._time_s - place)) < 0.2)
+        second = (time_ns - self._origin) * 1e-9
+        place = int(np.searchsorted(self._time_s, second))
+        return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < 0.2)
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate at `time_ns` − `delay_s`."""
         seconds = (np.asarray(time_ns) - self._origin) * 1e-9 - delay_s
-        parts = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._table.T])
+        parts = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._columns])
         gravity = parts[:, :3] / np.linalg.norm(parts[:, :3], axis=1, keepdims=True)
         last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
         return Attitude(gravity, parts[:, 3:6], parts[:, 6:9], self._rising[last], self._since_step(time_ns, delay_s))
