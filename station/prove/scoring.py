@@ -126,7 +126,7 @@ class Scored:
         return pulls_of(self.truth, self.said, self.rig) if self.rig is not None else ([], {})
 
     def statements(self) -> list[tuple[float, bool]]:
-        """Every claim's probability, and whether it is right: its class has a truth, or has `other` and there is one."""
+        """Every claim's probability, and whether its class has a truth, or `other` where that is."""
         outside = self.truth.answer == "other"
         return [
             (

@@ -93,7 +93,7 @@ def _fitted(toss: Toss) -> tuple[Array, float]:
     """Coefficients (3, 3) of a parabola in time of x, y and heading over the slide, and the deceleration."""
     seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
     values = np.column_stack([toss.pose[toss.slide, :2], heading_of(toss.pose[toss.slide, 3:])])
-    fit = np.linalg.lstsq(_basis(seconds), values, rcond=None)[0]
+    fit: Array = np.asarray(np.linalg.lstsq(_basis(seconds), values, rcond=None)[0], dtype=np.float64)
     return fit, max(2.0 * float(np.linalg.norm(fit[2, :2])), _LEAST_M_S2)
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.gap.evidence.plate import PlateMotion
+from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.tracks import RunTrack
 from station.physics.contact import GRAVITY_M_S2, Array
 
@@ -92,7 +92,7 @@ def _slip_of(track: RunTrack, plate: PlateMotion) -> _Slip | None:
     return early.slip()
 
 
-def _sag(track: RunTrack, plate: PlateMotion, time_ns: Array, resting_m: Array, way: Array) -> Array:
+def _sag(track: RunTrack, plate: PlateMotion, time_ns: Times, resting_m: Array, way: Array) -> Array:
     """How far the picture (or a soft sole) moves with the tilt, as it did from level until now, less that now."""
     level = track.pose[track.frames(track.level_ns, track.tilt_ns), :2]
     if not len(level):
@@ -107,7 +107,7 @@ def _sag(track: RunTrack, plate: PlateMotion, time_ns: Array, resting_m: Array, 
 class _Early:
     """The first millimetres: times (n,) from the rig's slip on, s, and places, m; pull and press on a fine grid."""
 
-    def __init__(self, track: RunTrack, plate: PlateMotion, time_ns: Array, path_m: Array, way: Array) -> None:
+    def __init__(self, track: RunTrack, plate: PlateMotion, time_ns: Times, path_m: Array, way: Array) -> None:
         self.time_s: Array = np.asarray((time_ns - track.slip_ns) * 1e-9, dtype=np.float64)
         self.path_m, self.sigma_m = path_m, track.sigma_m
         self.grid_s = np.arange(self.time_s[0] - GRID_S, self.time_s[-1] + 2 * GRID_S, GRID_S)
@@ -165,7 +165,7 @@ class _Early:
         value = (self.path_m - drive) / self.sigma_m
         normal = table.T @ table
         normal[1, 1] += 1.0
-        inverse = np.linalg.inv(normal + 1e-12 * np.diag(np.diag(normal)))
+        inverse: Array = np.asarray(np.linalg.inv(normal + 1e-12 * np.diag(np.diag(normal))), dtype=np.float64)
         solved = inverse @ (table.T @ value)
         left = value - table @ solved
         return float(left @ left + solved[1] ** 2), solved, inverse

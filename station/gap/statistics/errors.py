@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.gap.evidence.plate import Times
 from station.gap.statistics.noise import GAUSSIAN
 from station.physics.contact import Array, Bools
 
@@ -24,7 +25,7 @@ class Curvature:
     curve: Array
     tail: Array
     limit: Bools
-    run: Array
+    run: Times
 
     def covariance(self, precision: Array, inner: Bools) -> Array:
         """Of the numbers (k, k); `precision` (k,) is that of their priors; those not `inner` (at a bound) have none.

@@ -1,9 +1,10 @@
 """Rate strengthening: friction changes with the logarithm of the sliding speed.
 
-mu = mu_s (1 + a ln((v + v_c) / v0)). At the speed v0 sliding meets the static friction: 0.1 m/s, or d decades less. The cut-off
-v_c = 1 mm/s keeps slow sliding finite. Both signs occur: a > 0 strengthens, a < 0 weakens. Rock and metal have |a| of some
-hundredths; plastics and rubber, whose friction is viscoelastic, change several times over a few decades of speed, by
-0.1 to 0.2 an e-fold (a tossed plastic cube: 0.11). Beyond 1 / ln 100 = 0.217 the law would have no friction at rest.
+mu = mu_s (1 + a ln((v + v_c) / v0)). At the speed v0, 0.1 m/s or some decades less, sliding meets the static friction;
+the cut-off v_c = 1 mm/s keeps slow sliding finite. Both signs occur: a > 0 strengthens, a < 0 weakens. Rock and metal
+have |a| of some hundredths; plastics and rubber, whose friction is viscoelastic, change several times over a few
+decades of speed, by 0.1 to 0.2 an e-fold (a tossed plastic cube: 0.11). Beyond 1 / ln 100 = 0.217 the law with
+v0 = 0.1 m/s would have no friction at rest.
 
 At rest the static level stands, so with a < 0 a slow slide meets more friction than rest does: a simulator starts such
 a block when the load exceeds both.

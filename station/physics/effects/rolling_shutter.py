@@ -1,8 +1,8 @@
 """Rolling shutter: the image's rows are exposed one after another, and a moving mark shears.
 
-A frame's stamp is the time of its first row. The row of the optical axis is read T / 2 later, and a corner in a row that
-is read t later than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is the
-read-out time of an image that the tracking has not allowed for.
+A frame's stamp is the time of its first row. The row of the optical axis is read T / 2 later, and a corner in a row
+that is read t later than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is
+the read-out time of an image that the tracking has not allowed for.
 """
 
 from __future__ import annotations

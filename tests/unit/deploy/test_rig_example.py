@@ -18,6 +18,7 @@ from station.angles.sources.kinematics import KinematicsOptions
 from station.arm.drivers.ros1 import Ros1Options
 from station.physics.catalogue import PhysicsSettings, catalogue, catalogue_of_table
 from station.rig.arm_settings import ArmSettings
+from station.simulators.mujoco.own_settings import MujocoSettings
 
 EXAMPLE = Path(__file__).parents[3] / "deploy/rig.example.toml"
 TEXT = EXAMPLE.read_text(encoding="utf-8")
@@ -27,6 +28,7 @@ READ_BY = {
     "arm.options": Ros1Options,
     "angles.kinematics": (SourceSettings, KinematicsOptions),
     "physics": PhysicsSettings,
+    "simulator.mujoco": MujocoSettings,
 }
 """Tables that a part of the software reads by itself; the others are in RigConfig."""
 NOT_OF_A_REAL_RIG = {"twin", "text"}
