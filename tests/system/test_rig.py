@@ -50,6 +50,16 @@ def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
     assert wanted <= {f"/{name}" for name in reader.topics}
 
 
+def ended(process: subprocess.Popen[str]) -> str:
+    """What a process printed until it ended by itself; one that does not is not left to the tests that follow."""
+    try:
+        return process.communicate(timeout=120)[0]
+    except subprocess.TimeoutExpired:
+        process.kill()
+        print(process.communicate()[0])
+        raise
+
+
 def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_path: Path):
     rig, out = rig_file(tmp_path), tmp_path / "session.mcap"
     words = ("rig", "--rig", str(rig), "--samples", "50", "--no-view", "--out", str(out))
@@ -61,7 +71,7 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
         wait(bus, lambda: tilts[-1] > 0.06 or process.poll() is not None)
     assert partial.exists()
     process.send_signal(signal.SIGINT)
-    printed = process.communicate(timeout=40)[0]
+    printed = ended(process)
     assert "stopped by the user" in printed
     assert not partial.exists()
     attitudes = [item.message for item in open_recording(out).messages({"arm/platform"})]
