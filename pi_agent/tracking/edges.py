@@ -40,8 +40,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
     """Fits the blurred step to `count` profiles on every edge; `blur_px`: (4,) the lens's blur for each edge."""
     base = edges.middle[:, None] + np.multiply.outer(edges.tangent * edges.free, places(count))
     across = ((-1j * edges.tangent) * blur_px)[:, None] * model.steps
-    points = base.astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
-    light = reader.bilinear(points)
+    light = reader.profiles(base, across)
     answer = _times(light, model.solve)
     contrast = np.maximum(answer[:, :, 0], 0.5)
     place = model.table.place(answer[:, :, 1] / contrast)

@@ -1,5 +1,8 @@
 """Reads light from a frame at given places, without touching the rest of it."""
 
+from functools import lru_cache
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,7 +10,15 @@ Points = NDArray[np.complex64]
 Light = NDArray[np.float32]
 Frame = NDArray[np.uint8]
 
-OUTSIDE = "points lie outside the frame"
+REACH = 1  # pixels beyond a place that its light is read from
+
+
+@lru_cache(maxsize=1)
+def remap_is_exact() -> bool:
+    """Whether cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
+    ramp = np.arange(4, dtype=np.float32)[None].repeat(4, axis=0)
+    place = np.array([[[1.01, 1.0]]], dtype=np.float32)
+    return abs(float(cv2.remap(ramp, place, None, cv2.INTER_LINEAR)[0, 0]) - 1.01) < 1e-4
 
 
 class PixelReader:
@@ -18,6 +29,8 @@ class PixelReader:
 
     def __init__(self, table: Light) -> None:
         self._table = table
+        self._straight = bool(np.array_equal(table, np.arange(256)))
+        self._frame: Frame = np.zeros((0, 0), dtype=np.uint8)
         self._flat: Frame = np.zeros(0, dtype=np.uint8)
         self._stride = 0
         self.width = 0
@@ -26,6 +39,7 @@ class PixelReader:
     def open(self, frame: Frame) -> None:
         """Takes the frame (height, width), whose rows may be padded, as the one to read from; nothing is copied."""
         self.height, self.width = frame.shape
+        self._frame = frame
         if frame.flags.c_contiguous:
             self._stride, self._flat = self.width, frame.reshape(-1)
             return
@@ -40,6 +54,24 @@ class PixelReader:
         column = np.clip(points.real + 0.5, 0, self.width - 1).astype(np.intp)
         row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
+
+    def profiles(self, base: NDArray[np.complex128], across: NDArray[np.complex128]) -> Light:
+        """Light between the pixels along profiles: at `base` (4, n) + `across` (4, m), as (4, n, m).
+
+        The box around all of them is turned to light as a whole, and read by OpenCV in one call.
+        """
+        ends = (base[:, :: base.shape[1] - 1, None] + across[:, None, :: across.shape[1] - 1]).ravel().tolist()
+        x, y = [end.real for end in ends], [end.imag for end in ends]
+        left, top, right, bottom = int(min(x)), int(min(y)), int(max(x)) + REACH, int(max(y)) + REACH
+        inside = min(x) >= 0 and min(y) >= 0 and right < self.width and bottom < self.height
+        origin = complex(left, top) if inside else 0j
+        points = (base - origin).astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
+        if not inside or not remap_is_exact():
+            return self.bilinear(points + np.complex64(origin))
+        box = self._frame[top : bottom + 1, left : right + 1]
+        light = box.astype(np.float32) if self._straight else cv2.LUT(box, self._table)
+        flat = points.view(np.float32).reshape(-1, points.shape[2], 2)
+        return np.asarray(cv2.remap(light, flat, None, cv2.INTER_LINEAR), dtype=np.float32).reshape(points.shape)
 
     def bilinear(self, points: Points) -> Light:
         """Light between the pixels; points outside read the border."""

@@ -1,6 +1,6 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -106,9 +106,8 @@ class Fit:
 
     Corners (4,) x + i y, sigma of one coordinate, of all corners and of the worst, RMS distance of the edge points,
     share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
-    profiles, the largest corrections of the last pass (of a corner in blur deviations, of the blur in shares of it),
-    whether neighbouring profiles show an edge beside the line of theirs, and the path within the exposure that was
-    reckoned with.
+    profiles, whether neighbouring profiles show an edge beside the line of theirs, and the path within the exposure
+    that was reckoned with.
     """
 
     corners: Points
@@ -119,8 +118,6 @@ class Fit:
     contrast: float
     blur_px: Floats
     saturated: float
-    moved: float
-    blur_change: float
     bent: bool
     path_px: float = 0.0
 
@@ -159,23 +156,22 @@ def refine(
     known = blur_known or smear is not None
     still = SETTLED_BESIDE_MARGIN if task.even else SETTLED
     limit = still if blur_known else FOUND
-    fit: Fit | None = None
     contrast = np.inf
-    for _ in range(most_passes):
+    for left in range(most_passes - 1, -1, -1):
         model = task.estimator(known_blur=known, contrast=contrast)
         look = _look(corners, blur, model=model, task=task, smear=smear)
-        fit = _one_pass(reader, look, task=task, shared_blur=known, sweep=sweep, smear=smear)
-        if fit is None:
+        step = _one_pass(reader, look, task=task, shared_blur=known, sweep=sweep, smear=smear)
+        if step is None:
             return None
-        contrast = fit.contrast
-        blur_right = fit.blur_change < limit[1]
-        settled = blur_right and fit.moved < limit[0] and task.estimator(known_blur=known, contrast=contrast) is model
-        corners, blur = fit.corners, blur if blur_known and blur_right else fit.blur_px
+        contrast = step.contrast
+        blur_right = step.blur_change < limit[1]
+        settled = blur_right and step.moved < limit[0] and task.estimator(known_blur=known, contrast=contrast) is model
+        corners, blur = step.corners, blur if blur_known and blur_right else step.blur_px
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
-        if settled:
-            return fit
-    return fit
+        if settled or left == 0:
+            return _fit(step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px))
+    return None
 
 
 class _Look(NamedTuple):
@@ -205,9 +201,29 @@ def _look(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, 
     return _Look(corners, blur, expected, task.moving.at(path / blur), path, width, (blur / width) ** 4)
 
 
+class _Step(NamedTuple):
+    """What a pass found.
+
+    The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
+    the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
+    two estimators disagree (4, n), the lines, and how much wider each edge seems than its blur (4,).
+    """
+
+    corners: Points
+    blur_px: Floats
+    contrast: float
+    moved: float
+    blur_change: float
+    found: edges.Profiles
+    believed: Floats
+    pull: Floats
+    line: lines.LineFit
+    wider: Floats
+
+
 def _one_pass(
     reader: PixelReader, look: _Look, *, task: Task, shared_blur: bool, sweep: Sweep | None, smear: Smear | None
-) -> Fit | None:
+) -> _Step | None:
     expected = look.expected
     if expected.length.min() < 8.0:
         return None
@@ -229,10 +245,24 @@ def _one_pass(
     refined = lines.intersect(expected, line.offset, line.rise)
     if sweep is not None:
         refined = sweep.as_seen(refined)
-    moves = doubts.corner_pull(pull, line, expected)
-    bent = doubts.bent(line, weight, shortest_px=float(expected.free.min()))
-    fit = _fit(found, line, (refined, moves), look, typical=typical, even=task.even, shared_blur=shared_blur, bent=bent)
-    return fit if smear is None else replace(fit, path_px=abs(smear.path_px))
+    wider, change = _blur_change(found, line, look, shared_blur=shared_blur)
+    blur = np.clip(look.blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX)
+    moved = float(np.max(np.abs(refined - look.corners) / look.width))
+    return _Step(refined, blur, typical, moved, float(np.max(np.abs(change))), found, weight, pull, line, wider)
+
+
+def _blur_change(
+    found: edges.Profiles, line: lines.LineFit, look: _Look, *, shared_blur: bool
+) -> tuple[Floats, Floats]:
+    """How much wider (4,) each edge seems, and by how much its blur is to be changed; both in shares of the blur."""
+    total = line.moments[:, 0]
+    wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
+    # Further away the blur cannot be told, and there will be another pass.
+    far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) / total
+    change = np.where(far < FAR * look.width, wider, 0.0)
+    if shared_blur:
+        change = np.full(4, float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
+    return wider, change
 
 
 def _straightened(
@@ -250,41 +280,25 @@ def _straightened(
     return offset, pull
 
 
-def _fit(
-    found: edges.Profiles,
-    line: lines.LineFit,
-    corners: tuple[Points, Points],
-    look: _Look,
-    *,
-    typical: float,
-    even: bool,
-    shared_blur: bool,
-    bent: bool,
-) -> Fit:
-    """The fit of a pass; `corners`: the refined ones, and how far two estimators disagree about each."""
-    (refined, pull), expected, total = corners, look.expected, line.moments[:, 0]
-    wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
-    # Further away the blur cannot be told, and there will be another pass.
-    far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) / total
-    change = np.where(far < FAR * look.width, wider, 0.0)
-    if shared_blur:
-        change = np.full(4, float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
+def _fit(step: _Step, look: _Look, *, even: bool, path_px: float) -> Fit:
+    """The fit of the last pass, with what is to be said about its doubts."""
+    found, line, expected = step.found, step.line, look.expected
+    pull = doubts.corner_pull(step.pull, line, expected)
     if even:
         sigma = worst = doubts.margin_sigma(pull, lines.corner_sigma(line, expected))
     else:
-        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=wider * look.blur * look.sharp)
+        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=step.wider * look.blur * look.sharp)
     return Fit(
-        corners=refined,
+        corners=step.corners,
         sigma_px=sigma,
         worst_px=worst,
-        residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(total))),
+        residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(line.moments[:, 0]))),
         agreement=np.add.reduce(line.weight > doubts.AGREES, axis=1) / belief.readable(found),
-        contrast=typical,
-        blur_px=np.clip(look.blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX),
+        contrast=step.contrast,
+        blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        moved=float(np.max(np.abs(refined - look.corners) / look.width)),
-        blur_change=float(np.max(np.abs(change))),
-        bent=bent,
+        bent=doubts.bent(line, step.believed, shortest_px=float(expected.free.min())),
+        path_px=path_px,
     )
 
 

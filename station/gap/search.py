@@ -22,7 +22,7 @@ from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.places import places_of
-from station.gap.statistics.systematic import without_nuisances
+from station.gap.statistics.systematic import allowing_for, without_nuisances
 from station.gap.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -88,6 +88,8 @@ def search(
     progress("fitting the plain model")
     null = fit(evidence, start, ())
     reasons = untestable(evidence, null, effects)
+    absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
+    null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     fitter = Fitter(evidence)
     current, stages, places = null, list[Stage](), list[Candidate]()

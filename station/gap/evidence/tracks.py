@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from shared.geometry import Array
 from shared.messages import CameraGeometry, Sample
 from station.gap.evidence.plate import Times
+from station.gap.evidence.track_noise import track_noise
 from station.physics.contact import Bools
 from station.signals.session import Signals
 from station.signals.tracks import CornerTrack, PoseTrack
@@ -21,6 +22,9 @@ NOISE_SPEEDS = 3.0
 FLAT_RAD, FLAT_M = 0.05, 3e-3
 SETTLED_NS = 60_000_000
 """An impact rings for about 50 ms."""
+
+UNKNOWN_M, UNKNOWN_RAD = 1e-4, 1e-3
+"""Noise of another tracker's track that neither says it nor shows it."""
 
 _STOP_FRAMES = 4
 
@@ -109,14 +113,28 @@ def _other_tracker(block: PoseTrack) -> _Track:
     usable = np.isfinite(block.quaternion).all(axis=1) & (np.linalg.norm(block.quaternion, axis=1) > 0.5)
     block = block.select(usable)
     turn = Rotation.from_quat(block.quaternion, scalar_first=True).as_matrix()
-    yaw = np.unwrap(np.arctan2(turn[:, 1, 0], turn[:, 0, 0]))
-    sigma = np.where(block.sigma_m > 0, block.sigma_m, 1e-4)
+    yaw = np.unwrap(_heading(turn))
     height = block.position_m[:, 2]
     upright = np.max(np.abs(turn[:, 2, :]), axis=1) > math.cos(FLAT_RAD)  # on any of its faces
     flat = upright & (np.abs(height - np.median(height)) < FLAT_M)
-    pose = np.column_stack([block.position_m[:, :2], yaw])
-    sigma_rad = np.where(block.sigma_rad > 0, block.sigma_rad, 1e-3)
+    place = block.position_m[:, :2]
+    along = [track_noise(block.time_ns, values, place, flat) or UNKNOWN_M for values in place.T]
+    turning = track_noise(block.time_ns, yaw, place, flat) or UNKNOWN_RAD
+    sigma = np.where(block.sigma_m > 0, block.sigma_m, math.hypot(*along) / math.sqrt(2))
+    sigma_rad = np.where(block.sigma_rad > 0, block.sigma_rad, turning)
+    pose = np.column_stack([place, yaw])
     return _Track(block.time_ns, pose, None, sigma, sigma_rad, sigma, flat)
+
+
+def _heading(turn: Array) -> Array:
+    """The heading (n,) in P of blocks with orientations (n, 3, 3), on whichever face they lie.
+
+    Of the axis that comes after the upright one, x for a block on its own sole: the heading of an axis that stands
+    upright itself would be noise.
+    """
+    upright = np.abs(turn[:, 2, :]).argmax(axis=1)
+    flat = np.take_along_axis(turn, ((upright + 1) % 3)[:, None, None], axis=2)[:, :, 0]
+    return np.arctan2(flat[:, 1], flat[:, 0])
 
 
 def _bounds(signals: Signals) -> Mapping[int, tuple[int, int, int, int]]:

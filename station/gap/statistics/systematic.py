@@ -1,12 +1,18 @@
-"""What the measurement itself may have wrong by a little in all runs: a nuisance with a known size, never a finding.
+"""What is allowed for and never claimed: nuisances with a known size.
 
 An onset is read by fitting a slide back to zero velocity. Creep, a late stamp, a rounded corner of the tilt shift all
 onsets of a session alike by some hundredths of a degree. With hundreds of runs that would be told from the slides'
 friction, and be called a kinetic coefficient.
+
+And what a recording cannot show, it cannot exclude: an effect that mu takes up (one mass, no other angle sensor) leaves
+a trace of a per cent, as the plate returns while the block still slides. Without an allowance the trace would be given
+another name.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -14,11 +20,15 @@ import numpy as np
 from station.gap.evidence.evidence import Evidence
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
-from station.physics.model import Model
+from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
 PRIOR = 0.003
 """Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
+
+
+FARTHEST = 3.0
+"""How many of its typical sizes an effect may plausibly have: the standard deviation of one that is allowed for."""
 
 
 class OnsetReading(Effect):
@@ -43,9 +53,26 @@ class OnsetReading(Effect):
 ONSET_READING = OnsetReading()
 
 
-def nuisances(evidence: Evidence) -> tuple[Effect, ...]:
-    """Those that matter for an evidence: where there are no slides, the reading of the onsets is part of mu."""
-    return (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
+def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
+    """Those of the measurement, and those that a model allows for.
+
+    Where there are no slides, the reading of the onsets is part of mu.
+    """
+    reading = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
+    allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect != ONSET_READING)
+    return (*reading, *allowed)
+
+
+def allowing_for(model: Model, effects: Iterable[Effect]) -> Model:
+    """The model with effects as nuisances, at their nulls."""
+    return replace(model, terms=(*model.terms, *(_allowed(effect) for effect in effects)))
+
+
+def _allowed(effect: Effect) -> Term:
+    """The same law under another name, its plausible size as the standard deviation of its prior."""
+    wide = tuple(replace(parameter, typical=FARTHEST * parameter.typical) for parameter in effect.parameters)
+    same = type("Allowed", (type(effect),), {"id": f"_{effect.id}", "parameters": wide})()
+    return Term(same, effect.neutral())
 
 
 def is_nuisance(effect: Effect) -> bool:
