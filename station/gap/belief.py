@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.gap.search import Search, Stage
+from station.gap.smooth import PREFIX
 
 NOMINAL = 0.1
 """The global p at which the session's own calibration speaks neither for nor against nothing."""
@@ -37,7 +38,7 @@ def beliefs(found: Search) -> Belief:
 
 def called(effect_id: str) -> str:
     """A term's name in results: its id, `other` for a smooth term."""
-    return "other" if effect_id.startswith("other:") else effect_id
+    return "other" if effect_id.startswith(PREFIX) else effect_id
 
 
 def _sure(odds: float) -> float:

@@ -81,31 +81,44 @@ class Candidate:
 
 def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
     """Each effect by its best variant, all pairs of named ones; and the pairs' variants."""
-    runs = scored.runs
+    singles = _singles(scored)
+    named = [variant for candidate, variant in singles if not candidate.smooth]
+    couples = list(itertools.combinations(named, 2))
+    pairs = [_candidate(scored, pair, prior=PAIR / len(couples)) for pair in couples]
+    return [*(candidate for candidate, _ in singles), *pairs], couples
+
+
+def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
+    """The effects alone, by their scores around a fit."""
+    return [candidate for candidate, _ in _singles(scores(evidence, current, effects))]
+
+
+def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
+    """Each effect alone, by its best variant; the prior of its kind shared out among all of them."""
     best: dict[str, tuple[Candidate, Variant]] = {}
     for variant in scored.variants:
         candidate = _candidate(scored, (variant,), prior=1.0)
         known = best.get(variant.effect.id)
         if known is None or candidate.twice_gain > known[0].twice_gain:
             best[variant.effect.id] = (candidate, variant)
-    singles = [candidate for candidate, _ in best.values()]
-    named = [variant for candidate, variant in best.values() if not candidate.smooth]
-    couples = list(itertools.combinations(named, 2)) if runs else []
-    pairs = [_candidate(scored, pair, prior=PAIR / len(couples)) for pair in couples]
-    count = {True: sum(one.smooth for one in singles), False: len(named)}
-    priors = {True: OTHER, False: SINGLE}
-    shared = [replace(one, prior=priors[one.smooth] / count[one.smooth]) for one in singles]
-    return [*shared, *pairs], couples
+    smooth = sum(candidate.smooth for candidate, _ in best.values())
+    priors = {True: OTHER / max(smooth, 1), False: SINGLE / max(len(best) - smooth, 1)}
+    return [(replace(candidate, prior=priors[candidate.smooth]), variant) for candidate, variant in best.values()]
 
 
 def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:
     columns = [column for variant in variants for column in variant.columns]
-    total, size = gain(scored, columns)
-    twice = float(total[0]) / overdispersion(scored, columns)
+    twice, size, p = _gained(scored, columns)
     effects = tuple(variant.effect for variant in variants)
     penalty = sum(len(effect.parameters) for effect in effects) * math.log(max(scored.runs, 2))
-    p = float(p_value(np.array(twice), size))
     return Candidate(effects, _starts(scored, variants), None, twice, size, p, twice - penalty, prior)
+
+
+def _gained(scored: Scores, columns: Sequence[int]) -> tuple[float, int, float]:
+    """Twice the gain in log likelihood by columns, how many they are, and the gain's p."""
+    total, size = gain(scored, columns)
+    twice = float(total[0]) / overdispersion(scored, columns)
+    return twice, size, float(p_value(np.array(twice), size))
 
 
 def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
@@ -130,9 +143,7 @@ def _start(null: Term, sizes: Iterator[float]) -> Term:
 
 def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
     """A place as a candidate, one of so many."""
-    total, size = gain(scored, place.columns)
-    twice = float(total[0]) / overdispersion(scored, place.columns)
-    p = float(p_value(np.array(twice), size))
+    twice, size, p = _gained(scored, place.columns)
     return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), OTHER / max(of, 1))
 
 
@@ -146,7 +157,7 @@ def _inside(effect: Effect, values: Values) -> bool:
 
 
 class Fitter:
-    """Fits models to one evidence; the same effects are fitted once."""
+    """Fits models to one evidence; the same effects are fitted once, from where they were first begun."""
 
     def __init__(self, evidence: Evidence) -> None:
         self.evidence = evidence
@@ -170,9 +181,3 @@ class Fitter:
         size = sum(len(effect.parameters) for effect in candidate.effects)
         bic = twice - size * math.log(max(self.evidence.used(), 2))
         return replace(candidate, twice_gain=twice, bic=bic, fitted=found)
-
-
-def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
-    """The effects alone, by their scores around a fit."""
-    found, _ = candidates_of(scores(evidence, current, effects))
-    return [candidate for candidate in found if len(candidate.effects) == 1]

@@ -47,13 +47,14 @@ class Comparison:
 
     def shares(self) -> dict[str, float]:
         """Posterior by id, all smooth terms together as `other`, nothing as `none`; they add up to 1."""
-        top = max((candidate.odds for candidate in self.candidates), default=0.0)
-        weights = {"none": math.exp(-0.5 * max(top, 0.0) / self.temperature)}
+        top = max((0.0, *(candidate.odds for candidate in self.candidates)))
+        temperature = self.temperature
+        weights = {"none": math.exp(-0.5 * top / temperature)}
         for candidate in self.candidates:
             (name,) = candidate.ids
             # A smooth term has no law whose misfit could be excused.
-            excused = 1.0 if candidate.smooth else self.temperature
-            weight = math.exp(0.5 * (candidate.odds - max(top, 0.0)) / excused)
+            excused = 1.0 if candidate.smooth else temperature
+            weight = math.exp(0.5 * (candidate.odds - top) / excused)
             weights[name] = weights.get(name, 0.0) + weight
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}

@@ -61,20 +61,17 @@ class Moments:
         self._facts, self._attitude = facts, attitude
         self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
         self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
+        self._steeper_rad: Array | float = 0.0
         self._contact = self._contact_with(attitude(0.0))
-        self._expected_tilt_rad: float | None = None
 
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def expecting(self, tilt_rad: float) -> Moments:
-        """The same moments, at which errors of the attitude are those of a typical tilt.
-
-        The tilt of an onset is what its run's friction made of it: an error in proportion to it would explain friction
-        by itself.
-        """
+    def tilted(self, tilt_rad: Array | float) -> Moments:
+        """The same moments on a plate that is reported to be tilted so far (n,)."""
         other = copy.copy(self)
-        other._expected_tilt_rad = tilt_rad
+        other._steeper_rad = tilt_rad - self._attitude(0.0).tilt_rad
+        other._contact = other._contact_with(other._attitude(0.0))
         return other
 
     @property
@@ -92,7 +89,7 @@ class Moments:
         delay = model.delay_s()
         contact = self._contact if delay == 0 else self._contact_with(self._attitude(delay))
         if model.acting("attitude"):
-            contact = _turned(contact, model.attitude(self._judged(contact)))
+            contact = _turned(contact, model.attitude(contact))
         push = model.push(contact)
         rate, place = contact.rate_rad_s, np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
         velocity = np.column_stack([self._velocity, np.zeros(len(self))])
@@ -106,11 +103,6 @@ class Moments:
         tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
         normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[:, 2] - push[:, 2]
         return Load(contact, tangential, np.maximum(normal, 1e-3))
-
-    def _judged(self, contact: Contact) -> Contact:
-        if self._expected_tilt_rad is None:
-            return contact
-        return replace(contact, tilt_rad=np.full(len(self), self._expected_tilt_rad))
 
     def _contact_with(self, plate: Attitude) -> Contact:
         facts, run = self._facts, self.run
@@ -127,7 +119,7 @@ class Moments:
             yaw_rad=self._yaw,
             rest_s=np.maximum(since * 1e-9 if self._rested is None else self._rested, 1e-3),
             slid_s=np.where(self._moving, np.maximum((self.time_ns - self._slip_ns) * 1e-9, 0.0), 0.0),
-            tilt_rad=plate.tilt_rad,
+            tilt_rad=plate.tilt_rad + self._steeper_rad,
             down_rad=plate.down_rad,
             rate_rad_s=plate.rate_rad_s,
             acceleration_rad_s2=plate.acceleration_rad_s2,

@@ -18,11 +18,15 @@ MOST_DRAWN = 1.0
 """No run's friction is more than e times the model's, or less: an onset that says so was knocked off."""
 
 
-class Onsets(Channel):
-    """ln of the pull at the onset less ln of what the model says it is: relative friction; a limit without a slide.
+LEAST_TILT_RAD, MOST_TILT_RAD = 0.02, 1.4
+"""Within these a tilt is expected."""
 
-    The pull is the reported one. What a model adds to it stands on the model's side, as with the slides: else a run's
-    own friction would be in the slope by the model, and a law of the level be fitted to the scatter.
+
+class Onsets(Channel):
+    """ln of the pull over the pressing at the onset, less ln of what the model expects; a limit without a slide.
+
+    What the model expects it says at the tilt that it expects, not at the recorded one. That is what the run's own
+    friction made of it: a law that falls with the load, which falls with the tilt, would be fitted to the scatter.
     """
 
     name: str = "onset"
@@ -32,35 +36,32 @@ class Onsets(Channel):
 
     def __init__(self, rows: Rows, moments: Moments) -> None:
         super().__init__(rows)
-        self.moments = moments.expecting(float(np.median(moments.reported.tilt_rad)))
-        self._pull = _size(moments.loads(PLAIN))
-        self._last: tuple[Model, Array, Array] | None = None
+        self.moments = moments
+        self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
+        plain = moments.loads(PLAIN)
+        self._pull = _size(plain)
+        self._log_recorded = np.log(self._pull / plain.normal)
+        self._last: tuple[Model, Array] | None = None
+        self._last_drawn: tuple[Model, Array] | None = None
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
-        return self._of(model)[0]
+        """See the class; slides ask again for the last model."""
+        if self._last is None or self._last[0] is not model:
+            steep = np.clip(np.arctan(self._typical.friction(model)), LEAST_TILT_RAD, MOST_TILT_RAD)
+            expected = _Expected(self.moments.tilted(steep)).friction(model)
+            self._last = (model, self._log_recorded - np.log(expected))
+        return self._last[1]
 
     def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
         """Each run's (r,) own ln of friction over the model's, as its onset tells, and its residual; else 0."""
-        residual, drawn = self._of(model)
+        if self._last_drawn is None or self._last_drawn[0] is not model:
+            load, held = _held(self.moments, model)
+            self._last_drawn = (model, np.clip(np.log(_size(load) / held), -MOST_DRAWN, MOST_DRAWN))
         known = ~self.rows.limit
         found = np.zeros((2, runs))
-        found[0, self.rows.run[known]] = np.clip(drawn[known], -MOST_DRAWN, MOST_DRAWN)
-        found[1, self.rows.run[known]] = residual[known]
+        found[0, self.rows.run[known]] = self._last_drawn[1][known]
+        found[1, self.rows.run[known]] = self.residual(model)[known]
         return found[0], found[1]
-
-    def _of(self, model: Model) -> tuple[Array, Array]:
-        """The residual, and ln of the friction over the model's (n,); slides ask again for the last model."""
-        if self._last is None or self._last[0] is not model:
-            load = self.moments.loads(model)
-            size = _size(load)
-            toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
-            held, _ = threshold(model, load.contact, toward)
-            held = np.maximum(load.normal * held, LEAST_M_S2)
-            added = size - self._pull
-            expected = np.maximum(held - added, 0.05 * held)
-            self._last = (model, np.log(self._pull / expected), np.log(np.maximum(size, LEAST_M_S2) / held))
-        return self._last[1], self._last[2]
 
     def shaking(self, model: Model) -> Array:
         """Standard deviation (n,) of the residual by the model's random pushes."""
@@ -74,3 +75,23 @@ class Onsets(Channel):
 
 def _size(load: Load) -> Array:
     return np.maximum(np.hypot(load.tangential[:, 0], load.tangential[:, 1]), LEAST_M_S2)
+
+
+def _held(moments: Moments, model: Model) -> tuple[Load, Array]:
+    """The loads that a model sees, and the friction (n,), per mass, that it lets the block have against them."""
+    load = moments.loads(model)
+    toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
+    held, _ = threshold(model, load.contact, toward)
+    return load, np.maximum(load.normal * held, LEAST_M_S2)
+
+
+class _Expected:
+    """The pull over the pressing, both as reported (n,), at which a model's blocks slip: near the moments' tilts."""
+
+    def __init__(self, moments: Moments) -> None:
+        self._moments, self._plain = moments, moments.loads(PLAIN)
+
+    def friction(self, model: Model) -> Array:
+        load, held = _held(self._moments, model)
+        added = _size(load) - _size(self._plain)
+        return np.maximum(held - added, 0.05 * held) / self._plain.normal

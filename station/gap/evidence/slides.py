@@ -104,7 +104,7 @@ class Along(_Slides):
         """See the class."""
         load = self.motion.moments.loads(model)
         changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
-        drawn, onset = self._drawn(model) if np.any(changed) else (0.0, 0.0)
+        drawn, onset = self._drawn(model)
         held = self._mean(load.normal * model.friction(load.contact) * self._sliding) * np.exp(drawn)
         predicted = (held - self._mean(changed)) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
