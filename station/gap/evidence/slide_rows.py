@@ -12,11 +12,11 @@ from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
-from station.gap.evidence.plate import Times
+from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
 from station.gap.evidence.tracks import RunTrack
-from station.gap.evidence.windows import WEIGHTS, Window, windows_of
-from station.physics.contact import Array
+from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
+from station.physics.contact import GRAVITY_M_S2, Array
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded
@@ -67,6 +67,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         np.array([window.yaw_acceleration_rad_s2 for window in windows]),
         None if onsets is None else lambda model: _of_runs(onsets.drawn(model, len(recorded.tracks)), runs),
         np.concatenate([window.node_yaw_rate_rad_s for window in windows]),
+        _between(windows, recorded.plate),
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
@@ -133,6 +134,20 @@ def _velocities(windows: Sequence[Window], recorded: Recorded, trust: float) -> 
     off = np.mod(way - down + np.pi, 2 * np.pi) - np.pi
     direction = np.where(level, way, down + trust * off)
     return speed[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+
+
+def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
+    """Of gravity along the plate: its mean over each window (n, 2), m/s², less what the nodes alone say."""
+    middle = np.array([(window.from_ns + window.to_ns) // 2 for window in windows])
+    half = np.array([0.5 * (window.to_ns - window.from_ns) for window in windows])
+
+    def mean(nodes: Array, weights: Array) -> Array:
+        time_ns = (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
+        pull = GRAVITY_M_S2 * plate.gravity_at(time_ns)[:, :2]
+        return np.einsum("nkc,nk->nc", pull.reshape(len(windows), len(nodes), 2), weights)
+
+    fine = np.array([window.weight for window in windows])
+    return mean(FINE_NODES, fine) - mean(NODES, np.tile(WEIGHTS, (len(windows), 1)))
 
 
 def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:

@@ -29,7 +29,8 @@ class Motion:
 
     `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
     and those onsets' residuals;
-    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes.
+    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 2) what the three nodes miss of
+    the pull's mean over a window in which the plate is set in motion or stopped.
     """
 
     moments: Moments
@@ -37,6 +38,7 @@ class Motion:
     yaw_acceleration_rad_s2: Array
     drawn: Callable[[Model], tuple[Array, Array]] | None = None
     yaw_rate_rad_s: Array | float = 0.0
+    between_m_s2: Array | float = 0.0
 
     @property
     def reach_m(self) -> Array:
@@ -70,7 +72,8 @@ class _Slides(Channel):
 
     def _force(self, load: Load, toward: Array) -> Array:
         """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
-        gained = (self.motion.acceleration_m_s2 * _unit(self._mean(toward))).sum(axis=1)
+        gained = self.motion.acceleration_m_s2 - self.motion.between_m_s2
+        gained = (gained * _unit(self._mean(toward))).sum(axis=1)
         return self._mean((load.tangential * toward).sum(axis=1)) - gained
 
 

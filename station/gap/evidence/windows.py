@@ -1,17 +1,17 @@
 """Short windows of a slide: acceleration in its weak form, and the state at a few points to compare it with.
 
-The second Legendre polynomial's projection of a path over a window is the mean of its acceleration with the weight
-(1 − s²)², s from −1 to 1: no derivative of a noisy path is taken. The prediction is averaged with the same weight, by
+The curvature of a parabola that is fitted to nine places is the mean of the acceleration over the window, with a weight
+that the nine times say: no derivative of a noisy path is taken. The prediction is averaged with the same weight, by
 Gauss's rule at three points.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import roots_jacobi
 
 from station.gap.evidence.plate import Times
 from station.gap.evidence.tracks import RunTrack
@@ -24,9 +24,28 @@ SLOWEST_M_S = 8e-3
 SHORTEST_M = 1e-3
 MARGIN_NS = 30_000_000
 CROOKED = 2.0
-_roots, _weights = roots_jacobi(3, 2.0, 2.0)
-NODES: Array = np.asarray(_roots, dtype=np.float64)
-WEIGHTS: Array = np.asarray(_weights / np.sum(_weights), dtype=np.float64)
+FINE_NODES: Array = np.linspace(-1.0, 1.0, 41)
+"""For what has corners: the pull while the plate is set in motion or stopped."""
+
+
+def weight_of(times: Array) -> Array:
+    """The weight at `FINE_NODES` (41,), in sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
+
+    Twice integrated by parts: the fit's curvature is a sum of places, and each the double integral of the acceleration.
+    """
+    curvature = np.linalg.pinv(np.column_stack([np.ones_like(times), times, times**2]))[2]
+    weight = curvature @ np.maximum(times[:, None] - FINE_NODES, 0.0)
+    return weight / weight.sum()
+
+
+def _gauss(weight: Array) -> tuple[Array, Array]:
+    """Three points and their weights that average polynomials up to the fifth degree as an even weight does."""
+    second, fourth = (float(weight @ FINE_NODES**power) for power in (2, 4))
+    far, share = math.sqrt(fourth / second), 0.5 * second**2 / fourth
+    return np.array([-far, 0.0, far]), np.array([share, 1.0 - 2.0 * share, share])
+
+
+NODES, WEIGHTS = _gauss(weight_of(np.linspace(-1.0, 1.0, FRAMES)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,6 +68,8 @@ class Window:
     way_sigma_rad: float
     """Of the direction at the window's middle, as the whole path gives it."""
     frames: slice
+    weight: Array
+    """Of the acceleration at `FINE_NODES` (41,)."""
 
 
 def windows_of(track: RunTrack) -> Iterator[Window]:
@@ -162,4 +183,5 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
         node_way_rad=way,
         way_sigma_rad=float(way_sigma[1]),
         frames=frames,
+        weight=weight_of(s),
     )
