@@ -1,16 +1,18 @@
 """Label-permuted copies of a table of tosses: what could explain the slides is dealt out anew, the noise is kept.
 
-On a level board one constant friction for each toss knows no speed, place, direction, heading or order. So a copy in
-which every toss
+On a level board one constant friction for each toss knows no speed, place, direction, heading or order, and no left and
+right. So a copy in which every toss
 
-- is slowed down as another toss is, from its own speed,
+- is slowed down as another toss is, from its own speed, straight on,
 - is turned about the vertical by an angle of its own, and moved to where another toss began to slide,
+- turns itself to the left or to the right, as a coin says,
 - has a heading against its way that is drawn anew, and a new place in the order,
 
 is as good a sample of that null as the tosses are, with the tracking's own noise. What a slide has beside constant
-friction is its path less a parabola in time. What all tosses have of that in common, which a law of the speed leaves,
-is taken off; the rest keeps its size, frame by frame, and gets a sign of its own (Wu 1986, Ann. Stat. 14, 1261: the
-wild bootstrap).
+friction is kept, frame by frame, along the way, aside and in heading, with signs of their own (Wu 1986, Ann. Stat. 14,
+1261: the wild bootstrap); only what all tosses have in common along their ways, which a law of the speed leaves, is
+taken off before. The whole swerve of a slide counts as beside: the tosses swerve to one side on the average, and the
+more the more they turn, so a copy that kept a slide's curve would not be one of constant friction.
 """
 
 from __future__ import annotations
@@ -29,8 +31,14 @@ POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 SETTLED_FRAMES = 8
 """Some 50 ms after a landing still hold the impact."""
 LEAST_FRAMES = 10
+STANDING_FRAMES = 8
+"""A slide counts until a millimetre before its end: so much later the cube stands."""
+
 _FLAT_M, _FLAT_RAD, _STOPPED_M = 3e-3, np.radians(3.0), 1e-3
-_LEAST_M_S2 = 0.2
+_LEAST_M_S2, _LEAST_M_S = 0.2, 0.02
+_RATIOS = (0.5, 2.0)
+MEAN_DISTANCE = 0.3826
+"""Of a unit square's points from its middle."""
 _SHARES = np.linspace(0.0, 1.0, 21)
 
 
@@ -70,11 +78,13 @@ def permuted(tosses: list[Toss], rng: np.random.Generator) -> list[Toss]:
     """A copy with everything dealt out anew that constant friction does not know."""
     slid = [toss for toss in tosses if toss.slide.stop]
     places = iter([slid[number].pose[slid[number].slide.start, :2] for number in rng.permutation(len(slid)).tolist()])
-    levels = np.array([_fitted(toss)[1] for toss in slid])
-    ratios = iter((levels[rng.permutation(len(slid))] / levels).tolist())
-    common = np.median([_along(toss) for toss in slid], axis=0)
+    plain = [Plain.of(toss) for toss in slid]
+    levels = np.array([one.level_m_s2 for one in plain])
+    ratios = iter(np.clip(levels[rng.permutation(len(slid))] / levels, *_RATIOS).tolist())
+    common = np.median([one.shape() for one in plain], axis=0)
+    fits = iter(plain)
     found = [
-        _dealt(_slowed(toss, next(ratios), common, rng), next(places), rng) if toss.slide.stop else toss
+        _dealt(_slowed(toss, next(fits), next(ratios), common, rng), next(places), rng) if toss.slide.stop else toss
         for toss in tosses
     ]
     return [found[number] for number in rng.permutation(len(found)).tolist()]
@@ -89,65 +99,123 @@ def _dealt(toss: Toss, place: Array, rng: np.random.Generator) -> Toss:
     return Toss(toss.frame, pose, toss.slide)
 
 
-def _fitted(toss: Toss) -> tuple[Array, float]:
-    """Coefficients (3, 3) of a parabola in time of x, y and heading over the slide, and the deceleration."""
-    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
-    values = np.column_stack([toss.pose[toss.slide, :2], heading_of(toss.pose[toss.slide, 3:])])
-    fit: Array = np.asarray(np.linalg.lstsq(_basis(seconds), values, rcond=None)[0], dtype=np.float64)
-    return fit, max(2.0 * float(np.linalg.norm(fit[2, :2])), _LEAST_M_S2)
+@dataclass(frozen=True, eq=False)
+class Plain:
+    """A slide as constant friction has it: straight on along `way` (2,), its heading even in time, and the rest.
+
+    `along` (3,) are place, speed and deceleration at its beginning, and `pull` (n,) what a deceleration of 1 would have
+    taken off the way by each frame: of a block that turns, friction against the sliding is only a share (Howe &
+    Cutkosky 1996, IJRR 15, 557). `heading` (3,) is a parabola; `beside` (n, 3) is what along, aside and heading have
+    besides.
+    """
+
+    way: Array
+    along: Array
+    pull: Array
+    heading: Array
+    beside: Array
+
+    @classmethod
+    def of(cls, toss: Toss) -> Plain:
+        """By least squares."""
+        part = toss.pose[toss.slide]
+        seconds = np.arange(len(part)) / RATE_HZ
+        place, heading = part[:, :2] - part[0, :2], heading_of(part[:, 3:])
+        way = place[-1] / max(float(np.linalg.norm(place[-1])), 1e-9)
+        along, aside = place @ way, place @ np.array([-way[1], way[0]])
+        speed = np.polynomial.Polynomial(_solved(_basis(seconds), along)).deriv()(seconds)
+        turn = _solved(_basis(seconds), heading)
+        pull = _pull(seconds, speed, np.polynomial.Polynomial(turn).deriv()(seconds))
+        column = np.column_stack([np.ones_like(seconds), seconds, -pull])
+        fit = _solved(column, along)
+        beside = np.column_stack([along - column @ fit, aside, heading - _basis(seconds) @ turn])
+        return cls(way, fit, pull, turn, beside)
+
+    @property
+    def level_m_s2(self) -> float:
+        """The deceleration that the friction would give a block that does not turn."""
+        return max(float(self.along[2]), _LEAST_M_S2)
+
+    @property
+    def seconds(self) -> Array:
+        """Of the frames, from the slide's begin (n,)."""
+        return np.arange(len(self.pull)) / RATE_HZ
+
+    def shape(self) -> Array:
+        """What it has beside its plain way, in the unit level T², at `_SHARES` of the slide's time T."""
+        return np.interp(_SHARES, self.seconds / self.seconds[-1], self.beside[:, 0]) / self._unit_m
+
+    def without(self, common: Array) -> Array:
+        """`beside` (n, 3), less what all have in common along their ways."""
+        left = self.beside.copy()
+        left[:, 0] -= self._unit_m * np.interp(self.seconds / self.seconds[-1], _SHARES, common)
+        return left
+
+    @property
+    def _unit_m(self) -> float:
+        return self.level_m_s2 * float(self.seconds[-1]) ** 2
+
+    def slowed(self, count: int, ratio: float) -> tuple[Array, Array]:
+        """Along (count,) and heading with friction `ratio` times as large: the same speeds, so much sooner."""
+        sooner = ratio * np.arange(count) / RATE_HZ
+        column = np.column_stack([np.ones(count), sooner, -_extended(sooner, self.seconds, self.pull)])
+        along = self.along[0] + (column[:, 1:] @ self.along[1:]) / ratio
+        turned_by = _basis(sooner)[:, 1:] @ self.heading[1:] / ratio
+        return along, turned_by
+
+
+def _extended(at: Array, seconds: Array, values: Array) -> Array:
+    """Interpolated; beyond the end by the last frames' parabola."""
+    last = np.polyfit(seconds[-LEAST_FRAMES:], values[-LEAST_FRAMES:], 2)
+    return np.where(at <= seconds[-1], np.interp(at, seconds, values), np.polyval(last, at))
+
+
+def _pull(seconds: Array, speed: Array, rate: Array) -> Array:
+    """∫∫ of the share of the friction that is against the sliding (n,)."""
+    speed = np.maximum(speed, _LEAST_M_S)
+    share = speed / np.hypot(speed, MEAN_DISTANCE * CUBE_SIDE_M * rate)
+    once = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(seconds) * (share[1:] + share[:-1]))])
+    return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(seconds) * (once[1:] + once[:-1]))])
 
 
 def _basis(seconds: Array) -> Array:
     return np.column_stack([np.ones_like(seconds), seconds, seconds**2])
 
 
-def _beside(toss: Toss, fit: Array) -> Array:
-    """What the slide's x, y and heading (n, 3) have beside the parabola."""
-    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
-    values = np.column_stack([toss.pose[toss.slide, :2], heading_of(toss.pose[toss.slide, 3:])])
-    return values - _basis(seconds) @ fit
+def _solved(table: Array, values: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(table, values, rcond=None)[0], dtype=np.float64)
 
 
-def _along(toss: Toss) -> Array:
-    """That of the path, along the deceleration and in its unit a T², at `_SHARES` of the slide's time T."""
-    fit, level = _fitted(toss)
-    along = _beside(toss, fit)[:, :2] @ fit[2, :2] / max(float(np.linalg.norm(fit[2, :2])), 1e-9)
-    share, length = _shares(toss)
-    return np.interp(_SHARES, share, along) / (level * length**2)
+def _slowed(toss: Toss, plain: Plain, ratio: float, common: Array, rng: np.random.Generator) -> Toss:
+    """The slide with `ratio` times its friction, on a straight way, and signs drawn for what it has besides.
 
-
-def _shares(toss: Toss) -> tuple[Array, float]:
-    """The slide's frames as shares of its time (n,), and that time."""
-    seconds = (toss.frame[toss.slide] - toss.frame[toss.slide][0]) / RATE_HZ
-    return seconds / seconds[-1], float(seconds[-1])
-
-
-def _slowed(toss: Toss, ratio: float, common: Array, rng: np.random.Generator) -> Toss:
-    """The slide with `ratio` times its deceleration, and a sign drawn for what it has beside parabola and `common`.
-
-    It is so much shorter in time; where it is longer, what it has beside the parabola is used again from its end on.
+    It lasts until that brings it to rest; where that is longer, what it has besides is used again from its end on.
+    Along, aside and turning get signs of their own: that a block which turns to the left swerves to the right is no
+    constant friction's doing, nor that more of them swerve to one side.
     """
-    ratio, part = float(np.clip(ratio, 0.5, 2.0)), toss.slide
+    part = toss.slide
     count = part.stop - part.start
-    fit, level = _fitted(toss)
-    heading, beside = heading_of(toss.pose[part, 3:]), _beside(toss, fit)
-    share, length = _shares(toss)
-    toward = fit[2, :2] / max(float(np.linalg.norm(fit[2, :2])), 1e-9)
-    beside[:, :2] -= (level * length**2 * np.interp(share, _SHARES, common))[:, None] * toward
-    new = max(round(count / ratio), LEAST_FRAMES)
+    beside, heading = plain.without(common), heading_of(toss.pose[part, 3:])
+    along, turned_by = plain.slowed(2 * round(count / ratio) + LEAST_FRAMES, ratio)
+    new = max(int(along.argmax()), LEAST_FRAMES)  # until it stands
+    along, turned_by = along[:new], turned_by[:new]
     source = np.arange(new) % (2 * count)
     source = np.where(source < count, source, 2 * count - 1 - source)
-    now = np.arange(new) / RATE_HZ
-    slower = _basis(now) @ (fit * np.array([[1.0, 1.0, 1.0], [1.0, 1.0, ratio], [1.0, 1.0, ratio**2]]))
-    slower[:, :2] += (ratio - 1.0) * (now**2)[:, None] * fit[2, :2]
-    slower += rng.choice([-1.0, 1.0]) * beside[source]
+    signs = rng.choice([-1.0, 1.0], 3)
+    drawn = signs * beside[source]
+    frame = np.column_stack([plain.way, [-plain.way[1], plain.way[0]]])
+    place = toss.pose[part.start, :2] + np.column_stack([along + drawn[:, 0], drawn[:, 1]]) @ frame.T
     base = toss.pose[part][source]
-    slid = np.column_stack([slower[:, :2], base[:, 2], turned(base[:, 3:], slower[:, 2] - heading[source])])
-    rest = toss.pose[part.stop :].copy()
-    rest[:, :2] += slid[-1, :2] - toss.pose[part.stop - 1, :2]
-    first = toss.frame[part.start]
+    wanted = plain.heading[0] + signs[2] * turned_by + drawn[:, 2]
+    slid = np.column_stack([place, base[:, 2], turned(base[:, 3:], wanted - heading[source])])
+    first, standing = toss.frame[part.start], toss.pose[min(part.stop + STANDING_FRAMES, len(toss.pose) - 1) :]
+    rest = standing[np.arange(2 * STANDING_FRAMES) % len(standing)]
+    rest[:, :2] += slid[-1, :2] - rest[0, :2]
+    rest[:, 3:] = turned(rest[:, 3:], float(wanted[-1] - heading[-1]))
+    before = toss.pose[: part.start].copy()
+    before[:, 3:] = turned(before[:, 3:], float(wanted[0] - heading[0]))
     frames = [toss.frame[: part.start], first + np.arange(new), first + new + np.arange(len(rest))]
-    pose = np.concatenate([toss.pose[: part.start], slid, rest])
+    pose = np.concatenate([before, slid, rest])
     return Toss(np.concatenate(frames), pose, slice(part.start, part.start + new))
 
 
