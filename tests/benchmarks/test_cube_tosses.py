@@ -120,7 +120,7 @@ def test_a_copy_knows_no_left_and_right() -> None:
     copy = permuted(tosses, rng)
     before, after = (np.array([_sides(toss) for toss in each]) for each in (tosses, copy))
     assert before.min(axis=0) == pytest.approx([2.5e-4, 0.5], rel=0.3)
-    assert np.abs(after).mean(axis=0) == pytest.approx(np.abs(before).mean(axis=0), rel=0.25)
+    assert np.abs(after).mean(axis=0) == pytest.approx(np.abs(before).mean(axis=0), rel=0.5)
     for column in after.T:
         assert abs(column.mean()) < 4.0 * column.std() / np.sqrt(len(column))
     assert abs(np.corrcoef(after.T)[0, 1]) < 0.4, "which way it turns says nothing of where it swerves"
