@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -157,27 +157,59 @@ def _inside(effect: Effect, values: Values) -> bool:
 
 
 class Fitter:
-    """Fits models to one evidence; the same effects are fitted once, from where they were first begun."""
+    """Fits models to one evidence; of models with the same effects the likeliest is kept."""
 
     def __init__(self, evidence: Evidence) -> None:
         self.evidence = evidence
         self._known: dict[frozenset[str], Fit] = {}
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
-        """The fit of these effects, from `start`."""
-        key = frozenset(effect.id for effect in effects)
-        if key not in self._known:
-            self._known[key] = fit(self.evidence, start, effects, noise=noise)
-        return self._known[key]
+        """The fit of these effects, from `start` where none is known."""
+        return self._known.get(_key(effects)) or self._refit(start, effects, noise)
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
-        """The candidate after a full fit of everything in the model together with it."""
-        model = current.model
-        for start in candidate.starts:
-            model = model.with_term(start)
-        known = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
-        found = self.fit(model, [*known, *candidate.effects], noise=current.noise)
+        """The candidate after a full fit of everything in the model together with it.
+
+        It begins at what its own parts were fitted to; a model that fits worse than a part of it has not found its
+        maximum, and is begun again near that part.
+        """
+        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        effects = [*acting, *candidate.effects]
+        parts = (self._known.get(_key([*acting, effect])) for effect in candidate.effects)
+        base = max([current, *(part for part in parts if part)], key=lambda part: part.log_likelihood)
+        has = {term.effect.id for term in base.model.terms}
+        missing = [start for start in candidate.starts if start.effect.id not in has]
+        found = self.fit(_with(base.model, missing), effects, noise=base.noise)
+        if found.log_likelihood < base.log_likelihood:
+            found = self._refit(_with(base.model, map(_small, missing)), effects, base.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
         size = sum(len(effect.parameters) for effect in candidate.effects)
         bic = twice - size * math.log(max(self.evidence.used(), 2))
         return replace(candidate, twice_gain=twice, bic=bic, fitted=found)
+
+    def _refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
+        found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)
+        known = self._known.get(key)
+        if known is None or found.log_likelihood > known.log_likelihood:
+            self._known[key] = found
+        return self._known[key]
+
+
+def _key(effects: Iterable[Effect]) -> frozenset[str]:
+    return frozenset(effect.id for effect in effects)
+
+
+def _with(model: Model, terms: Iterable[Term]) -> Model:
+    for term in terms:
+        model = model.with_term(term)
+    return model
+
+
+def _small(term: Term) -> Term:
+    """The effect hardly acting, to the same side; its shapes as they are."""
+    values = dict(term.values)
+    for parameter in term.effect.parameters:
+        if not parameter.is_shape:
+            size = math.copysign(OFF_NULL * parameter.typical, values[parameter.name] - parameter.neutral)
+            values[parameter.name] = parameter.clipped(parameter.neutral + size)
+    return Term(term.effect, values)

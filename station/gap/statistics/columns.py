@@ -21,6 +21,10 @@ from station.physics.model import Model, Term
 
 MOST_VARIANTS = 12
 
+HOPELESS, ABSORBED = 1e-4, 1e-7
+"""A column of less information (a hundred typical sizes would not show), or of which others leave no larger share, is
+nothing: what is left of it is rounding, and rounding correlates with anything."""
+
 
 @dataclass(frozen=True, eq=False)
 class Variant:
@@ -91,7 +95,10 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     prior = np.diag(precision)
     projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
     free_of = candidates - nuisance @ projection
-    raw = table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection
+    left = np.square(free_of).sum(axis=0) + precision @ projection**2
+    known = left > np.maximum(HOPELESS, ABSORBED * np.square(candidates).sum(axis=0))
+    free_of, projection = free_of * known, projection * known
+    raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
     share = raw * -slope[:, None]
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
     np.add.at(of_runs, whitening.run, share)
