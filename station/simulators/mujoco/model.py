@@ -24,7 +24,7 @@ FLOATS = NDArray[np.float64]
 FOOT_RADIUS_M = 0.0005
 """The block stands on eight small spheres, one at each corner: four analytic contacts instead of a box on a box."""
 FOAM_DEPTH_M = 0.015
-"""Half the thickness of a foam segment, and its overlap with the next."""
+"""Half the thickness of a foam segment, its overlap with the next, and how far it reaches above and below the foam."""
 FOAM_SEGMENTS = 24
 FOAM_IMPEDANCE = 0.05
 """Constraint impedance of the foam: small, so that it is a spring beside the rigid contact, not a wall."""
@@ -168,10 +168,11 @@ def _add_foam(body: Any, plate: Plate) -> None:
 
     MuJoCo pushes a ball out of a box through the nearest face. So the segments are thicker than any dent, and overlap
     by as much, lest a block that dents the foam be drawn outwards or along it; beyond its own sector a tangent lies
-    outside of the cutout, so the overlap takes no room.
+    outside of the cutout, so the overlap takes no room. They are higher and deeper than the foam by as much, too: a
+    ball that dents one by more than half the foam's height would be pushed into the plate, and the block tipped over.
     """
     turn = 2 * math.pi / FOAM_SEGMENTS
-    radial, height = FOAM_DEPTH_M, plate.foam_height_m / 2
+    radial, height, middle = FOAM_DEPTH_M, plate.foam_height_m / 2 + FOAM_DEPTH_M, plate.foam_height_m / 2
     along = plate.cutout_radius_m * math.tan(turn / 2) + FOAM_DEPTH_M
     for number in range(FOAM_SEGMENTS):
         angle, radius = number * turn, plate.cutout_radius_m + radial
@@ -179,7 +180,7 @@ def _add_foam(body: Any, plate: Plate) -> None:
             body,
             f"foam {number}",
             (radial, along, height),
-            (radius * math.cos(angle), radius * math.sin(angle), height),
+            (radius * math.cos(angle), radius * math.sin(angle), middle),
             rgba=(0.95, 0.95, 0.95, 1),
         )
         geom.quat = [math.cos(angle / 2), 0, 0, math.sin(angle / 2)]
@@ -230,11 +231,12 @@ def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
 def _foam(scene: Scene) -> list[float]:
     """MuJoCo's direct solref of a spring and damper between the block and the foam.
 
-    With constant impedance d the constraint acts as the acceleration −d (b v + k r / d²) of the block, so the wanted
-    stiffness K and damping 2 z sqrt(K m) give k = K d / m and b = 2 z sqrt(K / m) / d.
+    With constant impedance d MuJoCo scales the two by 1 / d, and the constraint acts as the acceleration
+    −d (b v / d + k r / d) of the block; so the wanted stiffness K and damping 2 z sqrt(K m) give k = K / m and
+    b = 2 z sqrt(K / m).
     """
     plate, mass = scene.plate, scene.block.mass_kg
-    stiffness = plate.foam_stiffness_n_m * FOAM_IMPEDANCE / mass
+    stiffness = plate.foam_stiffness_n_m / mass
     damping = 2 * plate.foam_damping * math.sqrt(plate.foam_stiffness_n_m / mass)
     return [-stiffness, -damping]
 
