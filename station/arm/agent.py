@@ -225,8 +225,8 @@ class ArmAgent:
             return
         self._published_ns = reading.stamp_ns
         position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
-        effort = tuple(reading.effort_nm.tolist())
-        self._bus.publish("arm/joints", JointState(reading.stamp_ns, reading.names, position, velocity, effort))
+        joints = JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
+        self._bus.publish("arm/joints", joints)
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:

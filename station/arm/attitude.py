@@ -33,20 +33,29 @@ class Attitude:
         self._place: Array = self._data.xpos[pivot]
         self._quaternion: Array = self._data.xquat[pivot]
         self._rotation: Array = self._data.xmat[pivot].reshape(3, 3)
+        self._joints: tuple[Array, Array] | None = None
+        self._numbers: tuple[float, ...] = ()
 
     def state(self, reading: JointReading) -> PlatformState:
         """World_from_plate, the plate's angular velocity in its own frame, and the pivot in the world.
 
-        The angular velocity is the sum over the joints of rate times axis.
+        A reading with the very arrays of the one before, which nobody writes to, is of an arm at rest.
         """
-        self._angles[:] = reading.position_rad
+        joints = self._joints
+        if joints is None or reading.position_rad is not joints[0] or reading.velocity_rad_s is not joints[1]:
+            self._joints = reading.position_rad, reading.velocity_rad_s
+            self._numbers = self._kinematics(*self._joints)
+        return PlatformState(reading.stamp_ns, *self._numbers, "world")
+
+    def _kinematics(self, position_rad: Array, velocity_rad_s: Array) -> tuple[float, ...]:
+        """Quaternion, angular velocity (the sum over the joints of rate times axis) and pivot."""
+        self._angles[:] = position_rad
         mj.mj_kinematics(self._model, self._data)
         qw, qx, qy, qz = self._quaternion.tolist()
         if qw < 0:
             qw, qx, qy, qz = -qw, -qx, -qy, -qz
-        wx, wy, wz = reading.velocity_rad_s.dot(self._axes).dot(self._rotation).tolist()
-        px, py, pz = self._place.tolist()
-        return PlatformState(reading.stamp_ns, qw, qx, qy, qz, wx, wy, wz, px, py, pz, "world")
+        rate = velocity_rad_s.dot(self._axes).dot(self._rotation)
+        return qw, qx, qy, qz, *rate.tolist(), *self._place.tolist()
 
 
 def _chain(stage: TiltStage) -> Any:

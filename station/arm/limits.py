@@ -91,16 +91,28 @@ def _motion_fault(trajectory: JointTrajectory, *, model: ArmModel, settings: Gat
 
 
 def extremes(trajectory: JointTrajectory) -> tuple[Array, Array]:
-    """The largest speed and acceleration of each joint, (n,) and (n,), over the whole interpolated motion."""
+    """The largest speed and acceleration of each joint, (n,) and (n,), over the whole interpolated motion.
+
+    The speed in a piece is a parabola: with the velocities v0, v1 at its ends and the mean velocity c it is the Bezier
+    curve of v0, m = 3 c - v0 - v1 and v1, within which it stays where m is no extreme.
+    """
     h = np.diff(trajectory.times_ns)[:, None] * 1e-9
-    first, second, third = (trajectory.cubics[:, power] for power in (1, 2, 3))
-    curved = np.abs(third) > 1e-15
-    vertex = np.where(curved, -second / np.where(curved, 3 * third, 1.0), 0.0)
-    vertex = np.minimum(np.maximum(vertex, 0.0), 1.0)
-    inner = np.abs(first + vertex * (2 * second + 3 * vertex * third)) / h
-    speed = np.maximum(inner.max(axis=0), np.abs(trajectory.velocity_rad_s).max(axis=0))
-    bends = np.maximum(np.abs(2 * second), np.abs(2 * second + 6 * third)) / (h * h)
-    return speed, bends.max(axis=0)
+    velocity = trajectory.velocity_rad_s
+    first, last = velocity[:-1], velocity[1:]
+    middle = 3 * np.diff(trajectory.position_rad, axis=0) / h - first - last
+    rise, fall = middle - first, last - middle
+    speed = np.maximum(np.abs(velocity).max(axis=0), _vertices(first, rise, fall).max(axis=0))
+    return speed, (2 * np.maximum(np.abs(rise), np.abs(fall)) / h).max(axis=0)
+
+
+def _vertices(first: Array, rise: Array, fall: Array) -> Array:
+    """Absolute speeds (m, n) at the vertices that lie within the pieces (m, n), 0 where none does.
+
+    The speed at the share u is first + 2 u rise + u² (fall - rise), whose vertex is at u = rise / (rise - fall).
+    """
+    turns = rise * fall < 0
+    bend = np.where(turns, rise - fall, 1.0)
+    return np.where(turns, np.abs(first + rise * rise / bend), 0.0)
 
 
 def _workspace_fault(trajectory: JointTrajectory, *, stage: TiltStage, settings: GateSettings) -> str:

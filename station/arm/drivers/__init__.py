@@ -26,7 +26,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class JointReading:
-    """What the joints measured at `stamp_ns`: names, and position, velocity and effort, (n,) each."""
+    """What the joints measured at `stamp_ns`: names, and position, velocity and effort, (n,) each.
+
+    Nobody writes to the arrays again: where they are those of the reading before, nothing has changed.
+    """
 
     stamp_ns: int
     names: tuple[str, ...]

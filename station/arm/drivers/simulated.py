@@ -86,7 +86,8 @@ class SimulatedArm:
         self._wire = wire
         self._motion: JointTrajectory | None = None
         self._began_ns = 0
-        self._held: Array | None = None
+        self._held: tuple[Array, Array] | None = None
+        """The set-point at which the arm rests: position, and no velocity."""
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """See `Driver.start`."""
@@ -95,24 +96,26 @@ class SimulatedArm:
     def halt(self, *, now_ns: int) -> None:
         """See `Driver.halt`: the set-point stays where it is."""
         if self._motion is not None:
-            self._held = self._motion.at(now_ns - self._began_ns)[0]
-            self._motion = None
-            self._hold(self._held, now_ns)
+            self._hold(self._motion.at(now_ns - self._began_ns)[0])
+            self._send_held(now_ns)
 
     def tick(self, now_ns: int) -> None:
         """See `Driver.tick`; a finished motion is held by its last set-point, sent on so that a late twin hears it."""
         motion = self._motion
         if motion is None:
-            if self._held is not None:
-                self._hold(self._held, now_ns)
+            self._send_held(now_ns)
             return
         position, velocity = motion.at(now_ns - self._began_ns)
         self._wire.send(now_ns, position, velocity)
         if now_ns - self._began_ns > motion.duration_ns:
-            self._held, self._motion = position, None
+            self._hold(position)
 
-    def _hold(self, position: Array, now_ns: int) -> None:
-        self._wire.send(now_ns, position, np.zeros_like(position))
+    def _hold(self, position: Array) -> None:
+        self._held, self._motion = (position, np.zeros_like(position)), None
+
+    def _send_held(self, now_ns: int) -> None:
+        if self._held is not None:
+            self._wire.send(now_ns, *self._held)
 
     def read(self) -> JointReading | None:
         """See `Driver.read`."""

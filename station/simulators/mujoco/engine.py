@@ -23,7 +23,7 @@ FEET = 8
 class ArmEngine:
     """The arm with its plate, on which the block weighs as a part of it.
 
-    The views `qpos`, `qvel`, `act`, `ctrl` are MuJoCo's own memory.
+    The arrays are MuJoCo's own memory; `commands`, (n, 2), are what the two actuators of each joint are told.
     """
 
     def __init__(self, model: Any, *, joint_start_rad: FLOATS) -> None:
@@ -31,7 +31,7 @@ class ArmEngine:
         self.data = mj.MjData(model)
         self._ahead = mj.MjData(model)
         self.act: FLOATS = self.data.act
-        self.ctrl: FLOATS = self.data.ctrl
+        self.commands: FLOATS = self.data.ctrl.reshape(-1, 2)
         self.plate, self.block = int(model.body("plate").id), int(model.body("block").id)
         self.joint_position: FLOATS = self.data.qpos
         self.joint_velocity: FLOATS = self.data.qvel

@@ -19,7 +19,8 @@ class Servo:
     def __init__(self, joint_start_rad: FLOATS, *, now_ns: int) -> None:
         self._position = joint_start_rad.copy()
         self._velocity = np.zeros_like(joint_start_rad)
-        self._moving = False
+        self.moving = False
+        """Whether the newest set-point moves on."""
         self._stamp_ns = now_ns
         self._wanted_velocity = np.zeros_like(joint_start_rad)
         self.settled = False
@@ -30,18 +31,20 @@ class Servo:
 
     def set_target(self, position_rad: FLOATS, velocity_rad_s: FLOATS, *, stamp_ns: int) -> None:
         """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,), and kept."""
-        moved, self._moving = self._moving, any(velocity_rad_s.tolist())
         self._stamp_ns = stamp_ns
-        if not (moved or self._moving) and position_rad.tolist() == self._position.tolist():
+        if position_rad is self._position and velocity_rad_s is self._velocity:
+            return
+        moved, self.moving = self.moving, any(velocity_rad_s.tolist())
+        if not (moved or self.moving) and position_rad.tolist() == self._position.tolist():
             return
         self._position, self._velocity = position_rad, velocity_rad_s
         self.settled, self.fresh = False, True
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:
-        """Writes the servos' wanted velocities for the coming steps into `ctrl`, (2n,), given their places `act`."""
+        """Writes the servos' wanted velocities for the coming steps into `ctrl`, (n, 2), given their places `act`."""
         self.fresh = False
         wanted = self._position - act
-        if self._moving:
+        if self.moving:
             # The way that is left, in the time to catch up, and the motion itself: one factor of the velocity.
             ahead_ns = now_ns - self._stamp_ns
             share = min(max(ahead_ns, 0), STALE_NS) * 1e-9 / CATCH_UP_S + (1.0 if ahead_ns < STALE_NS else 0.0)
@@ -52,5 +55,4 @@ class Servo:
             wanted *= 0.0 if self.settled else 1.0 / CATCH_UP_S
         self.jerk_rad_s = wanted - self._wanted_velocity
         self._wanted_velocity = wanted
-        ctrl[0::2] = wanted
-        ctrl[1::2] = wanted
+        ctrl[:] = wanted[:, None]

@@ -32,10 +32,9 @@ LOOK = 5
 STEP_S = STEP_NS * 1e-9
 LOOK_S = LOOK * STEP_S
 """Time steps between two looks at the block, and how long they take (10 ms)."""
-LEFT_OUT = 4
-AMPLE_M_S2, SPENT_M_S2 = 1.5, 0.5
-"""So many looks are left out while a block that is a part of the plate could be accelerated by that much more; of it a
-plate that turns by 1 rad/s takes this much meanwhile."""
+KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
+"""How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
+left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
 UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
@@ -90,6 +89,7 @@ class TwinWorld:
         self._loose: BlockEngine | None = None
         self._servo = Servo(start, now_ns=start_ns)
         self._reach = model.reach_m(arm)
+        self._reach_m = float(np.linalg.norm(self._reach))
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
@@ -118,7 +118,7 @@ class TwinWorld:
         """Lets simulated time pass until `to_ns`; what is read afterwards is the state at that very time."""
         if not self._resting:
             self._step_until(to_ns)
-            self._poses = None
+            self._poses = self._read = None
         if self._resting:
             self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
         self._asked_ns = max(to_ns, self._asked_ns)
@@ -134,7 +134,7 @@ class TwinWorld:
             self._unseen = (self._unseen + count) % LOOK
             if self._unseen:
                 continue
-            if self._missed < self._left_out:
+            if self._missed < self._left_out and self._servo.moving:
                 self._missed += 1
             else:
                 self._look()
@@ -195,12 +195,17 @@ class TwinWorld:
         return self._loose is None or self._quiet_s >= REST_S
 
     def joint_arrays(self) -> tuple[FLOATS, FLOATS, FLOATS]:
-        """Position (rad), velocity (rad/s) and effort (Nm) of the arm's joints now, each (n,) and the caller's own."""
-        arm, ahead_s = self._moved, self._ahead_s()
-        position, velocity = arm.joint_position.copy(), arm.joint_velocity.copy()
-        if ahead_s:
-            position += velocity * ahead_s
-        return position, velocity, arm.joint_effort.copy()
+        """Position (rad), velocity (rad/s) and effort (Nm) of the arm's joints now, each (n,), never written to again.
+
+        They are the same arrays as long as all is at rest.
+        """
+        if self._read is None:
+            arm, ahead_s = self._moved, self._ahead_s()
+            position, velocity = arm.joint_position.copy(), arm.joint_velocity.copy()
+            if ahead_s:
+                position += velocity * ahead_s
+            self._read = position, velocity, arm.joint_effort.copy()
+        return self._read
 
     def joints(self) -> Joints:
         """The arm's joints now, as plain numbers."""
@@ -236,7 +241,7 @@ class TwinWorld:
     def _look_ahead(self) -> None:
         """Commands the servos for the coming steps; a sudden command frees the block before it is carried out."""
         arm, servo = self._moved, self._servo
-        servo.command(arm.ctrl, arm.act, now_ns=self._time_ns)
+        servo.command(arm.commands, arm.act, now_ns=self._time_ns)
         if self._loose is None and not self._held and self._shoves(servo.jerk_rad_s):
             self._unweld()
 
@@ -247,7 +252,11 @@ class TwinWorld:
         equally quick, so a share of their sum is allowed for.
         """
         allowed_m_s = self._slack * LOOK_S
-        apart = float(np.abs(jerk_rad_s).dot(self._reach))  # never less than together
+        # A product of lengths is never less than the sum of products, and that never less than what joints do together.
+        at_most = (1 + UNEVEN) * self._reach_m * math.sqrt(jerk_rad_s.dot(jerk_rad_s))
+        if at_most <= allowed_m_s:
+            return False
+        apart = float(np.abs(jerk_rad_s).dot(self._reach))
         if (1 + UNEVEN) * apart <= allowed_m_s:
             return False
         return self._moved.speed_of_block(jerk_rad_s) + UNEVEN * apart > allowed_m_s
@@ -285,9 +294,9 @@ class TwinWorld:
         self._slack = self._hold.slack(force, share=limit)
         if used > limit:
             self._unweld()
-        elif self._savings and self._slack > AMPLE_M_S2:
-            self._slack -= SPENT_M_S2
-            self._left_out = LEFT_OUT
+        elif self._savings and self._slack > KEPT_M_S2:
+            self._left_out = min(int((self._slack - KEPT_M_S2) / SPENT_M_S2), MOST_LEFT_OUT)
+            self._slack -= self._left_out * SPENT_M_S2
 
     def _mind_rest(self, block: BlockEngine, force: grip.Three, used: float) -> None:
         """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
@@ -365,7 +374,7 @@ class TwinWorld:
         self._seen = standing(self._rel, half_m=self.block.side_m / 2)
         self._quiet_s, self._slack = REST_S, 0.0
         self._left_out = 0
-        self._resting, self._poses = False, None
+        self._resting, self._poses, self._read = False, None, None
 
     def _unweld(self) -> None:
         """Makes the block a body of its own again, moving with the plate."""
