@@ -38,10 +38,10 @@ class Received:
     def __init__(
         self,
         topic: str,
-        *,
         receive_ns: int,
-        payload: bytes | None = None,
         message: Message | None = None,
+        *,
+        payload: bytes | None = None,
         recipe: Recipe | None = None,
     ) -> None:
         self.topic = topic

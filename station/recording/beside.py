@@ -10,6 +10,7 @@ import contextlib
 import multiprocessing
 import os
 import pickle
+import select
 import signal
 import sys
 from collections.abc import Callable
@@ -25,8 +26,8 @@ from shared.fields import slots
 from shared.messages import Message
 from station.recording.writer import Recording
 
-BATCH = 512
-"""Messages that cross the pipe together: a good second of a session."""
+BATCH = 128
+"""Messages that cross the pipe together: a third of a second of a session, few enough for a processor's cache."""
 _OVER = b""
 Parts = tuple[Callable[..., Message], tuple[Any, ...] | dict[str, Any]]
 Row = tuple[str, int, *Parts]
@@ -54,7 +55,9 @@ class RecordingBeside:
         self._process.start()
         theirs.close()
         recording.let_go()
-        self._rows: list[Row] = []
+        self._news = select.poll()
+        self._news.register(self._pipe, select.POLLIN)
+        self._waiting: list[Received] = []
         self._closed = False
 
     def __enter__(self) -> RecordingBeside:
@@ -67,16 +70,19 @@ class RecordingBeside:
 
     def write(self, received: Received) -> None:
         """Records one message as it came."""
-        make, values = _parts(received)
-        self._rows.append((received.topic, received.receive_ns, make, values))
-        if len(self._rows) >= BATCH:
-            self._send(pickle.dumps(self._rows, pickle.HIGHEST_PROTOCOL))
-            self._rows.clear()
+        self._waiting.append(received)
+        if len(self._waiting) >= BATCH:
+            self._send_waiting()
+
+    def _send_waiting(self) -> None:
+        rows: list[Row] = [(one.topic, one.receive_ns, *_parts(one)) for one in self._waiting]
+        self._waiting.clear()
+        self._send(pickle.dumps(rows, pickle.HIGHEST_PROTOCOL))
 
     def _send(self, data: bytes) -> None:
         """Raises UserError when the other process is gone."""
         try:
-            if self._pipe.poll():
+            if self._news.poll(0):
                 self.stopped = self._pipe.recv()
             self._pipe.send_bytes(data)
         except (OSError, EOFError) as error:
@@ -89,7 +95,7 @@ class RecordingBeside:
         if not self._closed:
             self._closed = True
             try:
-                self._send(pickle.dumps(self._rows, pickle.HIGHEST_PROTOCOL))
+                self._send_waiting()
                 self._send(_OVER)
             finally:
                 self._process.join()
@@ -108,7 +114,7 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
             for topic, receive_ns, make, values in pickle.loads(data):
-                recording.write(Received(topic, receive_ns=receive_ns, message=_made(make, values)))
+                recording.write(Received(topic, receive_ns, _made(make, values)))
             if recording.stopped and not told:
                 told = True
                 pipe.send(recording.stopped)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from operator import sub
 
 from station.sampling.plan import SlipPlan
 
@@ -21,8 +20,8 @@ def displacements_px(corners_px: tuple[float, ...], reference_px: tuple[float, .
 
 def within(corners_px: tuple[float, ...], reference_px: tuple[float, ...], *, limit_px: float) -> bool:
     """Whether every corner is surely within `limit_px` of its reference: a quick answer for a block that lies still."""
-    # 0.7 is below the root of one half, with room for rounding.
-    return max(map(abs, map(sub, corners_px, reference_px))) < 0.7 * limit_px
+    # No corner is farther away than all of them together; a thousandth is room for rounding.
+    return math.dist(corners_px, reference_px) < 0.999 * limit_px
 
 
 def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tuple[float, ...], tilt_rad: float) -> bool:

@@ -19,7 +19,7 @@ from shared.messages import AgentStatus, CameraGeometry, MarkerCorners
 
 _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 _TIPPED_COSINE = math.cos(math.radians(4.0))
-_NOISE_BLOCK = 512
+_NOISE_BLOCK = 32
 Shift = tuple[float, float]
 
 
