@@ -38,8 +38,10 @@ class Load:
 class Moments:
     """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier.
 
-    `rested_s` (n,), where it is given, stands for the time at rest. It has to be what the protocol made of it: the time
-    up to the slip itself is longer where friction happens to be high, and friction would seem to grow with it.
+    `at_rest` where the plate's own motion is not to pull: an onset is read by tracing a slide back, and says what the
+    slide's friction was, not what the load of its very moment. `rested_s` (n,), where it is given, stands for the time
+    at rest. It has to be what the protocol made of it: the time up to the slip itself is longer where friction happens
+    to be high, and friction would seem to grow with it.
     """
 
     def __init__(
@@ -56,12 +58,14 @@ class Moments:
         slip_ns: Times,
         border_m: Array,
         rested_s: Array | None = None,
+        at_rest: bool = False,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
         self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
         self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
         self._steeper_rad: Array | float = 0.0
+        self._at_rest = at_rest
         self._contact = self._contact_with(attitude(0.0))
 
     def __len__(self) -> int:
@@ -90,14 +94,15 @@ class Moments:
         contact = self._contact if delay == 0 else self._contact_with(self._attitude(delay))
         if model.acting("attitude"):
             contact = _turned(contact, model.attitude(contact))
-        push = model.push(contact)
-        rate, place = contact.rate_rad_s, np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
+        pulled = _still(contact) if self._at_rest else contact
+        push = model.push(pulled)
+        rate, place = pulled.rate_rad_s, np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
         velocity = np.column_stack([self._velocity, np.zeros(len(self))])
         # In the frame of the turning plate: Coriolis, centrifugal and Euler accelerations.
         inertial = -(
             2 * np.cross(rate, velocity)
             + np.cross(rate, np.cross(rate, place))
-            + np.cross(contact.acceleration_rad_s2, place)
+            + np.cross(pulled.acceleration_rad_s2, place)
         )
         down = np.column_stack([np.cos(contact.down_rad), np.sin(contact.down_rad)])
         tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
@@ -132,6 +137,11 @@ class Moments:
             temperature_c=facts.temperature_c[run],
             relative_humidity=facts.relative_humidity[run],
         )
+
+
+def _still(contact: Contact) -> Contact:
+    still = np.zeros((len(contact), 3))
+    return replace(contact, rate_rad_s=still, acceleration_rad_s2=still)
 
 
 def _turned(contact: Contact, turn: Array) -> Contact:

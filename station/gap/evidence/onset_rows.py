@@ -27,7 +27,6 @@ LEAST_SIGMA_RAD = 2e-4
 
 LEAST_TILT_RAD = 0.02
 FREE_M = 1e-4
-_NEARBY_NS = tuple(range(-40_000_000, 40_000_001, 10_000_000))
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -51,11 +50,11 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         slip_ns=time_ns,
         border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
         rested_s=recorded.rested_s[[place for place, _ in chosen]],
+        at_rest=True,
     )
     contact, places = moments.reported, [place for place, _ in chosen]
     tilt = contact.tilt_rad
     sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
-    sigma = np.hypot(sigma, _jerk_sigma(moments, recorded.plate))
     rows = rows_of(
         {
             "run": moments.run,
@@ -67,19 +66,6 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         {**covariates_of(contact), **memory_of(places, contact.down_rad, recorded.tracks)},
     )
     return [Onsets(rows, moments)]
-
-
-def _jerk_sigma(moments: Moments, plate: PlateMotion) -> Array:
-    """How uncertain the load is (n,), relative, where the plate is just being set in motion or stopped.
-
-    The acceleration there lasts for a few readings of the attitude only; its largest value nearby is what an
-    onset's own may be off by, at the block's distance from the pivot.
-    """
-    contact = moments.reported
-    nearby = [plate.at(moments.time_ns + shift).acceleration_rad_s2 for shift in _NEARBY_NS]
-    largest = np.max([np.linalg.norm(each, axis=1) for each in nearby], axis=0)
-    place = np.hypot(contact.x_m, contact.y_m)
-    return largest * place / contact.pressing_m_s2
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
