@@ -36,6 +36,7 @@ class ArmEngine:
         self.joint_position: FLOATS = self.data.qpos
         self.joint_velocity: FLOATS = self.data.qvel
         self.joint_effort: FLOATS = self.data.qfrc_actuator
+        self._joint_acceleration: FLOATS = self.data.qacc
         self.bodies = Bodies(self.data, plate=self.plate, block=self.block)
         self._bodies_ahead = Bodies(self._ahead, plate=self.plate, block=self.block)
         self._position_ahead: FLOATS = self._ahead.qpos
@@ -64,12 +65,15 @@ class ArmEngine:
         return math.sqrt(x * x + y * y + z * z)
 
     def poses_after(self, seconds: float) -> Bodies:
-        """The bodies as they are in the present state, carried on for less than a step at its velocity."""
+        """The bodies as they are in the present state, carried on for less than a look at its acceleration."""
         if seconds == 0.0:
             self.update_poses()
             return self.bodies
-        np.multiply(self.joint_velocity, seconds, out=self._position_ahead)
-        self._position_ahead += self.joint_position
+        ahead = self._position_ahead
+        np.multiply(self._joint_acceleration, 0.5 * seconds, out=ahead)
+        ahead += self.joint_velocity
+        ahead *= seconds
+        ahead += self.joint_position
         mj.mj_kinematics(self.model, self._ahead)
         return self._bodies_ahead
 
@@ -90,6 +94,8 @@ class BlockEngine:
         self._axis: FLOATS = np.array([math.cos(friction.axis_rad), math.sin(friction.axis_rad), 0.0])
         self._plate_geom = int(model.geom("plate").id)
         self._block = int(model.body("block").id)
+        self._rotation: FLOATS = self.data.xmat[self._block].reshape(3, 3)
+        self._bordered = int(model.npair) > FEET
 
     def set_friction(self, draw: FrictionDraw) -> None:
         """The friction of the feet on the plate from now on."""
@@ -130,12 +136,16 @@ class BlockEngine:
 
         MuJoCo lays it along the world's y axis, which follows neither plate nor object.
         """
-        data = self.data
-        axis = data.xmat[self._block].reshape(3, 3) @ self._axis if self._in_object else self._axis
-        frames: FLOATS = data.contact.frame
-        for number, geoms in enumerate(data.contact.geom):
-            if self._plate_geom in geoms:
-                set_tangents(frames[number], axis)
+        contact = self.data.contact
+        frames: FLOATS = contact.frame
+        axis = self._rotation.dot(self._axis) if self._in_object else self._axis
+        if self._bordered:
+            plate = self._plate_geom
+            feet = [frames[number] for number, geoms in enumerate(contact.geom.tolist()) if plate in geoms]
+        else:
+            feet = list(frames)
+        for frame in feet:
+            set_tangents(frame, axis)
 
     def force_from_foam(self) -> FLOATS:
         """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
