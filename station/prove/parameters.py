@@ -81,7 +81,7 @@ EXACT: Mapping[str, Map] = {
 INEXACT: Mapping[str, str] = {
     "contact_aging": "reference time and cutoff differ, and the power law is another law",
     "rate_strengthening": "the cutoff speed is drawn, the tool's is fixed",
-    "one_way_friction": "a radius of the friction set there, a support function here; and a nap in the block",
+    "one_way_friction": "a radius of the friction set there, a support function here",
     "friction_patch": "a spot or waves there, a polynomial here",
     "presliding": "another law of the load",
     "border_contact": "another depth: the generator's lip has a width",

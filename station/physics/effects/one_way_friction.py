@@ -1,6 +1,7 @@
-"""One-way friction: napped, scaly or brushed plates hold better against the grain than along it.
+"""One-way friction: napped, scaly or brushed surfaces hold better against the grain than along it.
 
-With ψ = way − mount, m(ψ) = 1 + c cos ψ + s sin ψ: the limit curve's centre moves off the origin. A first harmonic adds
+The grain is the plate's, and turns with its mount, or (`with_block` = 1) the block's, and turns with its yaw. With
+ψ = way − grain, m(ψ) = 1 + c cos ψ + s sin ψ: the limit curve's centre moves off the origin. A first harmonic adds
 nothing to h + h'', so the curve stays convex; within the bounds it keeps the origin inside, so friction never drives.
 """
 
@@ -16,17 +17,20 @@ from station.physics.parameter import Parameter
 
 
 class OneWayFriction(Effect):
-    """Friction differs between one direction on the plate and the opposite one."""
+    """Friction differs between one direction and the opposite one."""
 
     id: ClassVar[str] = "one_way_friction"
-    title: ClassVar[str] = "one-way friction of the plate"
-    law: ClassVar[str] = "mu(way) = mu_s (1 + c cos way + s sin way) in the plate's grain (c = s = 0)"
+    title: ClassVar[str] = "one-way friction"
+    law: ClassVar[str] = (
+        "mu(way) = mu_s (1 + c cos way + s sin way) in the plate's grain, or in the block's (c = s = 0)"
+    )
     source: ClassVar[str] = "Zmitrowicz 2006, Int. J. Solids Struct. 43, 4407 (non-centrosymmetric friction)"
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "direction law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="cos1", unit="1", low=-0.5, high=0.5, typical=0.1),
         Parameter(name="sin1", unit="1", low=-0.5, high=0.5, typical=0.1),
+        Parameter(name="with_block", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("platform_level", "friction_patch")
     separated_by: ClassVar[str] = (
@@ -35,5 +39,6 @@ class OneWayFriction(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        along = contact.way_rad - contact.mount_rad
+        grain = values["with_block"] * (contact.yaw_rad - contact.mount_rad) + contact.mount_rad
+        along = contact.way_rad - grain
         return 1.0 + values["cos1"] * np.cos(along) + values["sin1"] * np.sin(along)
