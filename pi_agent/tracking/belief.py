@@ -10,21 +10,24 @@ Floats = NDArray[np.float64]
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
 LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
 SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
+CROSSED, CROSSING = (
+    4,
+    0.05,
+)  # so many profiles and the next ones differ by this share of the contrast in a shadow's edge
 SLOPE_DOUBT = 0.1  # of what a highlight's slope moves an edge by, what is left when a straight slope is allowed for
 SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
 BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
 GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
+GLOW_LIT = 0.65, 1.5  # contrasts, in shares of the typical one, of an edge that light was added to
 LEAST_GLOW = 2.0  # nor is this, of 255
 
 
-def believed(found: edges.Profiles, typical: float, blur: Floats, *, even: bool) -> Floats:
+def believed(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
     """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
     good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
     good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
-    if even:
-        good &= ~_shaded(found, typical)
     if found.saturated is not None:
         good &= ~found.saturated
     return good.astype(np.float64)
@@ -35,14 +38,17 @@ def level(
 ) -> edges.Profiles:
     """The profiles as read with a slope in the light allowed for where a highlight lies on them.
 
-    Where that is no highlight, since it is not straight, `weight` is set to 0.
+    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight` is
+    set to 0.
     """
     glowing = _glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if not glowing.any():
         return found
     bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
-    weight[glowing & bent] = 0.0
-    answer = found.sloped[:, :, 1] / np.maximum(found.sloped[:, :, 0], 0.5)
+    contrast = found.sloped[:, :, 0]
+    astray = (contrast < GLOW_LIT[0] * typical) | (contrast > GLOW_LIT[1] * typical)
+    weight[glowing & (bent | astray)] = 0.0
+    answer = found.sloped[:, :, 1] / np.maximum(contrast, 0.5)
     offset = model.sloped_table.place(answer) * blur[:, None]
     doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
     return found._replace(
@@ -70,6 +76,22 @@ def _shaded(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
     change = np.zeros(found.contrast.shape)
     change[:, 1:-1] = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2])
     return change > SHADED * typical + 1.0
+
+
+def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
+    """The profiles where a shadow's soft edge crosses, as the estimator reads them that does not mind.
+
+    Where it crosses sharply, `weight` is set to 0; beside what covers the edge the contrast changes as well.
+    """
+    total, good = np.add.accumulate(found.contrast, axis=1), np.add.accumulate(weight, axis=1)
+    change = np.abs(total[:, 2 * CROSSED :] - 2.0 * total[:, CROSSED:-CROSSED] + total[:, : -2 * CROSSED])
+    crossed = change > CROSSED * (CROSSING * typical + 1.0)
+    weight[_shaded(found, typical)] = 0.0
+    if not crossed.any():
+        return found
+    crossed &= good[:, 2 * CROSSED :] - good[:, : -2 * CROSSED] > 2 * CROSSED - 1
+    there = np.pad(crossed, ((0, 0), (CROSSED + 1, CROSSED - 1)), mode="edge")
+    return found._replace(offset=found.offset + there * found.pull, pull=np.where(there, 0.0, found.pull))
 
 
 def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:

@@ -1,28 +1,62 @@
 """What the scatter of an edge's points does not show: uneven light along it, and the edge of something else."""
 
 from functools import lru_cache
-from math import ceil, hypot, sqrt
+from math import ceil, sqrt
+from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pi_agent.tracking import lines
 
 Floats = NDArray[np.float64]
+Matrix = NDArray[np.float32]
 Points = NDArray[np.complex128]
 
-# Beside a textured plate: the variance of an edge's ends by what varies slowly along it, by the disagreement of two
-# estimators that mind texture unlike each other, and by a blur that is not the other edges'; and what is always left.
-GRAIN_SLOW, GRAIN_PULL, GRAIN_BLUR, GRAIN_PX = 0.95, 0.11, 0.65, 0.006
-PULL_NOISE = 0.8  # disagreement by noise, in shares of the scatter
-SHADOW_SHARE = 3.5  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
-SYSTEMATIC_PX = 0.004  # left over from sampling and from a blur that is not quite Gaussian
+# Beside a textured plate: the variance of an edge's points by what varies slowly along it and by the scatter of all,
+# that of the corners by the disagreement of two estimators that mind texture unlike each other, and by a blur that is
+# not the other edges'. Found by maximum likelihood from rendered frames of all kinds, other ones than the benchmark's.
+GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR = 0.59, 0.44, 0.088, 1.4
+WHOLE = 0.75  # share of an edge that must be seen for a disagreement along it to be a shadow's
+IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, that a shadow makes
+SHADED = 16.0  # square of the deviations from which a disagreement along an edge is a shadow's
+PULL_NOISE = 3.3  # disagreement by noise, in shares of the scatter
+SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
+SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
+ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
 BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
+RUN = 3  # neighbouring profiles without an edge that something covers
+COVERED_BLURS = 2.5  # how far, in blur deviations, a thing's own blurred edge spoils the profiles beside it
 _OPPOSITE = np.array([2, 3, 0, 1])
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
+
+
+class Sigmas(NamedTuple):
+    """Sigma of a corner's coordinate (px) of all corners, and of the worst.
+
+    `pulled`: whether two estimators disagree by more than their noise.
+    """
+
+    mean_px: float
+    worst_px: float
+    pulled: bool = False
+
+
+def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> NDArray[np.bool_] | None:
+    """Profiles (4, n) that are spoiled by what covers their neighbours; None when none is.
+
+    At the end of an edge a single such profile would turn the whole line.
+    """
+    gap = (line.weight < AGREES).astype(np.uint8)
+    if int(np.add.reduce(gap, axis=1).max()) < RUN:
+        return None
+    covered = cv2.morphologyEx(gap, cv2.MORPH_OPEN, np.ones((1, RUN), dtype=np.uint8))
+    reach = ceil(COVERED_BLURS * blur_px * gap.shape[1] / shortest_px)
+    return np.asarray(cv2.dilate(covered, np.ones((1, 2 * reach + 1), dtype=np.uint8))) > 0
 
 
 def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
@@ -45,43 +79,82 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
 
 
 def corner_pull(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> Points:
-    """How far the corners (4,) move by the disagreement `pull` (4, n) of two estimators on each edge.
+    """How far the corners (4,) move by the disagreement `pull` (4, n) of two estimators on each edge."""
+    return lines.intersect(expected, *_pulled_lines(pull, line)) - expected.start
+
+
+def _pulled_lines(pull: Floats, line: lines.LineFit) -> tuple[Floats, Floats]:
+    """Offset and rise (4,) of the edges by the disagreement of two estimators.
 
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
-    offset, rise = lines.weighted(pull, line.weight)
-    _, low, high, _ = np.sort(offset)  # np.median takes ten times as long
-    return lines.intersect(expected, offset - 0.5 * (low + high), rise) - expected.start
+    offset, rise = lines.weighted(pull, line)
+    _, low, high, _ = sorted(offset.tolist())
+    return offset - 0.5 * (low + high), rise
 
 
-def margin_sigma(pull: Points, scatter_px: float) -> float:
-    """Sigma of a corner's coordinate beside an even margin, by what the scatter of an edge's points does not show.
+def out_of_shadow(
+    pull: Floats, line: lines.LineFit, expected: lines.Edges, *, contrast: Matrix
+) -> tuple[Points | None, Points, lines.LineFit]:
+    """Edges beside an even margin on which a shadow's soft edge lies, as the estimator reads them that does not mind.
 
-    Two estimators that mind uneven light unlike each other disagree by `pull` (4,) at the corners. Here they should
-    agree but for noise: a shadow along the edge pulls the one in use further than that.
+    How far the corners (4,) move by it (None without a shadow), how far two estimators disagree about them elsewhere,
+    and the lines, with the larger scatter of the points so read. `pull` (4, n): what that estimator adds to
+    the points; `contrast` (4, n): theirs.
     """
-    excess = np.maximum(pull.real**2 + pull.imag**2 - (PULL_NOISE * scatter_px) ** 2, 0.0)
-    return hypot(scatter_px, SYSTEMATIC_PX, SHADOW_SHARE * sqrt(float(np.add.reduce(excess)) / 4))
+    offset, rise = _pulled_lines(pull, line)
+    rest = pull - offset[:, None] - np.multiply.outer(rise, lines.places(pull.shape[1]))
+    scatter = np.add.reduce(line.weight * rest * rest, axis=1)
+    total, _, spread = line.moments.T
+    shaded = offset * offset * total + rise * rise * spread > SHADED * scatter / total
+    shaded &= total > WHOLE * pull.shape[1]
+    if not shaded.any() or not _light_differs(contrast, line.weight):
+        return None, lines.intersect(expected, offset, rise) - expected.start, line
+    moves = lines.intersect(expected, offset * shaded, rise * shaded) - expected.start
+    left = lines.intersect(expected, offset * ~shaded, rise * ~shaded) - expected.start
+    return moves, left, line._replace(residual=line.residual + shaded[:, None] * rest)
+
+
+def _light_differs(contrast: Matrix, weight: Floats) -> bool:
+    """Whether the halves of the edges are not in the same light."""
+    halves = np.add.reduce((weight * contrast).reshape(8, -1), axis=1)
+    light = halves / np.maximum(np.add.reduce(weight.reshape(8, -1), axis=1), 1.0)
+    return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
+
+
+def margin_sigma(pull: Points, scatter: Floats, *, contrast: float) -> Sigmas:
+    """Sigma beside an even margin; `scatter` (4,): variance of a corner's coordinate that the scatter of points tells.
+
+    Two estimators of which one does not mind uneven light disagree by `pull` (4,) at the corners. But for noise they
+    should agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree.
+    """
+    excess = float(np.vdot(pull, pull).real) - PULL_NOISE**2 * float(np.add.reduce(scatter))
+    shadow = SHADOW_SHARE**2 * max(excess, 0.0) / 4.0
+    sigmas = _sigmas(scatter + (shadow + SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2))
+    return sigmas._replace(pulled=excess > 0)
+
+
+def _sigmas(variance: Floats) -> Sigmas:
+    """From the variances (4,) of a coordinate of each corner."""
+    each = variance.tolist()
+    return Sigmas(sqrt(sum(each) / 4), sqrt(max(each)))
 
 
 def grain_sigma(
-    pull: Points, line: lines.LineFit, expected: lines.Edges, *, blur_off_px: Floats
-) -> tuple[float, float]:
-    """Sigma of a corner's coordinate beside a textured plate, of all corners and of the worst.
+    pull: Points, line: lines.LineFit, expected: lines.Edges, *, blur_off_px: Floats, contrast: float
+) -> Sigmas:
+    """Sigma beside a textured plate.
 
     Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use.
     """
-    slow = _slow(line)
-    slow = np.maximum(0.5 * (slow + slow[_OPPOSITE]), lines.point_variance(line).mean())
+    slow, scatter = _slow(line), float(np.add.reduce(lines.point_variance(line))) / 4
+    points = GRAIN_SLOW * 0.5 * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * scatter
     normal = 1j * np.conj(expected.tangent)
-    start, end = (pull * normal).real, (pull[lines.NEXT] * normal).real
-    pulled = 0.5 * (start * start + end * end)
-    blurred = 0.5 * (blur_off_px**2 + blur_off_px[_OPPOSITE] ** 2)
-    variance = GRAIN_SLOW * slow * lines.end_variance(line, expected)
-    variance += GRAIN_BLUR * blurred + GRAIN_PULL * pulled + GRAIN_PX**2
-    worst = float((variance + variance[lines.BEFORE]).max())
-    return sqrt(float(np.add.reduce(variance)) / 4), sqrt(0.5 * worst)
+    across = np.concatenate([(pull * normal).real, (pull[lines.NEXT] * normal).real])
+    pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4
+    everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + (ROUNDING_PX / contrast) ** 2
+    return _sigmas(lines.at_corners(points, line, expected) + everywhere)
 
 
 def _slow(line: lines.LineFit) -> Floats:

@@ -14,16 +14,12 @@ Points = NDArray[np.complex128]
 Shape = tuple[float, float, float]
 
 LEAST_MEAN_AGREEMENT = 0.55
+LEAST_AGREEMENT = 0.35, 0.27  # of every edge: at first sight, and once the mark's shape confirms what is seen
 
 
 class Demand(NamedTuple):
-    """What is asked of a fit.
+    """The largest sigma (px) of the worst corner: in dim and in bright light, and when part of the outline is covered."""
 
-    Agreement of every edge, and the largest sigma (px) of the worst corner: in dim and in bright light, and when part
-    of the outline is covered.
-    """
-
-    agreement: float
     dim_sigma_px: float
     bright_sigma_px: float
     partly_sigma_px: float
@@ -32,14 +28,14 @@ class Demand(NamedTuple):
         """The largest sigma of the worst corner."""
         share = min(DIM / fit.contrast, 1.0)
         limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
-        return limit if float(fit.agreement.min()) > WHOLE else min(limit, self.partly_sigma_px)
+        return limit if fit.whole > WHOLE else min(limit, self.partly_sigma_px)
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
-WHOLE = 0.85  # agreement from which an edge is called whole
-BESIDE_MARGIN = Demand(0.35, 0.036, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
-WITH_NOTCH = Demand(0.35, 0.036, 0.045, 0.045)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.35, 0.037, 0.072, 0.04)  # texture disturbs every frame; noise beside it leaves less room
+WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
+BESIDE_MARGIN = Demand(0.036, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
+WITH_NOTCH = Demand(0.036, 0.045, 0.045)  # the notch takes its share of the first edge
+BESIDE_PLATE = Demand(0.037, 0.072, 0.04)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
@@ -67,7 +63,7 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     rolling shutter causes at the present speed.
     """
     sides = side_vectors(fit.corners, aspect=config.mark.aspect, shear=shear)
-    reason = _pixels_reason(fit, _demand(config)) or _size_reason(sides, config)
+    reason = _pixels_reason(fit, first=shape is None) or _size_reason(sides, config)
     if not reason and shape is None:
         reason = _first_shape_reason(fit, sides, config)
     verdict = Verdict(reason) if reason or shape is None else _lying(sides, shape)
@@ -119,11 +115,11 @@ def _demand(config: TrackerConfig) -> Demand:
     return WITH_NOTCH if config.mark.feature == "notch" else BESIDE_MARGIN
 
 
-def _pixels_reason(fit: Fit, demand: Demand) -> str:
+def _pixels_reason(fit: Fit, *, first: bool) -> str:
     if fit.saturated > 0.3:
         return "saturated: the light around the mark is beyond the sensor's range"
     share = fit.agreement.tolist()
-    if min(share) < demand.agreement or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
+    if min(share) < LEAST_AGREEMENT[0 if first else 1] or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
     if fit.bent:
         return "outline bent: the edge of something else lies along it"

@@ -100,40 +100,49 @@ def fit_lines(
     """
     count = offset.shape[1]
     basis = _basis(count)
-    middle, rise = start or _weighted_line(offset, weight, basis)[:2]
-    current, moments = weight, np.zeros((4, 3))
+    moments = weight @ basis
+    middle, rise = start or _line(offset, weight, moments)
+    # As long as no point is left out, the middle one is the same for all edges.
+    out = None if moments[:, 0].min() > count - 0.5 else weight <= 0
+    current = weight
     for _ in range(rounds):
         residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
-        scale = np.maximum(_deviation(residual, weight), floor_px)
+        scale = np.maximum(_deviation(residual, out), floor_px)
         ratio = residual * (1.0 / (TUKEY * scale))[:, None]
         ratio *= ratio
         current = np.maximum(1.0 - ratio, 0.0)
         current *= current
         current *= weight
-        middle, rise, moments = _weighted_line(offset, current, basis)
+        moments = current @ basis
+        middle, rise = _line(offset, current, moments)
     residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
     return LineFit(middle, rise, current, residual, moments)
 
 
-def weighted(offset: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    """The line of each edge by weighted least squares: offset and rise (4,)."""
-    return _weighted_line(offset, weight, _basis(offset.shape[1]))[:2]
+def weighted(offset: Floats, fit: LineFit) -> tuple[Floats, Floats]:
+    """The lines by least squares through other points, with the weights of a fit: offset and rise (4,)."""
+    return _line(offset, fit.weight, fit.moments)
 
 
-def _deviation(residual: Floats, weight: Floats) -> Floats:
-    """Robust deviation (4,) of the points that count: 1.48 × their median distance from the line."""
-    distance = np.where(weight > 0, np.abs(residual), 1e6)
+def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
+    """Robust deviation (4,) of the points that are not left out: 1.48 × their median distance from the line."""
+    distance = np.abs(residual)
+    if out is None:
+        distance.sort(axis=1)
+        return MAD_TO_SIGMA * distance[:, (distance.shape[1] - 1) // 2]
+    distance[out] = np.inf
     distance.sort(axis=1)
-    counted = np.add.reduce(weight > 0, axis=1)
+    counted = np.add.reduce(~out, axis=1)
     return MAD_TO_SIGMA * distance[np.arange(4), np.maximum(counted - 1, 0) // 2]
 
 
-def _weighted_line(offset: Floats, weight: Floats, basis: Floats) -> tuple[Floats, Floats, Floats]:
-    moments = weight @ basis
-    sums = (weight * offset) @ basis[:, :2]
-    s0, s1, s2 = moments[:, 0] + 1e-9, moments[:, 1], moments[:, 2]
-    rise = (sums[:, 1] * s0 - sums[:, 0] * s1) / (s0 * s2 - s1 * s1 + 1e-9)
-    return (sums[:, 0] - rise * s1) / s0, rise, moments
+def _line(offset: Floats, weight: Floats, moments: Floats) -> tuple[Floats, Floats]:
+    """Weighted least squares; `moments` (4, 3) of the weights."""
+    first, second = ((weight * offset) @ _basis(offset.shape[1])[:, :2]).T
+    s0, s1, s2 = moments.T
+    s0 = s0 + 1e-9
+    rise = (second * s0 - first * s1) / (s0 * s2 - s1 * s1 + 1e-9)
+    return (first - rise * s1) / s0, rise
 
 
 def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
@@ -146,27 +155,32 @@ def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
     return point - along * ((before * gap).imag / (before * along).imag)
 
 
-def corner_sigma(fit: LineFit, edges: Edges) -> float:
-    """Standard deviation of one coordinate of a corner (px), from the scatter of the edge points about their lines.
+def scatter_variance(fit: LineFit, edges: Edges) -> Floats:
+    """Variance (4,) of a coordinate of each corner (px²), from the scatter of the edge points about their lines.
 
-    A corner moves with the ends of the two lines that meet there. Neighbouring points share pixels and texture: their
-    correlation, taken from the residuals of all edges together, enlarges the scatter of a line.
+    Neighbouring points share pixels and texture: their correlation, taken from the residuals of all edges together,
+    enlarges the scatter of a line.
     """
-    return float(np.sqrt(_inflation(fit) * float(point_variance(fit) @ end_variance(fit, edges)) / 4.0))
+    return _inflation(fit) * at_corners(point_variance(fit), fit, edges)
+
+
+def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
+    """Variance (4,) of a coordinate of each corner when each point of an edge has the variance (4,) of its own.
+
+    A corner moves with the ends of the two lines that meet there, each across itself.
+    """
+    s0, s1, s2 = fit.moments.T
+    mean = s1 / s0
+    half = 0.5 * edges.length / edges.free
+    middle, spread = variance / s0, variance / (s2 - s1 * mean)
+    start, end = middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread
+    return 0.5 * (start + end[BEFORE])
 
 
 def point_variance(fit: LineFit) -> Floats:
     """Variance of the points about their lines (4,)."""
     squared = fit.weight * fit.residual * fit.residual
     return np.add.reduce(squared, axis=1) / np.maximum(fit.moments[:, 0] - 2.0, 1.0)
-
-
-def end_variance(fit: LineFit, edges: Edges) -> Floats:
-    """Mean variance of a line's two ends (4,) when each of its points has the variance 1 of its own."""
-    s0, s1, s2 = fit.moments.T
-    mean = s1 / s0
-    half = 0.5 * edges.length / edges.free
-    return 1.0 / s0 + (half * half + mean * mean) / (s2 - s1 * mean)
 
 
 def _inflation(fit: LineFit) -> float:

@@ -1,5 +1,6 @@
 """Where the mark will be in the next frame, from the last ones. Corners (4,) are complex: x + i y, px."""
 
+from cmath import exp, phase
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,7 @@ class Motion:
         if last is None or not 0.0 < gap < LONGEST_GAP_S:
             return STILL
         centre = complex(corners.sum()) / 4
-        turn = float(np.angle(np.vdot(last - self.centre, corners - centre)))
+        turn = phase(complex(np.vdot(last - self.centre, corners - centre)))
         return Way((centre - self.centre) / gap, turn / gap)
 
     def predict(self, time_s: float) -> Points | None:
@@ -69,6 +70,6 @@ class Motion:
         gap = time_s - self.time_s
         if not 0.0 < gap < LONGEST_GAP_S:
             return self.corners
-        turn = np.exp(1j * self.way.yaw_rate_rad_s * gap)
+        turn = exp(1j * self.way.yaw_rate_rad_s * gap)
         step = (self.way.velocity_px_s + self._gain_px_s2 * gap) * gap
         return (self.corners - self.centre) * turn + (self.centre + step)

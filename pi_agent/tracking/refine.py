@@ -1,6 +1,7 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -106,8 +107,9 @@ class Fit:
 
     Corners (4,) x + i y, sigma of one coordinate, of all corners and of the worst, RMS distance of the edge points,
     share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
-    profiles, whether neighbouring profiles show an edge beside the line of theirs, and the path within the exposure
-    that was reckoned with.
+    profiles, whether neighbouring profiles show an edge beside the line of theirs, the least share of an edge's
+    profiles that agree, readable or not, whether an edge is pulled by uneven light, and the path within the
+    exposure that was reckoned with.
     """
 
     corners: Points
@@ -119,6 +121,8 @@ class Fit:
     blur_px: Floats
     saturated: float
     bent: bool
+    whole: float
+    pulled: bool = False
     path_px: float = 0.0
 
 
@@ -152,7 +156,7 @@ def refine(
     it is not, all edges are fitted with blurs of their own first, then with the one that they share, if they do. Ends
     when a pass changed little.
     """
-    blur = np.clip(blur_px, *BLUR_RANGE_PX)
+    blur = _within(blur_px, *BLUR_RANGE_PX)
     known = blur_known or smear is not None
     still = SETTLED_BESIDE_MARGIN if task.even else SETTLED
     limit = still if blur_known else FOUND
@@ -170,15 +174,18 @@ def refine(
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
         if settled or left == 0:
-            return _fit(step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px))
+            fit = _fit(step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px))
+            # From further away an edge seems to lie in uneven light that does not.
+            if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
+                return fit
     return None
 
 
 class _Look(NamedTuple):
     """One pass: the edges as expected, the blur of the lens, the estimators.
 
-    `path`: the mark's way across each edge within the exposure (4,); `width`: deviation of blur and smear together;
-    `sharp`: how much an edge tells of the lens's blur, 1 without smear.
+    `path`: the way across each edge within the exposure (4,) that its estimator is made for; `width`: deviation of
+    blur and smear together; `sharp`: how much an edge tells of the lens's blur, 1 without smear.
     """
 
     corners: Points
@@ -198,7 +205,8 @@ def _look(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, 
     path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
     expected = lines.expected_edges(corners, clear_px=clear_px + 0.5 * float(path.max()))
     width = np.sqrt(blur**2 + path**2 / 12.0)
-    return _Look(corners, blur, expected, task.moving.at(path / blur), path, width, (blur / width) ** 4)
+    estimators, smears = task.moving.at(path / blur)
+    return _Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4)
 
 
 class _Step(NamedTuple):
@@ -231,8 +239,10 @@ def _one_pass(
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = belief.believed(found, typical, look.width, even=task.even)
+    weight = belief.believed(found, typical, look.width)
     found = belief.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
+    if task.even:
+        found = belief.through_shadow(found, weight, typical)
     if task.left_out is not None:
         belief.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
@@ -240,15 +250,25 @@ def _one_pass(
         return None
     offset, pull = _straightened(found, look, smear=smear, sweep=sweep)
     line = _robust_lines(offset, weight, counted, expected)
+    spoiled = doubts.beside_a_gap(line, blur_px=float(look.blur.max()), shortest_px=float(expected.free.min()))
+    if spoiled is not None:
+        kept = np.where(spoiled, 0.0, weight)
+        line = _robust_lines(offset, kept, np.add.reduce(kept, axis=1), expected)
     if line.moments[:, 0].min() < PROFILES / 6:
         return None
     refined = lines.intersect(expected, line.offset, line.rise)
     if sweep is not None:
         refined = sweep.as_seen(refined)
     wider, change = _blur_change(found, line, look, shared_blur=shared_blur)
-    blur = np.clip(look.blur * (1.0 + np.clip(change, -0.3, 0.3)), *BLUR_RANGE_PX)
-    moved = float(np.max(np.abs(refined - look.corners) / look.width))
-    return _Step(refined, blur, typical, moved, float(np.max(np.abs(change))), found, weight, pull, line, wider)
+    blur = _within(look.blur * (1.0 + _within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
+    moved = max((np.abs(refined - look.corners) / look.width).tolist())
+    largest = max(np.abs(change).tolist())
+    return _Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider)
+
+
+def _within(values: Floats, low: float, high: float) -> Floats:
+    """As np.clip, in less than half its time for four numbers."""
+    return np.minimum(np.maximum(values, low), high)
 
 
 def _blur_change(
@@ -283,21 +303,27 @@ def _straightened(
 def _fit(step: _Step, look: _Look, *, even: bool, path_px: float) -> Fit:
     """The fit of the last pass, with what is to be said about its doubts."""
     found, line, expected = step.found, step.line, look.expected
-    pull = doubts.corner_pull(step.pull, line, expected)
+    moves: Points | None = None
     if even:
-        sigma = worst = doubts.margin_sigma(pull, lines.corner_sigma(line, expected))
+        moves, pull, line = doubts.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
+        sigma = doubts.margin_sigma(pull, lines.scatter_variance(line, expected), contrast=step.contrast)
     else:
-        sigma, worst = doubts.grain_sigma(pull, line, expected, blur_off_px=step.wider * look.blur * look.sharp)
+        pull = doubts.corner_pull(step.pull, line, expected)
+        blur_off_px = step.wider * look.blur * look.sharp
+        sigma = doubts.grain_sigma(pull, line, expected, blur_off_px=blur_off_px, contrast=step.contrast)
+    agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
     return Fit(
-        corners=step.corners,
-        sigma_px=sigma,
-        worst_px=worst,
-        residual_px=float(np.sqrt(np.vdot(line.weight, line.residual**2) / np.add.reduce(line.moments[:, 0]))),
-        agreement=np.add.reduce(line.weight > doubts.AGREES, axis=1) / belief.readable(found),
+        corners=step.corners if moves is None else step.corners + moves,
+        sigma_px=sigma.mean_px,
+        worst_px=sigma.worst_px,
+        residual_px=sqrt(float(np.vdot(line.weight, line.residual * line.residual)) / sum(line.moments[:, 0].tolist())),
+        agreement=agreeing / belief.readable(found),
+        whole=float(agreeing.min()) / PROFILES,
         contrast=step.contrast,
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         bent=doubts.bent(line, step.believed, shortest_px=float(expected.free.min())),
+        pulled=moves is not None or sigma.pulled,
         path_px=path_px,
     )
 

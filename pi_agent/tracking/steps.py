@@ -26,7 +26,7 @@ STEPS = np.linspace(-3.0, 3.0, 13)  # places along a profile, in blur deviations
 STEPS_ON_GRAIN = np.linspace(-4.5, 3.0, 15)  # the same beside a textured plate: the dark must be known well
 NOISE = 0.009  # of the pixels, in contrasts, as far as it is left in the mean of neighbouring profiles
 DIM_NOISE = 0.02, 0.04, 0.07  # the same in dim light, and in still dimmer
-OTHER_NOISE = 0.06, 0.1  # noise and relative error of the blur for an estimator beside a margin that minds shadows less
+SHADED_BLUR = 0.03  # relative error of the blur where the light changes across the edge
 KNOWN_BLUR = 0.007  # relative error of a blur that is taken as known
 REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of blur and smear
 LOOSE_BLUR = 0.1  # the same of one that is told beside a slope in the light
@@ -36,6 +36,7 @@ LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, be
 FAR = 0.4  # where it is told how much wider a step seems that lies away
 MATRICES = 3  # parts of a model that are matrices
 SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
+BETWEEN = 4  # parts into which that is cut by going evenly between two estimators
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
 
@@ -58,12 +59,12 @@ class Table(NamedTuple):
 class StepModel(NamedTuple):
     """Places along a profile, and matrices for `light @ matrix`: `solve` (m, 7), `misfit` and `sloped_misfit` (m, m).
 
-    `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by an estimator that leans on
-    neither side of the edge and is pulled further by the texture; and by one that allows for a slope in the light that
-    a highlight adds. `smear_gain`, `other_gain`: how much further out a
-    step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how much
-    wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all edges,
-    or (4, …), one for each.
+    `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by another estimator: beside
+    texture one that leans on neither side of the edge and is pulled further by it, beside a margin one that is not
+    pulled by a shadow; and by one that allows for a slope in the light that a highlight adds. `smear_gain`,
+    `other_gain`: how much further out a step seems to each of the two for each deviation by which its smear is longer
+    than expected. `widening`: how much wider a step seems, in shares of the lens's blur, by the square of how far it
+    lies away. Each is one for all edges, or (4, …), one for each.
     """
 
     steps: Floats
@@ -96,20 +97,19 @@ class SmearedModels:
         models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
         self._shapes = [np.shape(part) for part in _flat(models[0])]
         rows = [[np.ravel(part) for part in _flat(model)] for model in models]
-        # Packed in two, so that going between two models is one sum for all matrices and one for all tables.
-        self._matrices = np.stack([np.concatenate(row[:MATRICES]) for row in rows]).astype(np.float32)
-        self._tables = np.stack([np.concatenate(row[MATRICES:]) for row in rows])
+        # Packed in two, so that taking those of four edges is one look-up for all matrices and one for all tables.
+        self._matrices = _between(np.stack([np.concatenate(row[:MATRICES]) for row in rows])).astype(np.float32)
+        self._tables = _between(np.stack([np.concatenate(row[MATRICES:]) for row in rows]))
 
-    def at(self, smear: Floats) -> StepModel:
-        """The estimators of four edges with these smears (4,), in blur deviations: between the two nearest ones."""
-        place = np.clip(smear / SMEAR_STEP, 0.0, len(self._tables) - 1.001)
-        first = place.astype(np.intp)
-        share = (place - first)[:, None]
-        matrices = _cut(_between(self._matrices, first, share.astype(np.float32)), self._shapes[:MATRICES])
-        tables = _cut(_between(self._tables, first, share), self._shapes[MATRICES:])
+    def at(self, smear: Floats) -> tuple[StepModel, Floats]:
+        """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
+        places = np.clip(np.rint(smear * (BETWEEN / SMEAR_STEP)), 0, len(self._tables) - 1).astype(np.intp)
+        matrices = _cut(self._matrices.take(places, axis=0), self._shapes[:MATRICES])
+        tables = _cut(self._tables.take(places, axis=0), self._shapes[MATRICES:])
         (solve, misfit, sloped_misfit), (smear_gain, other_gain, widening) = matrices, tables[7:]
         use, other, sloped = (Table(tables[at], tables[at + 1]) for at in (1, 3, 5))
-        return StepModel(tables[0], solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening)
+        parts = solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening
+        return StepModel(tables[0], *parts), places * (SMEAR_STEP / BETWEEN)
 
 
 @lru_cache(maxsize=2)
@@ -124,12 +124,11 @@ def _flat(model: StepModel) -> tuple[Floats | Matrix, ...]:
     return (model.solve, model.misfit, model.sloped_misfit, model.steps, *tables, *model[7:])
 
 
-def _between(rows: NDArray[Any], first: NDArray[np.intp], share: NDArray[Any]) -> NDArray[Any]:
-    low, high = rows[first], rows[first + 1]
-    high -= low
-    high *= share
-    low += high
-    return low
+def _between(rows: Floats) -> Floats:
+    """The rows, and others evenly between them."""
+    share = np.arange(0.0, len(rows) - 1 + 0.5 / BETWEEN, 1.0 / BETWEEN)
+    first = np.minimum(share.astype(np.intp), len(rows) - 2)
+    return rows[first] + (share - first)[:, None] * (rows[first + 1] - rows[first])
 
 
 def _cut(rows: NDArray[Any], shapes: list[tuple[int, ...]]) -> list[NDArray[Any]]:
@@ -175,12 +174,16 @@ def _misfit(model: Floats) -> Matrix:
 
 
 def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floats:
-    """An estimator that minds uneven light beside the edge less than the one in use, or more where that minds none."""
+    """An estimator that minds texture beside the edge more than the one in use.
+
+    Where there is none, one that does not mind if the light changes across the edge, at twice the noise.
+    """
     model = _derivatives(steps, smear)
+    covariance = _covariance(steps, noise=noise, texture=0.0, smear=smear)
     if textured:
-        return _solution(model, _covariance(steps, noise=noise, texture=0.0, smear=smear), blur_error=KNOWN_BLUR)
-    noise, blur_error = OTHER_NOISE
-    return _solution(model, _covariance(steps, noise=noise, texture=TEXTURE, smear=smear), blur_error=blur_error)
+        return _solution(model, covariance, blur_error=KNOWN_BLUR)
+    changing = steps * model[:, 1]
+    return _solution(np.column_stack([model, changing]), covariance, blur_error=SHADED_BLUR)
 
 
 def _table(steps: Floats, solve: Floats, smear: float) -> Table:
