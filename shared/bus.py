@@ -91,6 +91,10 @@ class Bus(Protocol):
         """Sends a message to whoever subscribes; the topic's traffic class decides how."""
         ...
 
+    def carries(self, topic: str) -> bool:
+        """Whether a message of that topic may reach anybody: what does not need not be made."""
+        ...
+
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:

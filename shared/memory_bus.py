@@ -11,10 +11,13 @@ from shared.messages import Message
 
 
 class MemoryBus:
-    """A `Bus` without a network. `publish` calls the handlers itself, so `poll` has nothing to do."""
+    """A `Bus` without a network. `publish` calls the handlers itself, so `poll` has nothing to do.
 
-    def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+    Messages of topics that are `left_out` reach nobody.
+    """
+
+    def __init__(self, clock: Clock, *, left_out: frozenset[str] = frozenset()) -> None:
+        self._clock, self._left_out = clock, left_out
         self._last_receive_ns = 0
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
         self._routes: dict[str, tuple[Handler, ...]] = {}
@@ -23,10 +26,7 @@ class MemoryBus:
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
         """Hands the message to every subscriber before it returns; a recipe is left to who looks at it."""
-        route = self._routes.get(topic)
-        if route is None:
-            # Recorders of everything first: a recording then holds the order of arrival.
-            route = self._routes[topic] = (*self._handlers["**"], *self._handlers[topic])
+        route = self._routes.get(topic) or self._route(topic)
         if not route:
             return
         now_ns, last_ns = self._clock.now_ns(), self._last_receive_ns
@@ -38,6 +38,16 @@ class MemoryBus:
             received = Received(topic, receive_ns, message)  # by position: it is made hundreds of times a second
         for handler in route:
             handler(received)
+
+    def _route(self, topic: str) -> tuple[Handler, ...]:
+        # Recorders of everything first: a recording then holds the order of arrival.
+        route = () if topic in self._left_out else (*self._handlers["**"], *self._handlers[topic])
+        self._routes[topic] = route
+        return route
+
+    def carries(self, topic: str) -> bool:
+        """Whether anybody hears that topic."""
+        return bool(self._routes.get(topic) or self._route(topic))
 
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None

@@ -140,6 +140,11 @@ class ZenohBus:
         self._publishers[name] = publisher
         return publisher
 
+    def carries(self, topic: str) -> bool:
+        """Always: who listens is not known here."""
+        del topic
+        return True
+
     def subscribe(
         self, topic: str, handler: Handler, *, direct: bool = False, on_miss: MissHandler | None = None
     ) -> None:

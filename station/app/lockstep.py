@@ -65,9 +65,11 @@ class Lockstep:
         recording: Sink | None,
         camera: CameraBuilder | None = None,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
+        left_out: frozenset[str] = frozenset(),
     ) -> None:
+        """Sets everything up; nobody gets messages of topics that are `left_out`."""
         self.clock = SimulatedClock()
-        self.bus = MemoryBus(self.clock)
+        self.bus = MemoryBus(self.clock, left_out=left_out)
         self._recording = recording
         if recording is not None:
             record_within(self.bus, recording)

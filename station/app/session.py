@@ -136,7 +136,8 @@ class Session:
             self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed))
         if now_ns >= self._transforms_ns:
             self._transforms_ns = now_ns + TRANSFORMS_NS
-            self._publish_transforms(now_ns)
+            if self._bus.carries("tf"):
+                self._publish_transforms(now_ns)
 
     def _publish_transforms(self, now_ns: int) -> None:
         attitude, corners, geometry = map(self._seen.get, (PlatformState, MarkerCorners, CameraGeometry))

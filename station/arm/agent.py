@@ -224,9 +224,8 @@ class ArmAgent:
         if reading is None or reading.stamp_ns <= self._published_ns:
             return
         self._published_ns = reading.stamp_ns
-        position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
-        joints = JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
-        self._bus.publish("arm/joints", joints)
+        if self._bus.carries("arm/joints"):
+            self._bus.publish("arm/joints", _joint_state(reading))
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
@@ -248,6 +247,11 @@ class ArmAgent:
         """Hold the arm and let go of the driver."""
         self._halt("the arm agent ends")
         self._driver.close()
+
+
+def _joint_state(reading: JointReading) -> JointState:
+    position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
+    return JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
 
 
 _REST_RAD_S = math.radians(0.5)

@@ -23,7 +23,7 @@ from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
 from station.app.study.design import Part, place_of, plan_of
-from station.app.study.essentials import Essentials
+from station.app.study.essentials import LEFT_OUT, Essentials
 from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
 from station.prove.workers import THREADS, bar
@@ -101,7 +101,7 @@ def simulate(part: Part) -> None:
     recording = Essentials(growing, provenance=origin, overwrite=True, flush_every_s=FLUSH_S)
     with recording:
         recording.describe()
-        session = Lockstep(rig, plan, recording=recording)
+        session = Lockstep(rig, plan, recording=recording, left_out=LEFT_OUT)
         session.twin.world.place_block(*place_of(part), part.yaw_rad)
         outcome = session.run(on_sample=_count)
     if outcome.fault:

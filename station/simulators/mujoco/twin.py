@@ -34,7 +34,8 @@ class Twin:
         """Publishes the scene if it is due."""
         if now_ns >= self._next_scene_ns:
             self._next_scene_ns = now_ns + self._scene_period_ns
-            self._bus.publish("truth/scene", self.scene(now_ns))
+            if self._bus.carries("truth/scene"):
+                self._bus.publish("truth/scene", self.scene(now_ns))
 
     def joint_state(self, now_ns: int) -> JointState:
         """What the joints' sensors read."""
