@@ -38,11 +38,12 @@ LEAST_WAVE = 0.1
 """A harmonic that varies less over the angles that occur (of four directions every second sine) would act by its slope
 alone: nobody has seen it."""
 
-ONLY_SLIDING = frozenset({"speed", "slide_time"})
+ONLY_SLIDING = frozenset({"speed"})
 ONLY_ONSET = frozenset({"dwell"})
 """A slide renews the contact; and a run that happens to hold longer rests longer, at the onset and sliding alike."""
-LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw"})
-"""Covariates that are a push's (the place), or that stand for others."""
+LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time"})
+"""Covariates that are a push's (the place), that stand for others, or that hold the error of what they explain: an onset
+that is read late makes its slide seem younger, and its friction less than the onset's."""
 
 LEAST_CHOSEN = {"dwell": 0.2}
 """Spread from which on a covariate can only be the protocol's choice: a block that holds longer also rests longer, and

@@ -13,6 +13,7 @@ would be reached, on V's side of t_k: cut at zero it would read high.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -186,18 +187,31 @@ class _Early:
         lacking = float(np.interp(t0, self.grid_s[start:], gained) + solved[-1])
         passed = self.grid_s[start:] - self.grid_s[start]
 
-        def tilted(speed: float) -> float:
-            """How far the plate tilts from t_k until the speed is reached."""
-            at = float(self.grid_s[start] + np.interp(speed, gained, passed))
-            return abs(self._at(self.tilt_rad, at) - float(self.tilt_rad[start]))
+        def passed_at(speed: float) -> float:
+            """The time from t_k until the speed is reached."""
+            return float(np.interp(speed, gained, passed))
 
-        width = 0.5 * (tilted(abs(lacking) + sigma) - tilted(max(abs(lacking) - sigma, 0.0)))
-        spread = SPREAD * tilted(sigma) if abs(lacking) < sigma else max(width, LEAST_SPREAD * tilted(sigma))
-        apart = float(np.copysign(np.interp(abs(lacking), gained, passed), lacking))
+        before_s, after_s = (passed_at(speed) for speed in (max(abs(lacking) - sigma, 0.0), abs(lacking) + sigma))
+        spread_s = SPREAD * passed_at(sigma) if abs(lacking) < sigma else 0.5 * (after_s - before_s)
+        apart = float(np.copysign(passed_at(abs(lacking)), lacking))
+        time_s, sigma_rad = self._expected(self.grid_s[start] + apart, max(spread_s, LEAST_SPREAD * passed_at(sigma)))
         # k as its prior shrinks it, over how much that then varies.
         slowing = float(solved[1] / np.sqrt(max(inverse[1, 1] * (1.0 - inverse[1, 1]), 1e-9)))
-        crossed = float(self.grid_s[start])
-        return _Slip(crossed + apart, max(spread, 1e-5), lacking / max(sigma, 1e-9), slowing)
+        return _Slip(time_s, max(sigma_rad, 1e-5), lacking / max(sigma, 1e-9), slowing)
+
+    def _expected(self, time_s: float, sigma_s: float) -> tuple[float, float]:
+        """When the plate was at the tilt that is expected for a slip read at a time, and that tilt's standard error.
+
+        All tilts are as likely, so slips come the more often the faster the plate tilts, and none while it holds: of
+        readings at the begin of a step most are early.
+        """
+        rate = np.maximum(np.gradient(self.tilt_rad, self.grid_s), 0.0)
+        weight = rate * np.exp(-0.5 * ((self.grid_s - time_s) / max(sigma_s, GRID_S)) ** 2)
+        if not weight.sum() > 0:
+            return time_s, sigma_s * float(np.max(np.abs(np.gradient(self.tilt_rad, self.grid_s))))
+        mean, square = (float(np.average(self.tilt_rad**power, weights=weight)) for power in (1, 2))
+        risen = np.maximum.accumulate(self.tilt_rad)
+        return float(np.interp(mean, risen, self.grid_s)), math.sqrt(max(square - mean**2, 0.0))
 
     def _at(self, values: Array, time_s: float) -> float:
         return float(np.interp(time_s, self.grid_s, values))

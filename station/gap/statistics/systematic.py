@@ -27,6 +27,10 @@ PRIOR = 0.003
 """Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
 
 
+BLUR_S2 = 2e-4
+"""The same of the variance of an onset's time: readings near a corner of the tilt's course scatter to one side."""
+
+LEAST_SLOPE = 0.05
 FARTHEST = 3.0
 """How many of its typical sizes an effect may plausibly have: the standard deviation of one that is allowed for."""
 
@@ -36,18 +40,21 @@ class OnsetReading(Effect):
 
     id: ClassVar[str] = "_onset_reading"
     title: ClassVar[str] = "reading of the onsets"
-    law: ClassVar[str] = "static friction reads (1 + shift) times what it is (shift = 0)"
+    law: ClassVar[str] = "static friction reads (1 + shift) times what it is, its tilt by blur times θ'' more (both 0)"
     source: ClassVar[str] = "none: a nuisance of the measurement"
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="shift", unit="1", low=-0.1, high=0.1, typical=PRIOR),
+        Parameter(name="blur_s2", unit="s²", low=-5e-3, high=5e-3, typical=BLUR_S2),
     )
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the class."""
-        return np.where(contact.moving, 1.0, 1.0 + values["shift"])
+        bend = (contact.acceleration_rad_s2 * contact.tilt_axis).sum(axis=1)
+        slope = np.maximum(0.5 * np.sin(2.0 * contact.tilt_rad), LEAST_SLOPE)
+        return np.where(contact.moving, 1.0, 1.0 + values["shift"] + values["blur_s2"] * bend / slope)
 
 
 ONSET_READING = OnsetReading()
