@@ -44,14 +44,14 @@ def pulls() -> dict[str, float]:
 def _pulls(effect: str, planted: dict[str, float], seed: int) -> dict[str, float]:
     known = catalogue()[effect]
     truth = Model(mu_s=MU, scatter=SCATTER).with_term(Term(known, {**known.neutral(), **planted}))
-    evidence = _evidence(truth, np.random.default_rng(seed))
-    plain = fit(evidence, Model(mu_s=0.3), ())
-    found = fit(evidence, plain.model.with_term(Term(known, known.neutral())), [known], noise=plain.noise)
+    seen = evidence(truth, np.random.default_rng(seed))
+    plain = fit(seen, Model(mu_s=0.3), ())
+    found = fit(seen, plain.model.with_term(Term(known, known.neutral())), [known], noise=plain.noise)
     term = next(term for term in found.model.terms if term.effect.id == effect)
     return {name: (term.values[name] - value) / found.sd(effect, name) for name, value in planted.items()}
 
 
-def _evidence(truth: Model, rng: np.random.Generator) -> Evidence:
+def evidence(truth: Model, rng: np.random.Generator) -> Evidence:
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     signals = joined([simulator("planar").repeat(recorded, truth, rig=rig, rng=rng) for _ in range(SESSIONS)])
