@@ -73,7 +73,7 @@ class PlateMotion:
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate at `time_ns` − `delay_s`."""
-        seconds = (np.asarray(time_ns) - self._origin) * 1e-9 - delay_s
+        seconds = self._seconds(time_ns) - delay_s
         parts = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._columns])
         gravity = self._gravity_at(seconds)
         last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
@@ -81,7 +81,10 @@ class PlateMotion:
 
     def gravity_at(self, time_ns: Times) -> Array:
         """Unit vectors (n, 3) of gravity in P."""
-        return self._gravity_at((np.asarray(time_ns) - self._origin) * 1e-9)
+        return self._gravity_at(self._seconds(time_ns))
+
+    def _seconds(self, time_ns: Times) -> Array:
+        return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)
 
     def _gravity_at(self, seconds: Array) -> Array:
         if self._gravity is None:

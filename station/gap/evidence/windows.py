@@ -150,7 +150,7 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
     times, pose = track.time_ns[frames], track.pose[frames]
     middle = (int(times[0]) + int(times[-1])) // 2
     half_s = 0.5e-9 * float(times[-1] - times[0])
-    s = (times - middle) * 1e-9 / half_s
+    s: Array = np.asarray((times - middle) * 1e-9 / half_s, dtype=np.float64)
     gap = float(np.max(np.diff(s)))
     if gap > 2.0 * (FRAMES - LEAST_FRAMES + 1) / (FRAMES - 1) * 1.2:
         return None
