@@ -25,6 +25,8 @@ PULL_NOISE = 3.3  # disagreement by noise, in shares of the scatter
 SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
 ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
+SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
+SMEARED_ON_GRAIN = 0.0054  # the same beside a textured plate, where a smeared edge is no Gaussian one
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
@@ -122,7 +124,7 @@ def _light_differs(contrast: Matrix, weight: Floats) -> bool:
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
 
 
-def margin_sigma(pull: Points, scatter: Floats, *, contrast: float) -> Sigmas:
+def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float) -> Sigmas:
     """Sigma beside an even margin; `scatter` (4,): variance of a corner's coordinate that the scatter of points tells.
 
     Two estimators of which one does not mind uneven light disagree by `pull` (4,) at the corners. But for noise they
@@ -130,7 +132,8 @@ def margin_sigma(pull: Points, scatter: Floats, *, contrast: float) -> Sigmas:
     """
     excess = float(np.vdot(pull, pull).real) - PULL_NOISE**2 * float(np.add.reduce(scatter))
     shadow = SHADOW_SHARE**2 * max(excess, 0.0) / 4.0
-    sigmas = _sigmas(scatter + (shadow + SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2))
+    always = SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2 + (SMEARED * path_px) ** 2
+    sigmas = _sigmas(scatter + (shadow + always))
     return sigmas._replace(pulled=excess > 0)
 
 
@@ -141,7 +144,13 @@ def _sigmas(variance: Floats) -> Sigmas:
 
 
 def grain_sigma(
-    pull: Points, line: lines.LineFit, expected: lines.Edges, *, blur_off_px: Floats, contrast: float
+    pull: Points,
+    line: lines.LineFit,
+    expected: lines.Edges,
+    *,
+    blur_off_px: Floats,
+    contrast: float,
+    path_px: float,
 ) -> Sigmas:
     """Sigma beside a textured plate.
 
@@ -153,7 +162,8 @@ def grain_sigma(
     normal = 1j * np.conj(expected.tangent)
     across = np.concatenate([(pull * normal).real, (pull[lines.NEXT] * normal).real])
     pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4
-    everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + (ROUNDING_PX / contrast) ** 2
+    always = (ROUNDING_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
+    everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + always
     return _sigmas(lines.at_corners(points, line, expected) + everywhere)
 
 

@@ -18,7 +18,7 @@ LEAST_AGREEMENT = 0.35, 0.27  # of every edge: at first sight, and once the mark
 
 
 class Demand(NamedTuple):
-    """The largest sigma (px) of the worst corner: in dim and in bright light, and when part of the outline is covered."""
+    """The largest sigma (px) of the worst corner in dim, in bright light, and when part of the outline is covered."""
 
     dim_sigma_px: float
     bright_sigma_px: float
@@ -34,8 +34,7 @@ class Demand(NamedTuple):
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
 BESIDE_MARGIN = Demand(0.036, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
-WITH_NOTCH = Demand(0.036, 0.045, 0.045)  # the notch takes its share of the first edge
-BESIDE_PLATE = Demand(0.037, 0.072, 0.04)  # texture disturbs every frame; noise beside it leaves less room
+BESIDE_PLATE = Demand(0.037, 0.055, 0.04)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
@@ -110,9 +109,7 @@ def _lean(stretch: float) -> str:
 
 
 def _demand(config: TrackerConfig) -> Demand:
-    if config.mark.margin <= 0:
-        return BESIDE_PLATE
-    return WITH_NOTCH if config.mark.feature == "notch" else BESIDE_MARGIN
+    return BESIDE_PLATE if config.mark.margin <= 0 else BESIDE_MARGIN
 
 
 def _pixels_reason(fit: Fit, *, first: bool) -> str:

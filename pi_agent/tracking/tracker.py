@@ -15,9 +15,11 @@ from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.motion import Motion, Way
 from pi_agent.tracking.observation import Observation
+from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.refine import Fit, Smear, Sweep, Task, refine, search_edges
+from pi_agent.tracking.refine import Fit, refine, search_edges
 from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of
+from pi_agent.tracking.smear import Smear, Sweep
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
@@ -29,8 +31,6 @@ LEAST_BEND_PX = 0.003  # a smaller bend of the edges by the rolling shutter is l
 LEARNING = 0.05  # share of the newest frame in the blur and the shape that are remembered
 FORGET_S = 0.5  # a plain square is the same quarter turn if it comes back within this time
 SURE_S = 0.06  # within this time nothing turns by an eighth of a turn (360 degrees a second: 22 degrees)
-SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
-SMEARED_ON_GRAIN = 0.0054  # the same beside a textured plate, where a smeared edge is no Gaussian one
 UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before it has been seen twice
 OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
@@ -260,8 +260,6 @@ class Tracker:
         self._dropout = 0
         if not verdict.reason:
             self._learn(fit)
-        path_px = self._path_px()
-        smeared = SMEARED_ON_GRAIN if self.config.mark.margin <= 0 else SMEARED
         corners = fit.corners.view(np.float64).reshape(4, 2)
         shutter = self.config.shutter
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
@@ -270,7 +268,7 @@ class Tracker:
             found=True,
             reason=verdict.reason,
             corners_px=corners,
-            sigma_px=hypot(fit.sigma_px, smeared * path_px, self._unseen_turn_px(fit, first)),
+            sigma_px=hypot(fit.sigma_px, self._unseen_turn_px(fit, first)),
             residual_px=fit.residual_px,
             corner_dt_ns=(a, b, c, d),
             identity=self._identity,

@@ -76,3 +76,13 @@ def test_a_slope_in_the_light_is_allowed_for_by_the_estimator_that_is_asked_to(n
     read = float(model.sloped_table.place(answer[:, :, 6] / answer[:, :, 5])[0, 0])
     assert read == pytest.approx(0.2, abs=0.01)
     assert float(np.sqrt(np.sum((light @ model.sloped_misfit) ** 2))) < 0.01
+
+
+def test_light_that_changes_across_an_edge_pulls_one_of_two_estimators() -> None:
+    model = MODELS["margin"]
+    light = _step(model.steps, place=0.0) * (1.0 + 0.02 * model.steps)
+    answer = light.astype(np.float32)[None, None] @ model.solve
+    plain = float(model.table.place(answer[:, :, 1] / answer[:, :, 0])[0, 0])
+    other = float(model.other_table.place(answer[:, :, 4] / answer[:, :, 3])[0, 0])
+    assert abs(plain) > 0.03
+    assert other == pytest.approx(0.0, abs=0.004)

@@ -1,0 +1,69 @@
+"""What makes a corner doubtful: a cover's blurred edge, the end of a line that is seen in part, a shadow's pull."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pi_agent.tracking import doubts, lines
+
+Floats = NDArray[np.float64]
+COUNT = 48
+CORNERS = 100.0 * np.array([0, 1, 1 + 1j, 1j])
+EXPECTED = lines.expected_edges(CORNERS, clear_px=4.0)
+
+
+def _line(offset: Floats, weight: Floats) -> lines.LineFit:
+    return lines.fit_lines(offset, weight, start=None, floor_px=0.012, rounds=2)
+
+
+def _noise(seed: int) -> Floats:
+    return np.random.default_rng(seed).normal(0.0, 0.02, (4, COUNT))
+
+
+def test_the_neighbours_of_what_covers_an_edge_are_spoiled_and_lone_outliers_are_not() -> None:
+    offset = _noise(1)
+    offset[0, 20:26] += 1.0
+    offset[2, 30] += 1.0
+    spoiled = doubts.beside_a_gap(_line(offset, np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0)
+    assert spoiled is not None
+    assert spoiled[0, 18:28].all()
+    assert not spoiled[0, :16].any()
+    assert not spoiled[0, 30:].any()
+    assert not spoiled[1:].any()
+
+
+def test_nothing_is_spoiled_beside_a_whole_edge() -> None:
+    assert doubts.beside_a_gap(_line(_noise(2), np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0) is None
+
+
+@pytest.mark.parametrize("seen", [COUNT, 18])
+def test_the_variance_of_each_corner_is_that_of_many_lines(seen: int) -> None:
+    """Corner 1 lies at the end of the edge that is seen in part, corner 0 at its start."""
+    weight = np.ones((4, COUNT))
+    weight[0, seen:] = 0.0
+    corners, told = [], []
+    for seed in range(400):
+        line = _line(_noise(seed), weight)
+        corners.append(lines.intersect(EXPECTED, line.offset, line.rise) - CORNERS)
+        told.append(lines.at_corners(lines.point_variance(line), line, EXPECTED))
+    variance = np.mean(np.abs(corners) ** 2, axis=0) / 2.0
+    np.testing.assert_allclose(np.mean(told, axis=0), variance, rtol=0.3)
+
+
+@pytest.mark.parametrize("differs", [True, False])
+def test_an_edge_is_moved_by_what_a_shadow_pulls_where_the_light_differs(differs: bool) -> None:
+    line = _line(_noise(3), np.ones((4, COUNT)))
+    pull = 0.5 * _noise(4)
+    pull[1] -= 0.1
+    contrast = np.full((4, COUNT), 150.0, dtype=np.float32)
+    if differs:
+        contrast[1] = 90.0
+    moves, left, read = doubts.out_of_shadow(pull, line, EXPECTED, contrast=contrast)
+    if not differs:
+        assert moves is None
+        assert float(np.abs(left).max()) > 0.05
+        return
+    assert moves is not None
+    np.testing.assert_allclose(moves, [0, -0.1, -0.1, 0], atol=0.02)
+    assert float(np.abs(left).max()) < 0.02
+    assert float(np.var(read.residual[1])) > float(np.var(line.residual[1]))

@@ -1,0 +1,46 @@
+"""Light read between the pixels: by one call for all profiles, and the same point by point."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pi_agent.tracking import pixels
+from pi_agent.tracking.tone import LINEAR, PI_DEFAULT, ToneCurve
+
+Points = NDArray[np.complex128]
+
+FRAME = np.random.default_rng(5).integers(0, 256, (90, 120), dtype=np.uint8)
+
+
+def _profiles(middle: complex) -> tuple[Points, Points]:
+    """Bases (4, 5) around a place, and ways across (4, 7)."""
+    turn = 1j ** np.arange(4) * np.exp(0.3j)
+    base = middle + np.multiply.outer(turn, 20.0 + 1.3j * np.arange(5))
+    return base, np.multiply.outer(turn, np.linspace(-3.1, 3.3, 7))
+
+
+@pytest.mark.parametrize("tone", [LINEAR, PI_DEFAULT], ids=["straight", "curved"])
+@pytest.mark.parametrize("exact", [True, False], ids=["by OpenCV", "where OpenCV rounds"])
+@pytest.mark.parametrize("middle", [60 + 45j, 12 + 45j], ids=["inside", "across the border"])
+def test_profiles_read_what_single_points_do(
+    monkeypatch: pytest.MonkeyPatch, tone: ToneCurve, exact: bool, middle: complex
+) -> None:
+    if exact and not pixels.remap_is_exact():
+        pytest.skip("this OpenCV rounds places to 1/32 px")
+    monkeypatch.setattr(pixels, "remap_is_exact", lambda: exact)
+    reader = pixels.PixelReader(tone.to_light_table())
+    reader.open(FRAME)
+    base, across = _profiles(middle)
+    one_by_one = reader.bilinear((base[:, :, None] + across[:, None, :]).astype(np.complex64))
+    np.testing.assert_allclose(reader.profiles(base, across), one_by_one, atol=0.02)
+
+
+def test_rows_that_are_padded_are_read_alike() -> None:
+    padded = np.zeros((90, 128), dtype=np.uint8)
+    padded[:, :120] = FRAME
+    answers = []
+    for frame in (FRAME, padded[:, :120]):
+        reader = pixels.PixelReader(LINEAR.to_light_table())
+        reader.open(frame)
+        answers.append(reader.profiles(*_profiles(60 + 45j)))
+    np.testing.assert_array_equal(*answers)
