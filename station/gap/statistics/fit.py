@@ -226,15 +226,16 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     """The noise with each channel's tail, and its scale, fitted to the whitened components."""
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
-    own, factor, tail = dict(noise.own), dict(noise.factor), dict(noise.tail)
+    friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
         chosen = (whitening.channel == place) & ~whitening.limit
         tail[channel.name], scale = fitted_tail(white[chosen])
         if channel.name == "onset":
-            own["onset"] = np.sqrt(max((scale * noise.scatter) ** 2 - noise.friction**2, 1e-12)).item()
+            # Both parts of the scatter alike: what onset and slide do not share is known from their difference.
+            friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
         else:
             factor[channel.name] = factor[channel.name] * scale
-    return Noise(friction=noise.friction, own=own, factor=factor, tail=tail)
+    return Noise(friction=friction, own=own, factor=factor, tail=tail)
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:
