@@ -41,9 +41,10 @@ alone: nobody has seen it."""
 ONLY_SLIDING = frozenset({"speed"})
 ONLY_ONSET = frozenset({"dwell"})
 """A slide renews the contact; and a run that happens to hold longer rests longer, at the onset and sliding alike."""
-LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time"})
+LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time", "tilt_rate"})
 """Covariates that are a push's (the place), that stand for others, or that hold the error of what they explain: an
-onset that is read late makes its slide seem younger, and its friction less than the onset's."""
+onset that is read late makes its slide seem younger, and its friction less than the onset's; and the tilt's rate is
+that of the moment which was read."""
 
 LEAST_CHOSEN = {"dwell": 0.2}
 """Spread from which on a covariate can only be the protocol's choice: a block that holds longer also rests longer, and
