@@ -10,6 +10,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.gap.belief import Belief, beliefs, called
+from station.gap.candidates import NONE, SINGLE
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
@@ -22,7 +23,9 @@ from station.gap.search import Progress, Search, search
 from station.gap.smooth import is_smooth
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import without_nuisances
+from station.gap.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
+from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
 
@@ -30,6 +33,7 @@ LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
 
 LEAST_SLID = 10
+TIPPING = "tipping"
 
 
 def diagnose(
@@ -118,7 +122,16 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
     claimed = bool(found.found or found.places)
     improves = not found.found or quality.log_score_gain > quality.gain_se
     effects = _effects(found, belief, improves)
+    tall = catalogue.get(TIPPING)
+    prior = SINGLE / max(len(catalogue), 1)
+    tips = tipped_over(evidence, tall, prior=prior / (prior + NONE))
+    untestable = dict(found.untestable)
+    if tall is not None and shows_tipping(evidence, tall):
+        untestable.pop(TIPPING, None)
     verdict = _verdict(effects, claimed=claimed and improves)
+    if tips is not None:
+        effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
+        verdict = "supported"
     stages = found.stages
     return Diagnosis(
         recording=name,
@@ -128,12 +141,13 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         simulator="planar",
         mu_s=_mu(found.null),
         scatter=found.null.noise.scatter,
-        global_p=found.global_p,
+        # Of two looks the smaller p, times two.
+        global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
         verdict=verdict,
-        located=located(evidence, found),
+        located=(*(() if tips is None else (tips.place,)), *located(evidence, found)),
         effects=effects,
         other_probability=belief.other,
-        none_probability=belief.none,
+        none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
         next_experiment=next_experiment(found, effects, catalogue),
         candidates_tried=sum(stage.tried for stage in stages),
@@ -149,16 +163,22 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
             for number, stage in enumerate(stages)
             for candidate in stage.candidates[:10]
         ),
-        untestable=found.untestable,
+        untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_named(found.model.model)),
+        model=table_of_model(_with_tipping(_named(found.model.model), tall, tips)),
     )
 
 
 def _named(model: Model) -> Model:
     """The effects of the catalogue: what a simulator can be given."""
     return replace(model, terms=tuple(term for term in without_nuisances(model).terms if not is_smooth(term.effect)))
+
+
+def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
+    if effect is None or tips is None:
+        return model
+    return model.with_term(Term(effect, {name: value.value for name, value in tips.effect.parameters.items()}))
 
 
 def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:

@@ -19,6 +19,7 @@ from station.gap.evidence.rested import rested_s
 from station.gap.evidence.sensor_rows import sensor_channel
 from station.gap.evidence.slide_rows import slide_channels
 from station.gap.evidence.slips import refined
+from station.gap.evidence.tips import tips_of
 from station.gap.evidence.tracks import RunTrack, run_tracks
 from station.signals.session import Signals
 
@@ -53,6 +54,7 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
         facts=recorded.facts,
         total_runs=len(signals.samples),
         notes=tuple(_notes(recorded)),
+        tips=tips_of(recorded),
     )
 
 

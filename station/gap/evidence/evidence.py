@@ -8,6 +8,7 @@ import numpy as np
 
 from station.gap.evidence.channel import Channel, Part
 from station.gap.evidence.moments import RunFacts
+from station.gap.evidence.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools
 
 
@@ -22,13 +23,17 @@ class Setting:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it."""
+    """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it.
+
+    `tips` says in which runs the block turned over: no channel has those.
+    """
 
     channels: tuple[Channel, ...]
     run_number: Array
     facts: RunFacts
     total_runs: int
     notes: tuple[str, ...] = field(default=())
+    tips: Tips = NO_TIPS
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, if the recording has it."""

@@ -18,7 +18,7 @@ from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Family, Layer, Values, unit
 from station.physics.parameter import Parameter
 
-TALLEST = 2.0
+TALLEST = 5.0
 FALL_RAD = 0.02
 STILL_M_S = 5e-3
 
