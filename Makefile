@@ -10,10 +10,11 @@ SEED ?= 1
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 
-# Tests with processes, sockets and clocks of their own run one at a time, so that they do not disturb each other.
+# Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed; which of
+# them may run side by side is said in tests/system/conftest.py.
 test: setup lint
 	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/system
-	$(BIN)/pytest tests/system
+	$(BIN)/pytest -n 2 --dist loadgroup tests/system
 
 lint: setup
 	$(BIN)/ruff check .

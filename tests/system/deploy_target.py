@@ -8,7 +8,6 @@ import hashlib
 import importlib.metadata
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -18,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from tests.system.ports import free_port
 
 PATIENCE_S = 20.0
 DISTRIBUTIONS = ("eclipse-zenoh", "numpy", "opencv-python-headless", "protobuf")
@@ -56,7 +57,7 @@ def loopback_sshd(folder: Path) -> Generator[Target]:
     if sshd is None or shutil.which("ssh") is None:
         absent("no OpenSSH here: apt-get install openssh-server")
         return
-    target = Target(_free_port(), folder, folder / "bin")
+    target = Target(free_port(), folder, folder / "bin")
     target.bin.mkdir()
     config = _write_configuration(target)
     if os.geteuid() == 0:
@@ -69,12 +70,6 @@ def loopback_sshd(folder: Path) -> Generator[Target]:
     finally:
         process.terminate()
         process.wait()
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def _write_configuration(target: Target) -> Path:

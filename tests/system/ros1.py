@@ -10,7 +10,6 @@ import contextlib
 import importlib.util
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -19,6 +18,8 @@ from functools import cache
 from xmlrpc.client import ServerProxy
 
 import pytest
+
+from tests.system.ports import free_port
 
 PACKAGES = "python3-roslaunch python3-rospy python3-actionlib python3-trajectory-msgs python3-sensor-msgs"
 _PATH = "/usr/lib/python3/dist-packages"
@@ -42,13 +43,6 @@ def require_ros1(config: pytest.Config) -> None:
         if any("ros1" in str(argument) for argument in config.invocation_params.args):
             pytest.fail(reason)
         pytest.skip(reason)
-
-
-def free_port() -> int:
-    """A port of 127.0.0.1 that is free now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @contextlib.contextmanager

@@ -10,13 +10,12 @@ import csv
 import math
 import queue
 import signal
-import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +27,7 @@ from shared.messages import AngleReading, TwinScene
 from shared.rig import RigConfig, load_rig
 from shared.zenoh_bus import ZenohBus
 from station.recording.reader import open_recording
+from tests.system.ports import free_port
 from tests.unit.angles.emulators import Motive, Options, Pixhawk, SerialInclinometer
 
 pytestmark = pytest.mark.system
@@ -55,14 +55,6 @@ INTERNAL = """
 kind = "kinematics"
 mount_rpy_deg = [-0.16, 0.0, 0.0]
 """
-
-
-def free_ports(count: int) -> list[int]:
-    with ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [int(one.getsockname()[1]) for one in sockets]
 
 
 def toml(name: str, kind: str, options: Options) -> str:
@@ -144,9 +136,7 @@ class Rig:
     """Twin and arm agent on free ports, shared by the tests of this file."""
 
     def __init__(self, folder: Path) -> None:
-        self._head = PROCEDURE.format(
-            rig=folder.name, **dict(zip(("arm", "twin", "station"), free_ports(3), strict=True))
-        )
+        self._head = PROCEDURE.format(rig=folder.name, arm=free_port(), twin=free_port(), station=free_port())
         self.base = self.file(folder, INTERNAL)
 
     def file(self, folder: Path, angles: str) -> Path:

@@ -23,7 +23,8 @@ from shared.geometry import tilt_of
 from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport, PlatformState, TiltCommand
 from shared.rig import load_rig
 from shared.zenoh_bus import ZenohBus
-from tests.system.ros1 import free_port, process
+from tests.system.ports import free_port
+from tests.system.ros1 import process
 
 pytestmark = pytest.mark.system
 

@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Generator, Iterator
@@ -27,6 +26,7 @@ from tests.system.deploy_target import (
     repack_wheels,
     secret,
 )
+from tests.system.ports import free_port
 
 pytestmark = pytest.mark.system
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -85,12 +85,6 @@ class Bench:
 
     def pid(self) -> int:
         return int((self.root / "run/fake-systemd/pid").read_text())
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def draw(folder: Path) -> None:

@@ -23,17 +23,12 @@ from shared.clock import SystemClock
 from shared.geometry import block_pose_of
 from shared.messages import ClockPing, ClockPong, Message
 from shared.zenoh_bus import ZenohBus
+from tests.system.ports import free_port
 from tests.unit.pi_agent.rigs import FakeTwin, scene
 
 pytestmark = pytest.mark.system
 TOPICS = ("corners", "plate", "image", "image/overlay", "status", "geometry", "calibration")
 PATIENCE_S = 30.0
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 class Rig:

@@ -30,7 +30,7 @@ def tilt(message: Message) -> float:
 
 def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
     rig, out, plan = rig_file(tmp_path), tmp_path / "session.mcap", tmp_path / "plan.toml"
-    plan.write_text("[tilt]\nrate_deg_s = 10.0\n", encoding="utf-8")
+    plan.write_text("[tilt]\nsteps = 20\nrate_deg_s = 10.0\n", encoding="utf-8")
     words = ("--rig", str(rig), "--plan", str(plan), "--samples", "2", "--no-view", "--out", str(out))
     done = station("rig", *words, timeout_s=200)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -29,7 +29,8 @@ from station.arm.drivers import DriverLink, load_driver
 from station.arm.drivers._ros1_messages import PUBLISHED_MD5
 from station.rig.arm_model import load_arm_model
 from station.rig.arm_settings import ArmSettings
-from tests.system.ros1 import free_port, require_ros1, ros_arm, roscore, stop_roscore
+from tests.system.ports import free_port
+from tests.system.ros1 import require_ros1, ros_arm, roscore, stop_roscore
 
 DRIVERS = Path(drivers.__file__).parent
 

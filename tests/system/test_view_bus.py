@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 import time
@@ -20,6 +19,7 @@ from station.recording.reader import open_recording
 from station.view import viewer
 from station.view.live import LiveView
 from station.view.setup import Setup
+from tests.system.ports import free_port
 from tests.unit.view import session
 from tests.unit.view.mcap_file import write_mcap
 
@@ -29,11 +29,7 @@ DEADLINE_S = 40.0
 
 @pytest.fixture
 def rig_path(tmp_path: Path) -> Path:
-    with socket.socket() as a, socket.socket() as b, socket.socket() as c:
-        for probe in (a, b, c):
-            probe.bind(("127.0.0.1", 0))
-        ports = [probe.getsockname()[1] for probe in (a, b, c)]
-    camera, arm, station = (f"tcp/127.0.0.1:{port}" for port in ports)
+    camera, arm, station = (f"tcp/127.0.0.1:{free_port()}" for _ in range(3))
     path = tmp_path / "rig.toml"
     path.write_text(f'id = "playback"\n[bus]\ncamera = "{camera}"\narm = "{arm}"\nstation = "{station}"\n')
     return path
@@ -89,7 +85,7 @@ def test_a_subscriber_gets_the_same_messages(rig_path: Path, tmp_path: Path) -> 
 @pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
 def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_path: Path) -> None:
     recording = write_mcap(tmp_path / "session.mcap", session.session_messages())
-    port = viewer.free_port()
+    port = free_port()
     live_words = ("replay", "--live", "--no-viewer", "--rig", rig_path, "--port", str(port))
     with station(*live_words) as live, viewer.headless(size=(900, 600)) as client:
         assert live.stdout is not None
