@@ -108,8 +108,8 @@ class SmearedModels:
         tables = _cut(self._tables.take(places, axis=0), self._shapes[MATRICES:])
         (solve, misfit, sloped_misfit), (smear_gain, other_gain, widening) = matrices, tables[7:]
         use, other, sloped = (Table(tables[at], tables[at + 1]) for at in (1, 3, 5))
-        parts = solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening
-        return StepModel(tables[0], *parts), places * (SMEAR_STEP / BETWEEN)
+        model = StepModel(tables[0], solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening)
+        return model, places.astype(np.float64) * (SMEAR_STEP / BETWEEN)
 
 
 @lru_cache(maxsize=2)

@@ -8,7 +8,7 @@ from pi_agent.tracking import doubts, lines
 
 Floats = NDArray[np.float64]
 COUNT = 48
-CORNERS = 100.0 * np.array([0, 1, 1 + 1j, 1j])
+CORNERS = np.array([0, 100, 100 + 100j, 100j], dtype=np.complex128)
 EXPECTED = lines.expected_edges(CORNERS, clear_px=4.0)
 
 
