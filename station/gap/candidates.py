@@ -20,12 +20,15 @@ from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
 
-NONE, SINGLE, PAIR, OTHER = 0.5, 0.36, 0.12, 0.02
+NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
 """Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared
 out evenly among all of its kind."""
 
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
+
+HARDLY = 0.003
+"""The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +213,6 @@ def _small(term: Term) -> Term:
     values = dict(term.values)
     for parameter in term.effect.parameters:
         if not parameter.is_shape:
-            size = math.copysign(OFF_NULL * parameter.typical, values[parameter.name] - parameter.neutral)
+            size = math.copysign(HARDLY * parameter.typical, values[parameter.name] - parameter.neutral)
             values[parameter.name] = parameter.clipped(parameter.neutral + size)
     return Term(term.effect, values)

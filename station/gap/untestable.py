@@ -12,8 +12,8 @@ from station.gap.statistics.columns import Scores, scores
 from station.gap.statistics.fit import Fit
 from station.physics.effect import Effect
 
-FARTHEST = 10.0
-"""Up to how many of its typical sizes an effect is looked for; its bounds may be nearer."""
+FARTHEST = 3.0
+"""How many of its typical sizes an effect may plausibly have."""
 
 DETECTABLE = 2.8
 """Standard errors at which 80 of 100 are seen at a level of 5 %."""

@@ -46,4 +46,4 @@ class RateStrengthening(Effect):
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
         e_folds = np.log((contact.speed_m_s + CUT_OFF_M_S) / FASTEST_M_S) + np.log(10.0) * values["slower_decades"]
-        return np.where(contact.moving, 1.0 + values["per_e_fold"] * e_folds, 1.0)
+        return np.where(contact.moving, np.maximum(1.0 + values["per_e_fold"] * e_folds, 0.0), 1.0)

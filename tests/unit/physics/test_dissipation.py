@@ -66,7 +66,9 @@ def test_an_ellipse_slides_towards_its_easy_axis() -> None:
 def test_support_has_the_derivatives_of_a_known_curve() -> None:
     """1 + c cos φ: −c sin φ and −c cos φ."""
     state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
-    here, slope, bend = support(model("one_way_friction", {"cos1": 0.4, "sin1": 0.0, "with_block": 0.0}), state, LOAD_RAD)
+    here, slope, bend = support(
+        model("one_way_friction", {"cos1": 0.4, "sin1": 0.0, "with_block": 0.0}), state, LOAD_RAD
+    )
     np.testing.assert_allclose(here, 0.3 * (1 + 0.4 * np.cos(LOAD_RAD)))
     np.testing.assert_allclose(slope, -0.12 * np.sin(LOAD_RAD), atol=1e-4)
     np.testing.assert_allclose(bend, -0.12 * np.cos(LOAD_RAD), atol=1e-4)

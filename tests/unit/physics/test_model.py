@@ -63,7 +63,10 @@ def test_whole_numbers_are_numbers() -> None:
         ({"effects": {"ageing": {}}}, "Expected one of the effects adhesion, .*, got ageing"),
         ({"effects": {"stribeck": {}}}, r"Expected drop \(1\) in \[effects.stribeck\], found none"),
         ({"effects": {"stribeck": {"drop": 0.1, "speed": 1}}}, r"\[effects.stribeck\], got speed"),
-        ({"effects": {"viscous": {"drag_n_s_m": -0.1}}}, "Expected 0 … 2 N s/m for effects.viscous.drag_n_s_m"),
+        (
+            {"effects": {"viscous": {"drag_n_s_m": -0.1}}},
+            "Expected 0 … 2 N s/m for effects.viscous.drag_n_s_m",
+        ),
         ({"effects": {"wear": {"fall": 0.1, "runs": 0}}}, "effects.wear.runs, got 0"),
     ],
 )
@@ -83,7 +86,10 @@ def test_friction_multiplies_and_pushes_add() -> None:
     """Effects do not know each other."""
     state = contacts()
     both = model(
-        kinetic_drop={"drop": 0.2}, wear={"fall": 0.1}, viscous={"drag_n_s_m": 0.1}, adhesion={"force_n": 0.01}
+        kinetic_drop={"drop": 0.2},
+        wear={"fall": 0.1},
+        viscous={"drag_n_s_m": 0.1},
+        adhesion={"force_n": 0.01},
     )
     drop, wear = model(kinetic_drop={"drop": 0.2}), model(wear={"fall": 0.1})
     np.testing.assert_allclose(both.friction(state), drop.friction(state) * wear.friction(state) / 0.4)
