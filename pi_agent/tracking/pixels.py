@@ -1,6 +1,7 @@
 """Reads light from a frame at given places, without touching the rest of it."""
 
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,7 +19,14 @@ def remap_is_exact() -> bool:
     """Whether cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
     ramp = np.arange(4, dtype=np.float32)[None].repeat(4, axis=0)
     place = np.array([[[1.01, 1.0]]], dtype=np.float32)
-    return abs(float(cv2.remap(ramp, place, None, cv2.INTER_LINEAR)[0, 0]) - 1.01) < 1e-4
+    return abs(float(_remapped(ramp, place)[0, 0]) - 1.01) < 1e-4
+
+
+def _remapped(light: NDArray[Any], places: Light) -> Light:
+    """Light at places (n, m, 2), x before y."""
+    # OpenCV's types do not know that there is no second map when the first one holds x and y.
+    seen = cv2.remap(light, places, None, cv2.INTER_LINEAR)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    return np.asarray(seen, dtype=np.float32)
 
 
 class PixelReader:
@@ -71,7 +79,7 @@ class PixelReader:
         box = self._frame[top : bottom + 1, left : right + 1]
         light = box.astype(np.float32) if self._straight else cv2.LUT(box, self._table)
         flat = points.view(np.float32).reshape(-1, points.shape[2], 2)
-        return np.asarray(cv2.remap(light, flat, None, cv2.INTER_LINEAR), dtype=np.float32).reshape(points.shape)
+        return _remapped(light, flat).reshape(points.shape)
 
     def bilinear(self, points: Points) -> Light:
         """Light between the pixels; points outside read the border."""

@@ -124,7 +124,7 @@ def _flat(model: StepModel) -> tuple[Floats | Matrix, ...]:
     return (model.solve, model.misfit, model.sloped_misfit, model.steps, *tables, *model[7:])
 
 
-def _between(rows: Floats) -> Floats:
+def _between(rows: NDArray[Any]) -> Floats:
     """The rows, and others evenly between them."""
     share = np.arange(0.0, len(rows) - 1 + 0.5 / BETWEEN, 1.0 / BETWEEN)
     first = np.minimum(share.astype(np.intp), len(rows) - 2)
