@@ -8,8 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.gap.comparison import Comparison
 from station.gap.search import Search, Stage
 from station.gap.smooth import PREFIX
+
+DOUBT = 0.15
+"""The share of a law's gain at which what is left over is as likely its misfit as physics of its own."""
 
 NOMINAL = 0.1
 """The global p at which the session's own calibration speaks neither for nor against nothing."""
@@ -29,11 +33,30 @@ def beliefs(found: Search) -> Belief:
     """From the comparisons of the model's terms with what could stand in their places."""
     shares = {name: comparison.shares() for name, comparison in found.compared.items()}
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
-    effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
+    effects = {
+        name: _trust(found, name) * sum(shares[name].get(member, 0.0) for member in members)
+        for name, members in classes.items()
+    }
     other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
     if found.places:
         other = max(other, _sure(found.places[-1].odds))
     return Belief(effects=effects, classes=classes, other=other, none=_none(found.stages[0]))
+
+
+def _trust(found: Search, name: str) -> float:
+    """That a smooth term is more than the misfit of a law beside it: by its gain's share of the largest of the others'.
+
+    Named effects passed `misfit` by their own laws; a smooth term can look like anything.
+    """
+    if not name.startswith(PREFIX):
+        return 1.0
+    gains = {one: _gain(comparison, one) for one, comparison in found.compared.items()}
+    largest = max((gain for one, gain in gains.items() if one != name), default=0.0)
+    return gains[name] / max(gains[name] + DOUBT * largest, 1e-9)
+
+
+def _gain(comparison: Comparison, name: str) -> float:
+    return max((one.twice_gain for one in comparison.candidates if one.effects[0].id == name), default=0.0)
 
 
 def called(effect_id: str) -> str:

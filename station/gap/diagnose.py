@@ -29,6 +29,9 @@ from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
 
+EVEN = 0.5
+"""What is less likely than not is not supported."""
+
 LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
 
@@ -208,7 +211,7 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
         title=effect.title,
         class_ids=near,
         probability=belief.effects[effect.id],
-        verdict=verdict if improves else "not supported",
+        verdict=verdict if improves and belief.effects[effect.id] > EVEN else "not supported",
         parameters={
             parameter.name: Value(
                 value=term.values[parameter.name],
@@ -222,7 +225,7 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
 
 
 def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
-    if not claimed:
+    if not claimed or all(effect.verdict == "not supported" for effect in effects):
         return "not supported"
     clear = [effect for effect in effects if effect.verdict == "supported"]
     return "supported" if clear else "indistinguishable"

@@ -14,7 +14,7 @@ from station.gap.evidence.evidence import Evidence
 from station.gap.smooth import is_smooth
 from station.physics.effect import Effect
 
-SAME_FAMILY, OTHER_FAMILY = 0.15, 0.05
+SAME_FAMILY, OTHER_FAMILY = 0.04, 0.01
 """Below these shares of what was found a further gain is the law's misfit: of an effect that looks alike or a smooth
 term, which can look like anything; and of one that looks otherwise."""
 
