@@ -14,6 +14,8 @@ from station.arm.tilt_path import TiltStage
 from station.rig.arm_model import transform
 
 Array = NDArray[np.float64]
+Numbers = tuple[float, float, float, float, float, float, float, float, float, float]
+"""Quaternion, angular velocity, pivot."""
 
 
 class Attitude:
@@ -34,7 +36,7 @@ class Attitude:
         self._quaternion: Array = self._data.xquat[pivot]
         self._rotation: Array = self._data.xmat[pivot].reshape(3, 3)
         self._joints: tuple[Array, Array] | None = None
-        self._numbers: tuple[float, ...] = ()
+        self._numbers: Numbers = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def state(self, reading: JointReading) -> PlatformState:
         """World_from_plate, the plate's angular velocity in its own frame, and the pivot in the world.
@@ -47,15 +49,16 @@ class Attitude:
             self._numbers = self._kinematics(*self._joints)
         return PlatformState(reading.stamp_ns, *self._numbers, "world")
 
-    def _kinematics(self, position_rad: Array, velocity_rad_s: Array) -> tuple[float, ...]:
+    def _kinematics(self, position_rad: Array, velocity_rad_s: Array) -> Numbers:
         """Quaternion, angular velocity (the sum over the joints of rate times axis) and pivot."""
         self._angles[:] = position_rad
         mj.mj_kinematics(self._model, self._data)
         qw, qx, qy, qz = self._quaternion.tolist()
         if qw < 0:
             qw, qx, qy, qz = -qw, -qx, -qy, -qz
-        rate = velocity_rad_s.dot(self._axes).dot(self._rotation)
-        return qw, qx, qy, qz, *rate.tolist(), *self._place.tolist()
+        wx, wy, wz = velocity_rad_s.dot(self._axes).dot(self._rotation).tolist()
+        x, y, z = self._place.tolist()
+        return qw, qx, qy, qz, wx, wy, wz, x, y, z
 
 
 def _chain(stage: TiltStage) -> Any:

@@ -58,14 +58,14 @@ def tipping(tips: Tips) -> Tipping | None:
     """What the runs say; None where no block was seen to tip."""
     if not tips.tipped.any():
         return None
-    by_mistake = logsumexp(_mistaken(tips)) - np.log(len(MISTAKES))
+    by_mistake = float(np.asarray(logsumexp(_mistaken(tips)))) - float(np.log(len(MISTAKES)))
     table = _tipping(tips)
     weight = np.exp(table - logsumexp(table)).sum(axis=(1, 2))
     values = 1.0 / STEEPNESS
     mean = float(weight @ values)
     spread = float(np.sqrt(max(weight @ (values - mean) ** 2, 0.0)))
     grain = mean * float(np.log(STEEPNESS[1] / STEEPNESS[0])) / np.sqrt(12.0)
-    factor = float(logsumexp(table) - np.log(table.size) - by_mistake)
+    factor = float(np.asarray(logsumexp(table))) - float(np.log(table.size)) - by_mistake
     return Tipping(log_factor=factor, slenderness=mean, sd=float(np.hypot(spread, grain)))
 
 

@@ -157,7 +157,7 @@ class Plain:
 
     def slowed(self, count: int, ratio: float) -> tuple[Array, Array]:
         """Along (count,) and heading with friction `ratio` times as large: the same speeds, so much sooner."""
-        sooner = ratio * np.arange(count) / RATE_HZ
+        sooner: Array = np.asarray(ratio * np.arange(count) / RATE_HZ, dtype=np.float64)
         column = np.column_stack([np.ones(count), sooner, -_extended(sooner, self.seconds, self.pull)])
         along = self.along[0] + (column[:, 1:] @ self.along[1:]) / ratio
         turned_by = _basis(sooner)[:, 1:] @ self.heading[1:] / ratio

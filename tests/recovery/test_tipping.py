@@ -115,7 +115,11 @@ def test_a_diagnosis_ranks_it_beside_the_others(monkeypatch: pytest.MonkeyPatch)
     table = samples(runs=60)
     tips = made_up(np.random.default_rng(3), runs=60, stands_to=0.43, mistakes=0.0)
     evidence = replace(table_evidence(table, Setting()), tips=tips)
-    monkeypatch.setattr(diagnosing, "table_evidence", lambda *_: evidence)
+
+    def made(*_: object) -> Evidence:
+        return evidence
+
+    monkeypatch.setattr(diagnosing, "table_evidence", made)
     found = diagnosing.examined(table, catalogue())
     told = found.diagnosis
     assert told.verdict == "supported"

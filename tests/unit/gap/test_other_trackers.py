@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from shared.geometry import Array
+from station.gap.evidence.plate import Times
 from station.gap.evidence.track_noise import track_noise
 from station.gap.evidence.tracks import _heading, run_tracks  # pyright: ignore[reportPrivateUsage]
 from station.signals.tracks import PoseTrack
@@ -32,14 +33,14 @@ def test_the_heading_turns_with_the_block_on_every_face(face: str) -> None:
     assert heading - heading[0] == pytest.approx(wanted, abs=0.01)
 
 
-def slide(noise_m: float, *, frames: int = 400, smoothed: int = 1) -> tuple[Array, Array]:
+def slide(noise_m: float, *, frames: int = 400, smoothed: int = 1) -> tuple[Array, Times]:
     """Places (n, 2) of a block that slows down evenly, with noise that lasts for so many frames; times (n,)."""
     rng, seconds = np.random.default_rng(3), np.arange(frames) / 150.0
     noise = rng.normal(0.0, noise_m * np.sqrt(smoothed), (frames + smoothed - 1, 2))
     kernel = np.ones(smoothed) / smoothed
     noise = np.column_stack([np.convolve(column, kernel, mode="valid") for column in noise.T])
     way = 1.5 * seconds - 0.25 * seconds**2
-    return np.column_stack([way, 0.5 * way]) + noise, np.round(seconds * 1e9).astype(np.int64)
+    return np.column_stack([way, 0.5 * way]) + noise, np.asarray(np.round(seconds * 1e9), dtype=np.int64)
 
 
 @pytest.mark.parametrize(("noise_m", "smoothed"), [(2e-5, 1), (4e-4, 1), (1e-4, 3)])
