@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import FrameType
 
 from shared.errors import UserError
 from station.app import assembly, recordings
@@ -46,6 +47,8 @@ def run(options: argparse.Namespace) -> int:
     ]
     session: subprocess.Popen[bytes] | None = None
     view = _view(rig_path, wanted=not options.no_view)
+    # Also where it was started in the background, which has Ctrl-C ignored, and for `kill`: nobody is left behind.
+    before = {number: signal.signal(number, _interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         _await_start(helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", out]
@@ -55,6 +58,12 @@ def run(options: argparse.Namespace) -> int:
         return 130
     finally:
         _stop([process for process in (session, view, *helpers) if process is not None])
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupted(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
 
 
 def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
