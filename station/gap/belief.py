@@ -50,9 +50,9 @@ def _trust(found: Search, name: str) -> float:
     """
     if not name.startswith(PREFIX):
         return 1.0
-    gains = {one: _gain(comparison, one) for one, comparison in found.compared.items()}
-    largest = max((gain for one, gain in gains.items() if one != name), default=0.0)
-    return gains[name] / max(gains[name] + DOUBT * largest, 1e-9)
+    own = _gain(found.compared[name], name)
+    others = (_gain(comparison, one) for one, comparison in found.compared.items() if one != name)
+    return own / max(own + DOUBT * max(others, default=0.0), 1e-9)
 
 
 def _gain(comparison: Comparison, name: str) -> float:

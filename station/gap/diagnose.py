@@ -36,7 +36,10 @@ LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
 
 LEAST_SLID = 10
+"""The same for runs that slid."""
+
 TIPPING = "tipping"
+"""The effect that is told by runs that fall over, not by how they slide."""
 
 
 def diagnose(

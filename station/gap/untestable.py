@@ -10,10 +10,8 @@ from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.onsets import Onsets
 from station.gap.statistics.columns import Scores, scores
 from station.gap.statistics.fit import Fit
+from station.gap.statistics.systematic import FARTHEST
 from station.physics.effect import Effect
-
-FARTHEST = 3.0
-"""How many of its typical sizes an effect may plausibly have."""
 
 DETECTABLE = 2.8
 """Standard errors at which 80 of 100 are seen at a level of 5 %."""

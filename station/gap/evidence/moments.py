@@ -74,8 +74,9 @@ class Moments:
     def tilted(self, tilt_rad: Array | float) -> Moments:
         """The same moments on a plate that is reported to be tilted so far (n,)."""
         other = copy.copy(self)
-        other._steeper_rad = tilt_rad - self._attitude(0.0).tilt_rad
-        other._contact = other._contact_with(other._attitude(0.0))
+        reported = self._contact.tilt_rad - self._steeper_rad
+        other._steeper_rad = tilt_rad - reported
+        other._contact = replace(self._contact, tilt_rad=reported + other._steeper_rad)
         return other
 
     @property

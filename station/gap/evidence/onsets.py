@@ -17,7 +17,6 @@ LEAST_M_S2 = 1e-6
 MOST_DRAWN = 1.0
 """No run's friction is more than e times the model's, or less: an onset that says so was knocked off."""
 
-
 LEAST_TILT_RAD, MOST_TILT_RAD = 0.02, 1.4
 """Within these a tilt is expected."""
 
@@ -39,8 +38,7 @@ class Onsets(Channel):
         self.moments = moments
         self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
         plain = moments.loads(PLAIN)
-        self._pull = _size(plain)
-        self._log_recorded = np.log(self._pull / plain.normal)
+        self._log_recorded = np.log(_size(plain) / plain.normal)
         self._last: tuple[Model, Array] | None = None
         self._last_drawn: tuple[Model, Array] | None = None
 
@@ -89,9 +87,11 @@ class _Expected:
     """The pull over the pressing, both as reported (n,), at which a model's blocks slip: near the moments' tilts."""
 
     def __init__(self, moments: Moments) -> None:
-        self._moments, self._plain = moments, moments.loads(PLAIN)
+        plain = moments.loads(PLAIN)
+        self._moments, self._pull, self._normal = moments, _size(plain), plain.normal
 
     def friction(self, model: Model) -> Array:
+        """See the class."""
         load, held = _held(self._moments, model)
-        added = _size(load) - _size(self._plain)
-        return np.maximum(held - added, 0.05 * held) / self._plain.normal
+        added = _size(load) - self._pull
+        return np.maximum(held - added, 0.05 * held) / self._normal

@@ -144,10 +144,10 @@ def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
     def mean(nodes: Array, weights: Array) -> Array:
         time_ns = (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
         pull = GRAVITY_M_S2 * plate.gravity_at(time_ns)[:, :2]
-        return np.einsum("nkc,nk->nc", pull.reshape(len(windows), len(nodes), 2), weights)
+        return (pull.reshape(len(windows), len(nodes), 2) * weights[..., None]).sum(axis=1)
 
     fine = np.array([window.weight for window in windows])
-    return mean(FINE_NODES, fine) - mean(NODES, np.tile(WEIGHTS, (len(windows), 1)))
+    return mean(FINE_NODES, fine) - mean(NODES, WEIGHTS)
 
 
 def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:

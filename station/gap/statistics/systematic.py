@@ -26,7 +26,6 @@ from station.physics.parameter import Parameter
 PRIOR = 0.003
 """Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
 
-
 BLUR_S2 = 2e-4
 """The same of the variance of an onset's time: readings near a corner of the tilt's course scatter to one side."""
 
