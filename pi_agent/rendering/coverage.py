@@ -72,7 +72,9 @@ def _accumulate(
     inside = np.where(column < 0, 0.0, inside)  # left of the patch: the first column is covered from its border on
     cell = line * width + np.clip(column, 0, columns)
     size = layers * rows * width
-    grid = np.bincount(cell, weights=height * (1.0 - inside), minlength=size)
-    grid += np.bincount(cell + 1, weights=height * inside, minlength=size)
-    sums = np.cumsum(grid.reshape(layers, rows, width), axis=2, dtype=np.float64)
-    return np.clip(sums[:, :, :columns], 0.0, 1.0).astype(np.float32)
+    beside, cells = height * inside, np.concatenate([cell, cell + 1])
+    grid = np.bincount(cells, weights=np.concatenate([height - beside, beside]), minlength=size)
+    sums = grid.reshape(layers, rows, width)
+    np.cumsum(sums, axis=2, out=sums)
+    covered = sums[:, :, :columns].astype(np.float32)
+    return np.clip(covered, np.float32(0.0), np.float32(1.0), out=covered)

@@ -1,5 +1,7 @@
 """Frames with known corners, as true to the optics as the tests need: 0.005 px is resolved."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +39,7 @@ def render(scene: Scene, pose: Pose, *, rng: np.random.Generator, sag_px: Shift 
 
 
 class ExactRenderer:
-    """Renders many frames of one scene; what does not move is painted once for each sag."""
+    """Renders many frames of one scene; what does not move is painted once for each sag, and all once for each pose."""
 
     def __init__(self, scene: Scene, *, quality: Quality = EXACT) -> None:
         self.scene = scene
@@ -45,6 +47,15 @@ class ExactRenderer:
         self._gain, self._glare = illumination(scene)
         self._table = tone_table(scene.sensor)
         self._ground_of: tuple[Shift, Image] | None = None
+        self._painted_at: tuple[Pose | None, Shift, Image] | None = None
+
+    def in_scene(self, scene: Scene) -> "ExactRenderer":
+        """A renderer of another scene, which need not paint anew what this one has painted if only the light differs."""
+        other = ExactRenderer(scene, quality=self.quality)
+        relit = replace(scene, light=self.scene.light, glare=self.scene.glare, shadows=self.scene.shadows)
+        if scene.plate is self.scene.plate and relit == self.scene:
+            other._ground_of, other._painted_at = self._ground_of, self._painted_at
+        return other
 
     def render(self, pose: Pose, *, rng: np.random.Generator, sag_px: Shift = NO_SHIFT) -> tuple[Frame, Floats]:
         """The frame at the pose and the true corners; see `render`."""
@@ -54,10 +65,15 @@ class ExactRenderer:
 
     def light(self, pose: Pose | None, *, sag_px: Shift = NO_SHIFT) -> Image:
         """Light on the sensor (1 = full scale), without noise; without a block when there is no pose."""
-        image = self._ground(sag_px).copy()
-        if pose is not None:
-            self._paint_block(image, pose, sag_px)
-        return image * self._gain + self._glare
+        return self._painted(pose, sag_px) * self._gain + self._glare
+
+    def _painted(self, pose: Pose | None, sag_px: Shift) -> Image:
+        if self._painted_at is None or self._painted_at[:2] != (pose, sag_px):
+            image = self._ground(sag_px).copy()
+            if pose is not None:
+                self._paint_block(image, pose, sag_px)
+            self._painted_at = (pose, sag_px, image)
+        return self._painted_at[2]
 
     def _paint_block(self, image: Image, pose: Pose, sag_px: Shift) -> None:
         scene = self.scene

@@ -94,8 +94,9 @@ def still(
     first = pose or random_pose(rng)
     second = nudged(first, rng) if pose is None else first
     renderer = ExactRenderer(scene, quality=quality)
-    last = renderer if disturbed is None else ExactRenderer(disturbed, quality=quality)
-    shots = [renderer.render(first, rng=rng), last.render(second, rng=rng)]
+    shots = [renderer.render(first, rng=rng)]
+    last = renderer if disturbed is None else renderer.in_scene(disturbed)
+    shots.append(last.render(second, rng=rng))
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 
