@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.onsets import Onsets
@@ -26,6 +28,9 @@ CONVERGED = 1e-3
 
 NOISE_ROUNDS = 3
 WORTH_RENEWING = 0.5
+
+FARTHEST = 30.0
+"""Typical sizes of one step at most: a shape without an effect has no slope, and must not run away."""
 
 _RIDGE = 1e-9
 
@@ -191,25 +196,16 @@ class _Search:
 
 
 def _bounded(gradient: Array, hessian: Array, vector: Array, low: Array, high: Array) -> tuple[Array, float]:
-    """The Newton step within bounds, and the gain that the quadratic promises.
+    """The step to the top of the quadratic within bounds, and the gain that it promises.
 
-    Numbers at a bound that would leave it are held, until none would.
+    A Newton step that is merely cut off at the bounds can lead downhill: what is held at its bound changes where the
+    others belong (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
     """
-    held = np.zeros(len(vector), dtype=np.bool_)
-    move = np.zeros(len(vector))
-    for _ in range(len(vector) + 1):
-        free = ~held
-        move = np.zeros(len(vector))
-        part = hessian[np.ix_(free, free)]
-        ridge = _RIDGE * max(float(np.trace(part)), 1e-12) * np.eye(int(free.sum()))
-        move[free] = -np.linalg.solve(part + ridge, gradient[free]) if free.any() else 0.0
-        out = free & (((vector <= low) & (move < 0)) | ((vector >= high) & (move > 0)))
-        if not out.any():
-            break
-        held |= out
-    move = np.clip(vector + move, low, high) - vector
-    # A shape without an effect has no slope; its step must not run away.
-    move = np.clip(move, -30.0, 30.0)
+    ridge = _RIDGE * max(float(np.trace(hessian)), 1e-12) * np.eye(len(vector))
+    root = np.linalg.cholesky(hessian + ridge)
+    least, most = np.maximum(low - vector, -FARTHEST), np.minimum(high - vector, FARTHEST)
+    found = lsq_linear(root.T, -solve_triangular(root, gradient, lower=True), (least, most), method="bvls")
+    move = np.clip(np.asarray(found.x, dtype=np.float64), least, most)
     return move, -float(gradient @ move + 0.5 * move @ hessian @ move)
 
 
