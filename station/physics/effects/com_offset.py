@@ -17,6 +17,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from station.physics.circle import cos_sin
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
@@ -57,11 +58,13 @@ class ComOffset(Effect):
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        turned = GRAVITY_M_S2 * np.sin(contact.tilt_rad) * _arm_m(contact, values) / (contact.area_m2 / 6.0)
+        _, sine = cos_sin(contact.tilt_rad)
+        turned = GRAVITY_M_S2 * sine * _arm_m(contact, values) / (contact.area_m2 / 6.0)
         return turned if contact.moving.all() else np.where(contact.moving, turned, 0.0)
 
 
 def _arm_m(contact: Contact, values: Values) -> Array:
     """The offset's part across the way, d × e (n,)."""
     along = contact.way_rad - contact.yaw_rad
-    return values["x_m"] * np.sin(along) - values["y_m"] * np.cos(along)
+    cosine, sine = cos_sin(along)
+    return values["x_m"] * sine - values["y_m"] * cosine

@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
@@ -40,7 +41,8 @@ class ConeArtifact(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        along, across = np.abs(np.cos(contact.way_rad)), np.abs(np.sin(contact.way_rad))
+        cosine, sine = cos_sin(contact.way_rad)
+        along, across = np.abs(cosine), np.abs(sine)
         larger, smaller = np.maximum(along, across), np.minimum(along, across)
         corner = larger - smaller < _NEAR
         square = np.where(corner, _AT_CORNER - _OF_SUM * (larger + smaller), _OF_LARGER * larger)

@@ -15,8 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
+from station.simulators.planar.asked import Asked
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Column, Down, Index, Plate, gravity_at
 
@@ -101,14 +103,17 @@ class World:
         stretch, own = self.plate.stretch(row, number), self._own[:, row]
         return Blocks(row, number, stretch, own, self._friction[row], self._shake[row], rest_from_s, slid)
 
-    def moved_on(self, blocks: Blocks, number: Index) -> Blocks:
-        """The same blocks on other stretches."""
-        return replace(blocks, number=number, stretch=self.plate.stretch(blocks.row, number))
+    def moved_on(self, blocks: Blocks, going: Index) -> Blocks:
+        """The same blocks, of which some (b,) go on to the next stretch."""
+        number, stretch = blocks.number.copy(), blocks.stretch.copy()
+        number[going] += 1
+        stretch[:, going] = self.plate.stretch(blocks.row[going], number[going])
+        return replace(blocks, number=number, stretch=stretch)
 
     def pull(self, blocks: Blocks, time_s: Array, at: Motion, heading: tuple[Array, Array] | None = None) -> Pull:
         """The load at times (a,); `heading` is cos and sin of the motion's way, of whoever has them already."""
         down = gravity_at(blocks.stretch, time_s)
-        x, y, normal = self._inertial(blocks.stretch, down, at, heading or (np.cos(at.way), np.sin(at.way)))
+        x, y, normal = self._inertial(blocks.stretch, down, at, heading or cos_sin(at.way))
         border = None
         if self.walled:
             border = self.border_m(blocks.row, at)
@@ -146,7 +151,7 @@ class World:
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
 
     def _free_m(self, row: Index, x: Array, y: Array, yaw: Array) -> Array:
-        cosine, sine, half = np.cos(yaw), np.sin(yaw), self.half_m[row]
+        (cosine, sine), half = cos_sin(yaw), self.half_m[row]
         along, across = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
         return self.commands.border_m - np.hypot(along + half, across + half)
 
@@ -167,26 +172,29 @@ class World:
         """What the effects are told."""
         stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
         run, mass, area, mount, temperature, humidity = blocks.own
-        return Contact(
-            run=run,
-            moving=moving,
-            way_rad=at.way,
-            speed_m_s=at.speed,
-            x_m=at.x,
-            y_m=at.y,
-            yaw_rad=at.yaw,
-            rest_s=np.where(moving, blocks.slid_from_s, time_s) - blocks.rest_from_s,
-            slid_s=np.maximum(time_s - blocks.slid_from_s, 0.0),
-            tilt_rad=np.arctan2(np.hypot(down.x, down.y), -down.z),
-            down_rad=np.arctan2(down.y, down.x),
-            rate_rad_s=stretch[Column.RATE : Column.RATE + 3].T,
-            acceleration_rad_s2=stretch[Column.ACCELERATION : Column.ACCELERATION + 3].T,
-            rising=stretch[Column.RISING],
-            step_s=time_s - stretch[Column.STEP_BEGIN],
-            mount_rad=mount,
-            mass_kg=mass,
-            area_m2=area,
-            border_m=self.border_m(blocks.row, at) if border_m is None else border_m,
-            temperature_c=temperature,
-            relative_humidity=humidity,
-        )
+        known = {
+            "run": run,
+            "moving": moving,
+            "way_rad": at.way,
+            "speed_m_s": at.speed,
+            "x_m": at.x,
+            "y_m": at.y,
+            "yaw_rad": at.yaw,
+            "rate_rad_s": stretch[Column.RATE : Column.RATE + 3].T,
+            "acceleration_rad_s2": stretch[Column.ACCELERATION : Column.ACCELERATION + 3].T,
+            "rising": stretch[Column.RISING],
+            "mount_rad": mount,
+            "mass_kg": mass,
+            "area_m2": area,
+            "temperature_c": temperature,
+            "relative_humidity": humidity,
+        }
+        later = {
+            "rest_s": lambda: np.where(moving, blocks.slid_from_s, time_s) - blocks.rest_from_s,
+            "slid_s": lambda: np.maximum(time_s - blocks.slid_from_s, 0.0),
+            "tilt_rad": lambda: np.arctan2(np.sqrt(down.x * down.x + down.y * down.y), -down.z),
+            "down_rad": lambda: np.arctan2(down.y, down.x),
+            "step_s": lambda: time_s - stretch[Column.STEP_BEGIN],
+            "border_m": lambda: self.border_m(blocks.row, at) if border_m is None else border_m,
+        }
+        return Asked.of(known, later)

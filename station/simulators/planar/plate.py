@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from station.physics.circle import cos_sin
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.model import Model
 from station.simulators.planar.commands import STEADY_RAD_S, Commands, tilt_of
@@ -91,7 +92,7 @@ class Plate:
 def gravity_at(stretch: Array, time_s: Array) -> Down:
     """Gravity in P at times (a,) within stretches (17, a)."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
-    cosine, sine = np.cos(angle), np.sin(angle)
+    cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS
     return Down(*(stretch[first + axis] * cosine + stretch[across + axis] * sine for axis in range(3)))
 

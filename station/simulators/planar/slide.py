@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from station.physics.circle import cos_sin
 from station.physics.contact import Array
 from station.simulators.planar.friction import LimitCurve, Support
 from station.simulators.planar.load import Blocks, Motion, World
@@ -39,7 +40,8 @@ TOLERANCE_M_S = 1e-5
 _ACROSS = 0.2
 """Share of the error across the way, and of the turning, that counts: friction takes it back, and the rule's own error
 is smaller."""
-_STOPPED_M_S = 1e-8
+_STOPPED_M_S, _NO_TIME_S = 1e-8, 1e-9
+_NONE = np.empty(0, dtype=np.intp)
 _CORNER = 15.0
 """Change of G per radian, in units of the friction, beyond which a limit curve has a facet (2 : 1 ellipse: 4)."""
 
@@ -156,13 +158,17 @@ class Slide:
         if fading is not None:
             after, wrong = self._turned(blocks, after, wrong, (first, second, third), fading)
 
-        stops = after.speed <= 0.0
-        arrived = stops & ((after.speed > -_STOPPED_M_S) | (step <= 1e-9))
+        passed = step >= left
+        # Who sets off just before a knot gets no speed until there: it has not stopped, its load grows beyond.
+        stops = (after.speed <= 0.0) & ~(passed & (step <= _NO_TIME_S))
+        arrived = stops & ((after.speed > -_STOPPED_M_S) | (step <= _NO_TIME_S))
         taken = np.where(stops, arrived, (wrong <= 1.0) | (step <= SHORTEST_S))
-        grown = step * np.clip(0.85 * np.maximum(wrong, 1e-9) ** (-1.0 / 3.0), 0.25, 2.5)
+        grown = step * np.clip(0.85 / np.cbrt(np.maximum(wrong, 1e-9)), 0.25, 2.5)
         longer = np.where(taken & (step < state.step_s), np.maximum(state.step_s, grown), grown)
-        following = np.where(stops, _time_to_stop(at.speed, first.speed, after.speed, step), longer)
-        following = np.minimum(following, LONGEST_S)
+        following = np.minimum(longer, LONGEST_S)
+        over = np.flatnonzero(stops)
+        if len(over):
+            following[over] = _time_to_stop(at.speed[over], first.speed[over], after.speed[over], step[over])
 
         stopped = taken & stops
         new = Motion(
@@ -174,7 +180,7 @@ class Slide:
             np.where(stopped, 0.0, np.where(taken, after.yaw_rate, at.yaw_rate)) if self._spins else at.yaw_rate,
         )
         now = np.where(taken, time + step, time)
-        blocks, over = self._moved_on(blocks, taken & (step >= left), now, state.end_s)
+        blocks, over = self._moved_on(blocks, taken & passed, now, state.end_s)
         return _State(blocks, now, new, following, state.end_s), stopped | over
 
     def _moved_on(
@@ -182,9 +188,9 @@ class Slide:
     ) -> tuple[Blocks, NDArray[np.bool_]]:
         """Blocks that have reached a knot go on to the next stretch that takes any time; says whose run is over."""
         over = passed & (now >= end_s)
-        going = passed & ~over
-        if going.any():
-            blocks = self._world.moved_on(blocks, blocks.number + going)
+        going = np.flatnonzero(passed & ~over)
+        if len(going):
+            blocks = self._world.moved_on(blocks, going)
         return blocks, over
 
     def _rates(
@@ -194,7 +200,7 @@ class Slide:
 
         Who is slow, and h″, which hardly changes in a step, its later stages take from the first (`like`).
         """
-        cosine, sine = np.cos(at.way), np.sin(at.way)
+        cosine, sine = cos_sin(at.way)
         x, y, normal, contact = self._world.pull(blocks, time_s, at, (cosine, sine))
         if contact is not None and self._shakes:
             # A push that sets a block off lasts as long as the slide; else no slip before its time would get away.
@@ -207,11 +213,14 @@ class Slide:
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
         aside = aside - h.slope * normal
         moved: Array | float = 0.0
-        if since is not None and slow.any():
-            moved = _relaxed(ahead + h.bend * normal, aside, at.speed, since, slow)
-            turned_cosine, turned_sine = np.cos(moved), np.sin(moved)
-            cosine, sine = cosine * turned_cosine - sine * turned_sine, sine * turned_cosine + cosine * turned_sine
-            ahead = x * cosine + y * sine
+        some = np.flatnonzero(slow) if since is not None else _NONE
+        if since is not None and len(some):
+            stiffness = ahead + h.bend * normal
+            turn = _relaxed(stiffness[some], aside[some], at.speed[some], since[some])
+            cosine[some], sine[some] = _turned_by(turn, cosine[some], sine[some])
+            ahead[some] = x[some] * cosine[some] + y[some] * sine[some]
+            moved = np.zeros(len(slow))
+            moved[some] = turn
             h = Support(h.value + moved * (h.slope + 0.5 * moved * h.bend), h.slope, h.bend)
         way = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
         drag, own = h.value * normal, None
@@ -246,7 +255,8 @@ def _turning_of(stage: _Rates) -> Turning:
 
 def _nodes(state: _State) -> Nodes:
     at = state.at
-    velocity = np.column_stack([at.speed * np.cos(at.way), at.speed * np.sin(at.way), at.yaw_rate])
+    cosine, sine = cos_sin(at.way)
+    velocity = np.column_stack([at.speed * cosine, at.speed * sine, at.yaw_rate])
     return Nodes(state.blocks.row, state.time_s, np.column_stack([at.x, at.y, at.yaw]), velocity)
 
 
@@ -278,14 +288,10 @@ def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
     way = at.way + sixth * (first.way + 4.0 * second.way + third.way)
     along = np.abs(first.speed - 2.0 * second.speed + third.speed)
     across = np.maximum(at.speed, SLOW_M_S) * np.abs(first.way - 2.0 * second.way + third.way)
-    early = first.way * second.way < 0
-    other = np.where(early, second.way, third.way)
-    reach = np.where(early, 0.5 * step * first.way, step * (2.0 * second.way - first.way))
-    abrupt = np.maximum(at.speed, SLOW_M_S) * np.abs(first.way - other) > _CORNER * first.drag * np.abs(reach)
-    held = (first.way * other < 0) & (sixth * _ACROSS * across > TOLERANCE_M_S) & abrupt
-    if held.any():
-        balance = first.way / np.where(held, first.way - other, 1.0)
-        way, across = np.where(held, at.way + reach * balance, way), np.where(held, 0.0, across)
+    doubtful = np.flatnonzero(sixth * _ACROSS * across > TOLERANCE_M_S)
+    if len(doubtful):
+        held, balanced = _between(at, stages, step, doubtful)
+        way[held], across[held] = balanced, 0.0
     after = Motion(
         at.x + sixth * (first.x + 4.0 * second.x + third.x),
         at.y + sixth * (first.y + 4.0 * second.y + third.y),
@@ -296,13 +302,33 @@ def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
     return after, sixth * np.maximum(along, _ACROSS * across) / TOLERANCE_M_S
 
 
-def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array, slow: NDArray[np.bool_]) -> Array:
+def _between(at: Motion, stages: _Stages, step: Array, doubtful: Index) -> tuple[Index, Array]:
+    """Which of the `doubtful` (b,) are held at a corner (c,), and the ways (c,) where the forces on them balance."""
+    first, second, third = (stage.way[doubtful] for stage in stages)
+    step = step[doubtful]
+    early = first * second < 0
+    other = np.where(early, second, third)
+    reach = np.where(early, 0.5 * step * first, step * (2.0 * second - first))
+    speed = np.maximum(at.speed[doubtful], SLOW_M_S)
+    abrupt = speed * np.abs(first - other) > _CORNER * stages[0].drag[doubtful] * np.abs(reach)
+    held = np.flatnonzero((first * other < 0) & abrupt)
+    balance = first[held] / (first[held] - other[held])
+    return doubtful[held], at.way[doubtful[held]] + reach[held] * balance
+
+
+def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Cosine and sine of an angle that grows by `turn`."""
+    by_cosine, by_sine = cos_sin(turn)
+    return cosine * by_cosine - sine * by_sine, sine * by_cosine + cosine * by_sine
+
+
+def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
     """How far φ has moved `since` (a,) s ago towards where G vanishes."""
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)
     small = np.abs(decay) < 1e-6
     share = np.where(small, 1.0, -np.expm1(-decay) / np.where(small, 1.0, decay))
-    return np.where(slow, np.arctan(aside * paced * share), 0.0)
+    return np.arctan(aside * paced * share)
 
 
 def _time_to_stop(speed: Array, change: Array, after: Array, step: Array) -> Array:

@@ -49,17 +49,18 @@ def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array,
     """
     reach = MEAN_DISTANCE * side
     strongest = hold * reach / (_SQUARE_GYRATION * side * side)
-    together = np.maximum(np.hypot(speed, reach * rate), 1e-9)
+    together = np.maximum(np.sqrt(speed * speed + np.square(reach * rate)), 1e-9)
     q = spin / np.maximum(strongest, 1e-12)
     if bound is None:
         bound = (together < _BOUND_M_S) & (np.abs(q) < _MOST)
-    if not bound.any() and together.min(initial=1.0) > 1e-9:
-        return Turning(speed / together, rate, spin, strongest * reach / together, bound)
-    q = np.clip(q, -_MOST, _MOST)
-    root = np.sqrt(1.0 - q * q)
-    balanced = q * speed / (reach * root)
-    share = np.where(bound, root, np.where(together > 1e-9, speed / together, root))
-    return Turning(share, np.where(bound, balanced, rate), spin, strongest * reach / together, bound)
+    share, decay = speed / together, strongest * reach / together
+    slow = np.flatnonzero(bound | (together <= 1e-9))
+    if len(slow):
+        q = np.clip(q[slow], -_MOST, _MOST)
+        share[slow] = root = np.sqrt(1.0 - q * q)
+        rate = rate.copy()
+        rate[slow] = np.where(bound[slow], q * speed[slow] / (reach[slow] * root), rate[slow])
+    return Turning(share, rate, spin, decay, bound)
 
 
 class Decays(NamedTuple):

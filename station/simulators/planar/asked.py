@@ -1,0 +1,46 @@
+"""A contact whose dearer fields are worked out when an effect asks for them: hardly any asks for all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from station.physics.contact import Array, Bools, Contact
+
+_put = object.__setattr__
+
+
+class Asked(Contact):
+    """Some fields of a `Contact`, and how to make the others at the first question."""
+
+    __slots__ = ("_later",)
+
+    _later: Callable[[str], Array | Bools]
+
+    @classmethod
+    def of(cls, known: Mapping[str, Array | Bools], later: Mapping[str, Callable[[], Array | Bools]]) -> Asked:
+        """The fields `known`, and `later` what makes the rest."""
+        return cls._made(known, lambda name: later[name]())
+
+    @classmethod
+    def like(cls, other: Contact, **changed: Array | Bools) -> Asked:
+        """Another contact with some fields changed; `dataclasses.replace` would ask for all of them."""
+        return cls._made(changed, lambda name: getattr(other, name))
+
+    @classmethod
+    def _made(cls, known: Mapping[str, Array | Bools], later: Callable[[str], Array | Bools]) -> Asked:
+        made = object.__new__(cls)
+        _put(made, "_later", later)
+        for name, value in known.items():
+            _put(made, name, value)
+        return made
+
+    def __getattr__(self, name: str) -> Array | Bools:
+        """Asked for a field that is not there yet."""
+        if name not in _FIELDS:
+            raise AttributeError(name)
+        value = self._later(name)
+        _put(self, name, value)
+        return value
+
+
+_FIELDS = frozenset(Contact.__slots__)
