@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
+# Nothing is drawn with MuJoCo here; else it would look for a window library, in a process of its own.
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import mujoco
 
 mj: Any = mujoco
 

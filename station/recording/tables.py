@@ -14,9 +14,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast, get_type_hints
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from shared.errors import UserError
 from shared.messages import Floats, Sample, Strings
 from station.recording.reader import open_recording
@@ -27,14 +24,6 @@ REQUIRED = "onset_angle_rad"
 _FLAG_SEPARATOR = "|"
 _HINTS: dict[str, Any] = {
     name: hint for name, hint in get_type_hints(Sample).items() if name in {spec.name for spec in fields(Sample)}
-}
-_ARROW: dict[Any, pa.DataType] = {
-    int: pa.int64(),
-    float: pa.float64(),
-    bool: pa.bool_(),
-    str: pa.string(),
-    Floats: pa.list_(pa.float64()),
-    Strings: pa.list_(pa.string()),
 }
 
 
@@ -74,8 +63,19 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
 
 
 def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
+    import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    kinds: dict[Any, pa.DataType] = {
+        int: pa.int64(),
+        float: pa.float64(),
+        bool: pa.bool_(),
+        str: pa.string(),
+        Floats: pa.list_(pa.float64()),
+        Strings: pa.list_(pa.string()),
+    }
     columns = [
-        pa.array([_plain(getattr(sample, name)) for sample in samples], type=_ARROW[hint])
+        pa.array([_plain(getattr(sample, name)) for sample in samples], type=kinds[hint])
         for name, hint in _HINTS.items()
     ]
     pq.write_table(pa.table(columns, names=list(_HINTS)), path)
@@ -86,6 +86,9 @@ def _plain(value: Any) -> Any:
 
 
 def _read_parquet(path: Path) -> tuple[Sample, ...]:
+    import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
     try:
         table = pq.read_table(path)
     except pa.ArrowInvalid as error:

@@ -18,7 +18,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
 from shared.rig import RigConfig
-from shared.zenoh_bus import ZenohBus
 from station.app import assembly, recordings
 from station.app.live import LiveSession, StopRequest, await_processes, install_signals
 from station.app.lockstep import Lockstep
@@ -84,6 +83,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
 
 
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
+    from shared.zenoh_bus import ZenohBus  # noqa: PLC0415 - a simulated session needs no network
+
     console = Console(stderr=True)
     clock, stop = SystemClock(), StopRequest()
     install_signals(stop)
