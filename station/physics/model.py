@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -10,8 +10,11 @@ import numpy as np
 
 from shared.errors import UserError
 from station.physics.catalogue import Catalogue
+from station.physics.checked import number, only
 from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Values
+from station.physics.smooth import Unnamed
+from station.physics.smooth_table import smooth_of_tables, table_of_smooth
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,37 +106,43 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
         [effects.contact_aging]
         per_decade = 0.031
 
+    Terms without a name stand in tables [[smooth]], see `smooth_table`.
+
     Raises:
         UserError: for an unknown key, effect or parameter, a missing value, or one outside its bounds.
     """
-    _only(table, {"friction", "effects", "about"}, "a model")
+    only(table, {"friction", "effects", "smooth", "about"}, "a model")
     friction = table.get("friction", {})
-    _only(friction, {"mu_s", "scatter"}, "[friction]")
+    only(friction, {"mu_s", "scatter"}, "[friction]")
     if "mu_s" not in friction:
         raise UserError("Expected mu_s in the table [friction] of the model, found none")
-    mu_s = _number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
-    scatter = _number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 … 1")
-    terms = tuple(_term(name, values, known) for name, values in table.get("effects", {}).items())
-    return Model(mu_s=mu_s, scatter=scatter, terms=terms)
+    mu_s = number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
+    scatter = number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 … 1")
+    terms = [_term(name, values, known) for name, values in table.get("effects", {}).items()]
+    terms += [Term(*each) for each in smooth_of_tables(table.get("smooth", []))]
+    return Model(mu_s=mu_s, scatter=scatter, terms=tuple(terms))
 
 
 def table_of_model(model: Model) -> dict[str, Any]:
     """The tables of model.toml."""
-    return {
+    named = [term for term in model.terms if not isinstance(term.effect, Unnamed)]
+    table: dict[str, Any] = {
         "friction": {"mu_s": model.mu_s, "scatter": model.scatter},
-        "effects": {term.effect.id: dict(term.values) for term in model.terms},
+        "effects": {term.effect.id: dict(term.values) for term in named},
     }
+    unnamed = [table_of_smooth(term.effect, term.values) for term in model.terms if isinstance(term.effect, Unnamed)]
+    return table | ({"smooth": unnamed} if unnamed else {})
 
 
 def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
     if name not in known:
         raise UserError(f"Expected one of the effects {', '.join(sorted(known))}, got {name}")
     effect = known[name]
-    _only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
+    only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
     chosen = effect.neutral()
     for parameter in effect.parameters:
         if parameter.name in values:
-            chosen[parameter.name] = _number(
+            chosen[parameter.name] = number(
                 values[parameter.name],
                 f"effects.{name}.{parameter.name}",
                 lambda value, of=parameter: of.low <= value <= of.high,
@@ -142,15 +151,3 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
         elif not parameter.is_shape:
             raise UserError(f"Expected {parameter.name} ({parameter.unit}) in [effects.{name}], found none")
     return Term(effect, chosen)
-
-
-def _only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
-    unknown = sorted(set(table) - allowed)
-    if unknown:
-        raise UserError(f"Expected only {', '.join(sorted(allowed))} in {where}, got {', '.join(unknown)}")
-
-
-def _number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not valid(float(value)):
-        raise UserError(f"Expected {expected} for {name}, got {value!r}")
-    return float(value)

@@ -1,0 +1,235 @@
+"""Physics without a name: friction, or a push, that changes smoothly with one of the things it might depend on.
+
+An effect outside the catalogue is modelled by these terms. They are effects like the named ones, so simulators take
+them; unlike those they hold numbers of the recording that they were found in, such as where its covariates lie. So they
+stand in no catalogue, and model.toml has them whole, see `smooth_table`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from station.physics.contact import Array, Bools, Contact
+from station.physics.covariates import READ
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.parameter import Parameter
+
+PREFIX = "other:"
+"""How the ids of smooth terms begin."""
+
+FARTHEST = 1.5
+"""Polynomials count from −1.5 to 1.5 spreads about the middle: they say nothing farther out."""
+
+PLACE_M = 0.03
+"""The place on the plate at which a push that is linear in it has its coefficient's size."""
+
+Wave = Literal["cos", "sin"]
+When = Literal["onset", "sliding"]
+Direction = Literal["radial", "linear", "any"]
+
+
+class Form(ABC):
+    """A few smooth functions of one covariate, whose weighted sum is ln of the friction."""
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """How many functions."""
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """A few words for reports, which tell it from others of the same covariate."""
+
+    @abstractmethod
+    def of(self, values: Array) -> Array:
+        """The functions (n, size) of a covariate's values (n,); 0 where a value is unknown."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Harmonics(Form):
+    """cos and sin of multiples of an angle."""
+
+    waves: tuple[tuple[Wave, int], ...]
+
+    @property
+    def size(self) -> int:
+        """One for each wave."""
+        return len(self.waves)
+
+    @property
+    def words(self) -> str:
+        """Such as 'harmonic 1+2'."""
+        return "harmonic " + "+".join(str(k) for k in sorted({k for _, k in self.waves}))
+
+    def of(self, values: Array) -> Array:
+        """The waves in their order."""
+        known = np.isfinite(values)
+        angle = np.where(known, values, 0.0)
+        waves = [WAVES[wave](k * angle) for wave, k in self.waves]
+        return np.where(known[:, None], np.column_stack(waves), 0.0)
+
+
+WAVES: dict[Wave, np.ufunc] = {"cos": np.cos, "sin": np.sin}
+"""The functions that an angle's waves are made of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Powers(Form):
+    """Powers 1 … `degree` of (value − `middle`) / `spread`, which is held within ± `FARTHEST`."""
+
+    middle: float
+    spread: float
+    degree: int
+
+    @property
+    def size(self) -> int:
+        """The degree."""
+        return self.degree
+
+    @property
+    def words(self) -> str:
+        """Such as 'degree 2'."""
+        return f"degree {self.degree}"
+
+    def of(self, values: Array) -> Array:
+        """The powers, from the first on."""
+        known = np.where(np.isfinite(values), values, self.middle)
+        scaled = np.clip((known - self.middle) / self.spread, -FARTHEST, FARTHEST)
+        return np.column_stack([scaled**k for k in range(1, self.degree + 1)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Swings(Form):
+    """cos and sin of a phase that turns `often` times while the value goes from `low` on by `width`."""
+
+    low: float
+    width: float
+    often: float
+
+    @property
+    def size(self) -> int:
+        """Cosine and sine."""
+        return 2
+
+    @property
+    def words(self) -> str:
+        """Such as '2.5 swings'."""
+        return f"{self.often:g} swings"
+
+    def of(self, values: Array) -> Array:
+        """Cosine and sine."""
+        known = np.isfinite(values)
+        phase = 2 * np.pi * self.often * (np.where(known, values, self.low) - self.low) / self.width
+        return np.where(known[:, None], np.column_stack([np.cos(phase), np.sin(phase)]), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ByRun:
+    """A covariate that a contact does not know, such as what the run before did: its values by the runs' numbers."""
+
+    run: Array
+    """(r,) ascending."""
+    value: Array
+
+    def __call__(self, contact: Contact) -> Array:
+        """The value (n,) of each moment's run; nan for a run without one."""
+        place = np.minimum(np.searchsorted(self.run, contact.run), len(self.run) - 1)
+        return np.where(self.run[place] == contact.run, self.value[place], np.nan)
+
+
+class Unnamed(Effect):
+    """What all smooth terms are."""
+
+    layer: ClassVar[Layer] = "contact"
+    family: ClassVar[Family] = "history"
+    law: ClassVar[str] = "a sum of smooth functions (all 0)"
+    source: ClassVar[str] = "none: a smooth term"
+    separated_by: ClassVar[str] = "nothing: it stands for what has no name"
+    covariate: str
+
+    def __init__(self, covariate: str, words: str, *, size: int, typical: float, unit: str, most: float) -> None:
+        """Of `size` coefficients a0, a1, …, each at most `most` in size."""
+        self.covariate = covariate
+        # What classes of named effects have, an unnamed one has of its own.
+        vars(self).update(
+            id=f"{PREFIX}{covariate}, {words}",
+            title=f"something outside the catalogue that changes with {covariate}",
+            parameters=tuple(
+                Parameter(name=f"a{number}", unit=unit, low=-most, high=most, typical=typical) for number in range(size)
+            ),
+        )
+
+
+class Smooth(Unnamed):
+    """ln of the friction is a weighted sum of a form's functions of a covariate, at the onset, sliding, or both."""
+
+    def __init__(self, covariate: str, form: Form, *, at: frozenset[When], by_run: ByRun | None = None) -> None:
+        """`by_run` says the values of a covariate that no contact knows."""
+        words = form.words + _WHEN[at]
+        super().__init__(covariate, words, size=form.size, typical=0.05, unit="1", most=1.0)
+        self.form, self.at, self.by_run = form, at, by_run
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the class."""
+        read = self.by_run or READ[self.covariate]
+        total = self.form.of(read(contact)) @ _numbers(values)
+        return np.exp(np.where(self._acts(contact.moving), total, 0.0))
+
+    def _acts(self, moving: Bools) -> Bools:
+        return (moving & ("sliding" in self.at)) | (~moving & ("onset" in self.at))
+
+
+_WHEN: dict[frozenset[When], str] = {
+    frozenset({"onset"}): " at the onset",
+    frozenset({"sliding"}): " while sliding",
+    frozenset({"onset", "sliding"}): "",
+}
+
+
+class SmoothPush(Unnamed):
+    """A push along the plate, m/s², by the place: from the centre, linear, or linear beside a constant part."""
+
+    family: ClassVar[Family] = "place"
+
+    def __init__(self, direction: Direction) -> None:
+        """'radial' has one coefficient, 'linear' four, 'any' six."""
+        self.direction: Direction = direction
+        size, words = PUSHES[direction]
+        super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
+
+    def push(self, contact: Contact, values: Values) -> Array | None:
+        """See the class."""
+        return np.einsum("nik,k->ni", self._waves(contact), _numbers(values))
+
+    def _waves(self, contact: Contact) -> Array:
+        """For each coefficient a push (n, 3, k)."""
+        x, y = contact.x_m / PLACE_M, contact.y_m / PLACE_M
+        if self.direction == "radial":
+            return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
+        functions = (x, y) if self.direction == "linear" else (np.ones(len(contact)), x, y)
+        found = np.zeros((len(contact), 3, 2 * len(functions)))
+        for place, function in enumerate(functions):
+            found[:, 0, 2 * place] = found[:, 1, 2 * place + 1] = function
+        return found
+
+
+PUSHES: dict[Direction, tuple[int, str]] = {
+    "radial": (1, "radial push"),
+    "linear": (4, "linear push"),
+    "any": (6, "push"),
+}
+"""How many coefficients each kind of push has, and what it is called."""
+
+
+def is_smooth(effect: Effect) -> bool:
+    """Whether it is a term without a name."""
+    return isinstance(effect, Unnamed)
+
+
+def _numbers(values: Values) -> Array:
+    return np.array([values[f"a{number}"] for number in range(len(values))])
