@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
+from station.gap.evidence.directions import Believed, believed
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
@@ -47,7 +49,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     nodes = len(WEIGHTS)
     node_ns = np.concatenate([window.node_ns for window in windows])
     pose = np.concatenate([window.node_pose for window in windows])
-    shrunk = _trust(windows, recorded)
+    down, deviation = _directions(windows, recorded, runs)
     moments = Moments(
         time_ns=node_ns,
         run=np.repeat(runs, nodes),
@@ -55,7 +57,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
-        velocity_m_s=_velocities(windows, recorded, shrunk),
+        velocity_m_s=_velocities(windows, down + deviation.off_rad),
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=np.concatenate([_border(window.node_pose, recorded) for window in windows]),
@@ -79,8 +81,6 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     noise = np.array(
         [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
     )
-    # A direction that is off by its own error puts that share of the friction across.
-    aside = math.sqrt(shrunk) * np.array([window.way_sigma_rad for window in windows])
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
     slowing = 6.0 * MEAN_DISTANCE**2 * pressing * mu / np.maximum(contact.speed_m_s[1::nodes], LEAST_M_S)
     turning = np.array(
@@ -100,40 +100,30 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     relative = noise / (pressing * mu)
     return [
         Along(rows(relative), motion),
-        Across(rows(np.hypot(relative, aside)), motion),
+        # A direction that is off by its own error puts that share of the friction across.
+        Across(rows(np.hypot(relative, deviation.sigma_rad)), motion),
         Turn(rows(turning), motion),
     ]
 
 
-def _trust(windows: Sequence[Window], recorded: Recorded) -> float:
-    """How much of the slides' deviations from the steepest line is real, 0 to 1, by their spread and their noise.
-
-    A law of the direction must not be fitted to the noise of directions: they are taken as what is expected of them
-    (regression calibration; Carroll et al. 2006, Measurement Error in Nonlinear Models, chapter 4).
-    """
-    off = _deviations(windows, recorded)
-    spread = float(np.mean(np.minimum(off**2, np.quantile(off**2, 0.98))))
-    noise = float(np.mean([window.way_sigma_rad**2 for window in windows]))
-    return min(max(1.0 - noise / max(spread, 1e-12), 0.0), 1.0)
-
-
-def _deviations(windows: Sequence[Window], recorded: Recorded) -> Array:
-    """Of the slides' directions at the windows' middles from the steepest line (n,)."""
-    down = recorded.plate.at(np.array([window.node_ns[1] for window in windows])).down_rad
-    way = np.array([window.node_way_rad[1] for window in windows])
-    return np.mod(way - down + np.pi, 2 * np.pi) - np.pi
-
-
-def _velocities(windows: Sequence[Window], recorded: Recorded, trust: float) -> Array:
-    """Velocities at the nodes (3 n, 2): the window's speed in the whole path's direction, as far as that is real."""
-    node_ns = np.concatenate([window.node_ns for window in windows])
-    way = np.concatenate([window.node_way_rad for window in windows])
-    speed = np.concatenate([np.hypot(window.node_velocity[:, 0], window.node_velocity[:, 1]) for window in windows])
-    down = recorded.plate.at(node_ns).down_rad
-    level = recorded.plate.at(node_ns).tilt_rad < LEAST_SLOPE_RAD
+def _directions(windows: Sequence[Window], recorded: Recorded, runs: Times) -> tuple[Array, Believed]:
+    """Down the slope at the nodes (n, 3), and the deviations of the slides from it."""
+    plate = recorded.plate.at(np.concatenate([window.node_ns for window in windows]))
+    down = plate.down_rad.reshape(len(windows), len(NODES))
+    way = np.array([window.node_way_rad for window in windows])
     off = np.mod(way - down + np.pi, 2 * np.pi) - np.pi
-    direction = np.where(level, way, down + trust * off)
-    return speed[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+    yaw = np.array([window.node_pose[:, 2] for window in windows])
+    angles = (down, down - recorded.facts.mount_rad[runs][:, None], down - yaw)
+    found = believed(off, np.array([window.way_sigma_rad for window in windows]), angles)
+    level = plate.tilt_rad.reshape(down.shape) < LEAST_SLOPE_RAD
+    return down, replace(found, off_rad=np.where(level, off, found.off_rad))
+
+
+def _velocities(windows: Sequence[Window], way_rad: Array) -> Array:
+    """Velocities at the nodes (3 n, 2): the window's own speeds in directions (n, 3)."""
+    velocity = np.array([window.node_velocity for window in windows])
+    speed = np.hypot(velocity[..., 0], velocity[..., 1])
+    return np.stack([speed * np.cos(way_rad), speed * np.sin(way_rad)], axis=-1).reshape(-1, 2)
 
 
 def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
