@@ -8,12 +8,12 @@ the model. At the end every term is compared once more with what could stand in 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate
+from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
 from station.gap.misfit import Gained, gained_by, is_misfit
@@ -32,8 +32,11 @@ ALARM = 0.04
 
 NEXT = 0.005
 MOST_STAGES = 4
-FULL_FITS = {"single": 7, "pair": 7, "smooth": 5}
-"""How many of each kind are fitted in full in each stage."""
+FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
+"""How many of each kind are fitted in full in each stage, by their scores."""
+
+LEADING, PARTNERS = 3, 3
+"""How many single effects are joined in full with how many partners each."""
 
 Progress = Callable[[str], None]
 
@@ -135,7 +138,7 @@ def _stage(
     ranked, chosen = sorted(candidates, key=lambda candidate: -candidate.odds), None
     if global_p < (ALARM if first else NEXT):
         progress("fitting the best candidates in full")
-        ranked = _in_full(fitter, current, ranked)
+        ranked = _in_full(fitter, current, ranked, rest)
         chosen = _chosen(evidence, ranked, spots, gained)
     return Stage(
         before=current,
@@ -153,17 +156,43 @@ def _column_count(effects: Sequence[Effect]) -> int:
     return sum(not parameter.is_shape for effect, _ in variants_of(effects) for parameter in effect.parameters)
 
 
-def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
+def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:
     """The best of each kind fitted in full and ranked again, those that are not credible left out; then the rest."""
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
     best = [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
-    full = [fitter.fitted(current, candidate) for candidate in best]
-    good = [candidate for candidate in full if candidate.credible]
-    tried = {candidate.key for candidate in full}
-    rest = [candidate for candidate in ranked if candidate.key not in tried]
+    full = {one.key: fitter.fitted(current, one) for one in best}
+    for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
+        if pair.key not in full:
+            full[pair.key] = fitter.fitted(current, pair)
+    good = [candidate for candidate in full.values() if candidate.credible]
+    rest = [candidate for candidate in ranked if candidate.key not in full]
     return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]
+
+
+def _partnered(
+    fitter: Fitter, pairs: Sequence[Candidate], full: Iterable[Candidate], offered: Sequence[Effect]
+) -> Iterator[Candidate]:
+    """Of all pairs those of the best single effects with the best partners for what each leaves.
+
+    Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
+    """
+    known = {pair.key: pair for pair in pairs}
+    alone = [one for one in full if _kind(one) == "single" and one.credible and one.odds > 0]
+    for one in sorted(alone, key=lambda single: -single.odds)[:LEADING]:
+        for partner in _partners(fitter, one, offered)[:PARTNERS]:
+            pair = known.get(tuple(sorted((*one.key, *partner.key))))
+            if pair is not None and partner.twice_gain > 2:
+                yield replace(pair, starts=(*one.starts, *partner.starts))
+
+
+def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> list[Candidate]:
+    """The named effects by their scores around a single one's fit."""
+    if single.fitted is None:
+        return []
+    rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
+    return sorted(single_candidates(fitter.evidence, single.fitted, rest), key=lambda partner: -partner.odds)
 
 
 def _kind(candidate: Candidate) -> str:
