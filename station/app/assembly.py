@@ -15,8 +15,10 @@ from shared.geometry import plate_from_pixel
 from shared.messages import CameraGeometry
 from shared.rig import RigConfig, load_rig
 from station.arm.planning import require_session
+from station.arm.tilt_path import TiltStage
 from station.arm.tilter import Tilter
 from station.rig.arm_settings import ArmSettings
+from station.rig.tilt import azimuth_of_direction
 from station.sampling.machine import Reach, SamplingMachine
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
@@ -104,23 +106,36 @@ def reach_of(rig: RigConfig, *, tilter: Tilter | None = None) -> Reach:
     return reach
 
 
-def require_reachable(rig: RigConfig, plan: Plan) -> None:
+def require_reachable(rig: RigConfig, plan: Plan) -> Tilter:
     """Refuses a plan with a step that the arm cannot make. A free azimuth is chosen within what it can.
+
+    Returns the rig's planner with the paths that had to be solved for that, for whoever needs them next.
 
     Raises:
         UserError: naming the direction, what stops the arm there, and the best alternative.
     """
-    if plan.direction.mode == "four":
-        require_session(arm_settings(rig), angle_rad=plan.max_rad, directions=plan.direction.some)
+    settings = arm_settings(rig)
+    tilter = Tilter.from_settings(settings)
+    if plan.direction.mode == "four" and not _reaches(tilter, plan):
+        require_session(settings, angle_rad=plan.max_rad, directions=plan.direction.some)
+    return tilter
 
 
-def twin_world(rig: RigConfig, *, seed: int, start_ns: int) -> TwinWorld:
-    """The simulated world of a rig: its arm at home, its block at the plate's centre."""
+def _reaches(tilter: Tilter, plan: Plan) -> bool:
+    """Whether every direction of the plan is surely within reach; if not, somebody else says why."""
+    try:
+        return all(tilter.path(azimuth_of_direction(n)).reach_rad >= plan.max_rad for n in plan.direction.some)
+    except UserError:
+        return False
+
+
+def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
+    """The simulated world of a rig: arm at home (a known `stage` saves solving that), block at the plate's centre."""
     settings = parse(TwinSettings, rig.twin)
     length, width, height = rig.block.size_m
     if not length == width == height:
         raise UserError(f"Expected a cube as size_m in [block] for the twin, got {rig.block.size_m}; give equal sides")
-    stage = Tilter.from_settings(arm_settings(rig)).stage
+    stage = stage or Tilter.from_settings(arm_settings(rig)).stage
     return TwinWorld(
         stage.model,
         friction=settings.friction(),

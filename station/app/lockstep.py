@@ -21,6 +21,7 @@ from station.app.session import Session
 from station.app.twin_wire import DirectWire
 from station.arm.agent import arm_agent
 from station.arm.drivers.simulated import SimulatedArm
+from station.arm.tilter import Tilter
 from station.recording.recorder import Sink, record_within
 from station.sampling.plan import Plan
 from station.simulators.mujoco.twin import Twin
@@ -66,8 +67,12 @@ class Lockstep:
         camera: CameraBuilder | None = None,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
         left_out: frozenset[str] = frozenset(),
+        tilter: Tilter | None = None,
     ) -> None:
-        """Sets everything up; nobody gets messages of topics that are `left_out`."""
+        """Sets everything up; nobody gets messages of topics that are `left_out`.
+
+        A new `tilter` of the same rig saves solving the paths that it knows.
+        """
         self.clock = SimulatedClock()
         self.bus = MemoryBus(self.clock, left_out=left_out)
         self._recording = recording
@@ -75,9 +80,10 @@ class Lockstep:
             record_within(self.bus, recording)
         twin_seed, camera_seed = np.random.SeedSequence(plan.seed).generate_state(2)
         settings = assembly.arm_settings(rig)
-        world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns())
+        tilter = tilter or Tilter.from_settings(settings)
+        world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns(), stage=tilter.stage)
         self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
-        self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(world)))
+        self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(world)), tilter=tilter)
         self._camera = (camera or _projected(int(camera_seed)))(self.bus, rig, self.twin)
         machine = assembly.sampling_machine(rig, plan, tilter=self._arm.tilter)
         self.session = Session(

@@ -257,12 +257,15 @@ def _joint_state(reading: JointReading) -> JointState:
 _REST_RAD_S = math.radians(0.5)
 
 
-def arm_agent(bus: Bus, settings: ArmSettings, *, driver: Driver | None = None) -> ArmAgent:
+def arm_agent(
+    bus: Bus, settings: ArmSettings, *, driver: Driver | None = None, tilter: Tilter | None = None
+) -> ArmAgent:
     """The agent for the `[arm]` table of a rig: model, placement, driver and gate put together.
 
-    Raises UserError with one sentence when they do not fit.
+    A `tilter` of these settings that has not moved yet brings the paths that it has solved. Raises UserError with one
+    sentence when they do not fit.
     """
-    tilter = Tilter.from_settings(settings)
+    tilter = tilter or Tilter.from_settings(settings)
     if driver is None:
         link = DriverLink(bus=bus, model=tilter.stage.model, options=settings.options)
         driver = load_driver(settings.driver, link=link)

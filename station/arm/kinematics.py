@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _TRIES = 8
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+"""For each axis the one after it, and the one before it."""
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
@@ -31,7 +33,12 @@ def pivot_jacobian(model: ArmModel, q: Array) -> tuple[Array, Array]:
     pose = links[..., -1, :, :] @ model.last_from_flange @ model.flange_from_pivot
     axes = np.einsum("...nij,nj->...ni", links[..., :3, :3], np.array([joint.axis for joint in model.joints]))
     arms = pose[..., None, :3, 3] - links[..., :3, 3]
-    return pose, np.moveaxis(np.concatenate([np.cross(axes, arms), axes], axis=-1), -1, -2)
+    return pose, np.moveaxis(np.concatenate([_cross(axes, arms), axes], axis=-1), -1, -2)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """The cross products of vectors (..., 3): what `np.cross` gives, in a quarter of its time for a handful."""
+    return a.take(_NEXT, -1) * b.take(_LAST, -1) - a.take(_LAST, -1) * b.take(_NEXT, -1)
 
 
 def pose_error(pose: Array, target: Array) -> Array:

@@ -13,14 +13,14 @@ import pickle
 import select
 import signal
 import sys
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from multiprocessing.connection import Connection
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from shared.bus import Received
+from shared.bus import Received, Recipe
 from shared.errors import UserError
 from shared.fields import slots
 from shared.messages import Message
@@ -29,9 +29,12 @@ from station.recording.writer import Recording
 BATCH = 128
 """Messages that cross the pipe together: a third of a second of a session, few enough for a processor's cache."""
 _OVER = b""
-Parts = tuple[Callable[..., Message], tuple[Any, ...] | dict[str, Any]]
-Row = tuple[str, int, *Parts]
-"""Topic, time of receipt, and class and fields of a message, nested ones as tuples again; or a recipe's two parts."""
+Make = Callable[..., Message]
+"""What makes a message: its class, or the function of a recipe."""
+Values = tuple[Any, ...] | dict[str, Any]
+"""The fields of a message, nested ones as tuples again; or the values of a recipe by name."""
+Row = tuple[str, int, int, Values]
+"""Topic, time of receipt, the number of what makes the message, and of what."""
 
 
 def can_write_beside() -> bool:
@@ -58,6 +61,7 @@ class RecordingBeside:
         self._news = select.poll()
         self._news.register(self._pipe, select.POLLIN)
         self._waiting: list[Received] = []
+        self._taking = _TakingApart()
         self._closed = False
 
     def __enter__(self) -> RecordingBeside:
@@ -75,9 +79,8 @@ class RecordingBeside:
             self._send_waiting()
 
     def _send_waiting(self) -> None:
-        rows: list[Row] = [(one.topic, one.receive_ns, *_parts(one)) for one in self._waiting]
-        self._waiting.clear()
-        self._send(pickle.dumps(rows, pickle.HIGHEST_PROTOCOL))
+        waiting, self._waiting = self._waiting, []
+        self._send(self._taking.batch(waiting))
 
     def _send(self, data: bytes) -> None:
         """Raises UserError when the other process is gone."""
@@ -110,37 +113,81 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
     """The other process: writes what comes until it is told that this was all, or nobody is left to say so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the session, which then closes the recording
     other_end.close()
-    told = False
+    told, together = False, _PuttingTogether()
     with contextlib.suppress(EOFError):
         while (data := pipe.recv_bytes()) != _OVER:
-            for topic, receive_ns, make, values in pickle.loads(data):
-                recording.write(Received(topic, receive_ns, _made(make, values)))
+            for received in together.batch(data):
+                recording.write(received)
             if recording.stopped and not told:
                 told = True
                 pipe.send(recording.stopped)
     recording.close()
 
 
-def _parts(received: Received) -> Parts:
-    """What makes a message over there, and from what; a recipe's own messages are taken apart as well."""
-    recipe = received.recipe
-    if recipe is None:
-        message = received.message
-        cls = type(message)
-        return cls, _reader(cls)(message)
-    values = recipe.values.items()
-    return recipe.make, {
-        name: (type(value), _reader(type(value))(value)) if isinstance(value, Message) else value
-        for name, value in values
-    }
+class _TakingApart:
+    """Turns messages into numbers and texts. What makes them crosses once, when it is new, and then by its number."""
+
+    def __init__(self) -> None:
+        self._known: dict[Make, tuple[int, Callable[[Message], tuple[Any, ...]]]] = {}
+        self._new: list[Make] = []
+
+    def batch(self, waiting: list[Received]) -> bytes:
+        """Messages as they cross the pipe."""
+        rows, known = list[Row](), self._known
+        for one in waiting:
+            if one.recipe is not None:
+                rows.append((one.topic, one.receive_ns, *self._recipe(one.recipe)))
+                continue
+            message = one.message
+            number, read = known.get(type(message)) or self._learn(type(message), _reader(type(message)))
+            rows.append((one.topic, one.receive_ns, number, read(message)))
+        new, self._new = self._new, []
+        return pickle.dumps((new, rows), pickle.HIGHEST_PROTOCOL)
+
+    def _recipe(self, recipe: Recipe) -> tuple[int, Values]:
+        """A recipe; its own messages are taken apart as well, each with the number of its class."""
+        number, _ = self._known.get(recipe.make) or self._learn(recipe.make, _nothing)
+        values = dict[str, Any]()
+        for name, value in recipe.values.items():
+            if isinstance(value, Message):
+                cls = type(value)
+                inner, read = self._known.get(cls) or self._learn(cls, _reader(cls))
+                values[name] = inner, read(value)
+            else:
+                values[name] = value
+        return number, values
+
+    def _learn(
+        self, make: Make, read: Callable[[Message], tuple[Any, ...]]
+    ) -> tuple[int, Callable[[Message], tuple[Any, ...]]]:
+        self._known[make] = known = len(self._known), read
+        self._new.append(make)
+        return known
 
 
-def _made(make: Callable[..., Message], values: tuple[Any, ...] | dict[str, Any]) -> Message:
-    """The inverse of `_parts`."""
-    if isinstance(values, tuple):
-        return _maker(make)(values)
-    taken_apart = {name: value for name, value in values.items() if isinstance(value, tuple)}
-    return make(**values | {name: _maker(cls)(parts) for name, (cls, parts) in taken_apart.items()})
+def _nothing(_: Message) -> tuple[Any, ...]:
+    """A recipe's function has no fields."""
+    return ()
+
+
+class _PuttingTogether:
+    """The inverse of `_TakingApart`."""
+
+    def __init__(self) -> None:
+        self._makers: list[Callable[[Any], Message]] = []
+
+    def batch(self, data: bytes) -> Iterator[Received]:
+        """The messages of a batch, in its order."""
+        new, rows = pickle.loads(data)
+        for make in new:
+            self._makers.append(_maker(make) if isinstance(make, type) else partial(self._cook, make))
+        makers = self._makers
+        for topic, receive_ns, number, values in rows:
+            yield Received(topic, receive_ns, makers[number](values))
+
+    def _cook(self, make: Make, values: dict[str, Any]) -> Message:
+        apart = {name: value for name, value in values.items() if isinstance(value, tuple)}
+        return make(**values | {name: self._makers[number](parts) for name, (number, parts) in apart.items()})
 
 
 @cache

@@ -5,6 +5,7 @@ Seconds are those of the processor, and the best of several sessions counts, bec
 A busy machine makes every second of the processor longer, too: the line about the yardstick says by how much a fixed
 piece of work took longer during the session than at its best. The session that counts is run as `station run
 --lockstep` runs it: another process writes the file where there is a second processor, whose seconds stand beside.
+The last two run the command itself, its start included, and print the seconds of the clock as well.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from __future__ import annotations
 import os
 import resource
 import struct
+import subprocess
+import sys
 import time
 from collections import defaultdict
 from dataclasses import dataclass
@@ -27,6 +30,7 @@ from station.app import assembly, recordings
 from station.app.lockstep import CameraBuilder, Lockstep
 from station.app.pixels import pixel_camera
 from station.recording.beside import RecordingBeside, can_write_beside
+from station.recording.reader import open_recording
 from station.recording.recorder import Sink
 from station.recording.writer import Recording
 
@@ -178,3 +182,26 @@ def test_a_session_with_pixels(tmp_path: Path) -> None:
     timings = [timed(tmp_path / "pixels.mcap", camera=pixel_camera(1), limit_s=PIXEL_SECONDS) for _ in range(REPEATS)]
     best = report("with pixels", timings, promised=PROMISED_WITH_PIXELS)
     assert best.factor > 0.1 * PROMISED_WITH_PIXELS
+
+
+@pytest.mark.parametrize(
+    ("pixels", "samples", "promised"),
+    [((), SAMPLES, PROMISED), (("--pixels",), 1, PROMISED_WITH_PIXELS)],
+    ids=["without pixels", "with pixels"],
+)
+def test_the_whole_command(pixels: tuple[str, ...], samples: int, promised: float, tmp_path: Path) -> None:
+    path = tmp_path / "command.mcap"
+    words = ["run", "--lockstep", "--samples", str(samples), "--seed", "1", "--out", str(path), "--overwrite", *pixels]
+    spent: list[tuple[float, float]] = []
+    for _ in range(1 if pixels else REPEATS):
+        begin, cpu = time.perf_counter(), of_children()
+        subprocess.run([sys.executable, "-m", "station", *words], check=True, capture_output=True)
+        spent.append((time.perf_counter() - begin, of_children() - cpu))
+    wall_s, cpu_s = (min(seconds) for seconds in zip(*spent, strict=True))
+    simulated_s = open_recording(path).duration_s
+    print(
+        f"\nstation {' '.join(words)}:\n  {simulated_s / wall_s:.1f} times faster than life by the clock, start "
+        f"included ({simulated_s:.0f} s in {wall_s:.2f} s; {cpu_s:.2f} s of the processors, both processes together); "
+        f"promised {promised:g}"
+    )
+    assert simulated_s > 0.1 * promised * cpu_s

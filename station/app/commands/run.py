@@ -23,6 +23,7 @@ from station.app.live import LiveSession, StopRequest, await_processes, install_
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.summary import print_summary
+from station.arm.tilter import Tilter
 from station.recording.beside import RecordingBeside, can_write_beside
 from station.recording.repair import repair_folder
 from station.recording.writer import Recording
@@ -50,14 +51,14 @@ def run(options: argparse.Namespace) -> int:
     plan = assembly.plan_from(options.plan, samples=options.samples, seed=options.seed)
     if options.pixels and not options.lockstep:
         raise UserError("Expected --lockstep with --pixels; a live session has the pixels of its own camera")
-    assembly.require_reachable(rig, plan)
+    tilter = assembly.require_reachable(rig, plan)
     path = recordings.recording_path(options.out)
     for repaired in repair_folder(path.parent):
         print(f"A session before this one was cut off; what it recorded is saved as {repaired.path}")
-    return _lockstep(options, rig, plan, path) if options.lockstep else _live(options, rig, plan, path)
+    return _lockstep(options, rig, plan, path, tilter) if options.lockstep else _live(options, rig, plan, path)
 
 
-def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
+def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path, tilter: Tilter) -> int:
     console = Console(stderr=True)
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     begin = time.perf_counter()
@@ -72,6 +73,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             recording=recording,
             camera=pixel_camera(plan.seed) if options.pixels else None,
             on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+            tilter=tilter,
         )
         outcome = lockstep.run(on_sample=lambda count: progress.update(task, completed=count))
     wall = time.perf_counter() - begin
@@ -117,6 +119,7 @@ def _progress(console: Console) -> Progress:
         MofNCompleteColumn(),
         TimeRemainingColumn(),
         console=console,
+        refresh_per_second=2,  # drawn ten times a second, the bar would take a hundredth of a simulated session
         transient=True,
         redirect_stdout=False,
     )
