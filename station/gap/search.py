@@ -20,7 +20,7 @@ from station.gap.misfit import Gained, gained_by, is_misfit
 from station.gap.smooth import is_smooth, smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
-from station.gap.statistics.fit import Fit, fit
+from station.gap.statistics.fit import Fit, fit, levelled
 from station.gap.statistics.places import places_of
 from station.gap.statistics.systematic import allowing_for, without_nuisances
 from station.gap.untestable import untestable
@@ -89,7 +89,7 @@ def search(
 ) -> Search:
     """Runs all stages on evidence with at least one row of friction."""
     progress("fitting the plain model")
-    null = fit(evidence, start, ())
+    null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)

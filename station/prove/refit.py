@@ -19,7 +19,7 @@ from shared.rig import load_rig
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence
 from station.gap.quality import FOLDS, held_out
-from station.gap.statistics.fit import Fit, fit
+from station.gap.statistics.fit import Fit, fit, levelled
 from station.physics.catalogue import Catalogue, catalogue
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -50,7 +50,7 @@ def run_refit(task: Refit) -> None:
     evidence = _evidence(task)
     rng = np.random.default_rng(int(task.case.name[:8], 16) if _is_hex(task.case.name) else 1)
     fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
-    plain = fit(evidence, Model(mu_s=task.mu_s), ())
+    plain = fit(evidence, levelled(evidence, Model(mu_s=task.mu_s)), ())
     base = held_out(evidence, plain, (), fold).log_run
     written: dict[str, Any] = {"runs": int(np.isfinite(base).sum()), "plain": mean(base), "rivals": {}}
     true = [known[name] for name in task.true if name in known]

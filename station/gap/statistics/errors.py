@@ -27,12 +27,6 @@ class Curvature:
     limit: Bools
     run: Times
 
-    def information(self, precision: Array) -> Array:
-        """Of the numbers (k, k), as the model expects it; see `covariance`."""
-        expected = np.where(self.tail >= GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
-        weight = np.where(self.limit, self.curve, expected)
-        return (self.slope * weight[:, None]).T @ self.slope + np.diag(precision)
-
     def covariance(self, precision: Array, inner: Bools) -> Array:
         """Of the numbers (k, k); `precision` (k,) is that of their priors; those not `inner` (at a bound) have none.
 
@@ -40,8 +34,11 @@ class Curvature:
         (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
         1967; Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
         """
+        expected = np.where(self.tail >= GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
+        weight = np.where(self.limit, self.curve, expected)
         table = self.slope[:, inner]
-        of_model = np.linalg.pinv(self.information(precision)[np.ix_(inner, inner)], hermitian=True)
+        information = (table * weight[:, None]).T @ table + np.diag(precision[inner])
+        of_model = np.linalg.pinv(information, hermitian=True)
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -39,15 +40,14 @@ _RIDGE = 1e-9
 class Fit:
     """A fitted model.
 
-    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers, and
-    `information` (k, k) what the model expects of it, bounds or none (see `errors`); `converged` False where the search ended elsewhere than at a maximum; `log_prior` is the nuisances'.
+    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers (see
+    `errors`); `converged` False where the search ended elsewhere than at a maximum; `log_prior` is the nuisances'.
     """
 
     model: Model
     free: tuple[Free, ...]
     vector: Array
     covariance: Array
-    information: Array
     noise: Noise
     log_run: Array
     white: Array
@@ -58,25 +58,6 @@ class Fit:
     def log_likelihood(self) -> float:
         """Of all runs, and of what the nuisances had to bend to explain them."""
         return float(self.log_run.sum()) + self.log_prior
-
-    def size(self, effect_id: str) -> float:
-        """How large an effect is: its distance from its null in standard errors, squared (Wald's statistic), its shapes
-        being as they are.
-
-        Unlike what it gains it does not level off where it makes the noise smaller: a part of a law that is a
-        twentieth of it has a four hundredth of its size.
-        """
-        mine = np.array([number.effect is not None and number.effect.id == effect_id for number in self.free])
-        shape = np.array([number.parameter is not None and number.parameter.is_shape for number in self.free])
-        null = np.array([number.parameter.neutral / number.scale if number.parameter else 0.0 for number in self.free])
-        kept, sizes = mine & ~shape, ~mine
-        if not kept.any():
-            return 0.0
-        among = self.information[np.ix_(kept, sizes)]
-        rest = self.information[np.ix_(sizes, sizes)]
-        alone = self.information[np.ix_(kept, kept)] - among @ np.linalg.pinv(rest, hermitian=True) @ among.T
-        away = (self.vector - null)[kept]
-        return max(float(away @ alone @ away), 0.0)
 
     def sd(self, effect_id: str, parameter: str) -> float:
         """Standard error of a parameter in its unit; nan if it is not free."""
@@ -120,6 +101,16 @@ def fit(
             break
         converged = search.climb(steps)
     return search.result(converged)
+
+
+def levelled(evidence: Evidence, start: Model) -> Model:
+    """The model with a coefficient near the recorded ones: far from them the scatter would read many times too large.
+
+    A first noise that is too large makes every later one so, and nothing would be seen.
+    """
+    channel = evidence.channel("onset") or evidence.channel("along")
+    known = channel.residual(start)[~channel.rows.limit] if channel else np.zeros(0)
+    return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
 
 
 class _Search:
@@ -207,7 +198,6 @@ class _Search:
             free=self.free,
             vector=self.vector,
             covariance=self.curvature.covariance(self.precision, inner),
-            information=self.curvature.information(self.precision),
             noise=self.noise,
             log_run=log_run,
             white=self.white,
