@@ -149,15 +149,18 @@ class BlockEngine:
 
     def force_from_foam(self) -> FLOATS:
         """Sum of the foam's contact forces on the block in the plate frame, (3,), N."""
-        data, total, wrench = self.data, np.zeros(3), np.empty(6)
+        data, model, plate, total = self.data, self.model, self._plate_geom, np.zeros(3)
         contact = data.contact
-        for number, (first, second) in enumerate(contact.geom.tolist()):
-            if self._plate_geom in (first, second):
-                continue
-            mj.mj_contactForce(self.model, data, number, wrench)
+        pairs = contact.geom.tolist()
+        pressed = [number for number, pair in enumerate(pairs) if plate not in pair]
+        if not pressed:
+            return total
+        frames, bodies, wrench = contact.frame, model.geom_bodyid, np.empty(6)
+        for number in pressed:
+            mj.mj_contactForce(model, data, number, wrench)
             # The contact's normal points from its first geom to its second, and so does the force on the second.
-            force = contact.frame[number].reshape(3, 3).T @ wrench[:3]
-            total += force if self.model.geom_bodyid[second] == self._block else -force
+            force = frames[number].reshape(3, 3).T @ wrench[:3]
+            total += force if bodies[pairs[number][1]] == self._block else -force
         return total
 
 

@@ -22,12 +22,15 @@ class Servo:
         self.moving = False
         """Whether the newest set-point moves on."""
         self._stamp_ns = now_ns
-        self._wanted_velocity = np.zeros_like(joint_start_rad)
+        self._wanted_velocity = self._velocity_before = np.zeros_like(joint_start_rad)
         self.settled = False
         self.fresh = True
         """Whether there is a set-point that no command has taken into account."""
-        self.jerk_rad_s: FLOATS = np.zeros_like(joint_start_rad)
+
+    @property
+    def jerk_rad_s(self) -> FLOATS:
         """By how much the wanted velocity changed with the last command, (n,)."""
+        return self._wanted_velocity - self._velocity_before
 
     def set_target(self, position_rad: FLOATS, velocity_rad_s: FLOATS, *, stamp_ns: int) -> None:
         """Wants the joints at `position_rad` at `stamp_ns`, moving on at `velocity_rad_s`; both (n,), and kept."""
@@ -53,6 +56,5 @@ class Servo:
         else:
             self.settled = max(map(abs, wanted.tolist())) < SETTLED_RAD
             wanted *= 0.0 if self.settled else 1.0 / CATCH_UP_S
-        self.jerk_rad_s = wanted - self._wanted_velocity
-        self._wanted_velocity = wanted
+        self._velocity_before, self._wanted_velocity = self._wanted_velocity, wanted
         ctrl[:] = wanted[:, None]
