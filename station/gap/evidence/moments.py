@@ -67,6 +67,7 @@ class Moments:
         self._steeper_rad: Array | float = 0.0
         self._at_rest = at_rest
         self._contact = self._contact_with(attitude(0.0))
+        self._last: tuple[Model, Load] | None = None
 
     def __len__(self) -> int:
         return len(self.time_ns)
@@ -77,6 +78,7 @@ class Moments:
         reported = self._contact.tilt_rad - self._steeper_rad
         other._steeper_rad = tilt_rad - reported
         other._contact = replace(self._contact, tilt_rad=reported + other._steeper_rad)
+        other._last = None
         return other
 
     @property
@@ -90,7 +92,12 @@ class Moments:
         return self._velocity
 
     def loads(self, model: Model) -> Load:
-        """The contact and the loads with the model's attitude, delay and pushes."""
+        """The contact and the loads with the model's attitude, delay and pushes; several channels ask in turn."""
+        if self._last is None or self._last[0] is not model:
+            self._last = (model, self._loads(model))
+        return self._last[1]
+
+    def _loads(self, model: Model) -> Load:
         delay = model.delay_s()
         contact = self._contact if delay == 0 else self._contact_with(self._attitude(delay))
         if model.acting("attitude"):
