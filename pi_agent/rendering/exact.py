@@ -50,7 +50,7 @@ class ExactRenderer:
         self._painted_at: tuple[Pose | None, Shift, Image] | None = None
 
     def in_scene(self, scene: Scene) -> "ExactRenderer":
-        """A renderer of another scene, which need not paint anew what this one has painted if only the light differs."""
+        """A renderer of another scene; what this one has painted is not painted anew where only the light differs."""
         other = ExactRenderer(scene, quality=self.quality)
         relit = replace(scene, light=self.scene.light, glare=self.scene.glare, shadows=self.scene.shadows)
         if scene.plate is self.scene.plate and relit == self.scene:

@@ -23,6 +23,7 @@ IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, th
 SHADED = 16.0  # square of the deviations from which a disagreement along an edge is a shadow's
 PULL_NOISE = 3.3  # disagreement by noise, in shares of the scatter
 SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
+HIDDEN = 1.5  # what a shadow hides in the noise, with the scatter itself
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
 ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
 SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
@@ -124,16 +125,17 @@ def _light_differs(contrast: Matrix, weight: Floats) -> bool:
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
 
 
-def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float) -> Sigmas:
+def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float, uneven: bool) -> Sigmas:
     """Sigma beside an even margin; `scatter` (4,): variance of a corner's coordinate that the scatter of points tells.
 
     Two estimators of which one does not mind uneven light disagree by `pull` (4,) at the corners. But for noise they
-    should agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree.
+    should agree: a shadow pulls the one in use further than that, at any corner, not just where they disagree. In
+    `uneven` light there is a shadow, and what it pulls by less than the noise is not seen.
     """
     excess = float(np.vdot(pull, pull).real) - PULL_NOISE**2 * float(np.add.reduce(scatter))
     shadow = SHADOW_SHARE**2 * max(excess, 0.0) / 4.0
     always = SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2 + (SMEARED * path_px) ** 2
-    sigmas = _sigmas(scatter + (shadow + always))
+    sigmas = _sigmas((HIDDEN * scatter if uneven else scatter) + (shadow + always))
     return sigmas._replace(pulled=excess > 0)
 
 

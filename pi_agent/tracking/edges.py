@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from pi_agent.tracking.lines import Edges, places
 from pi_agent.tracking.pixels import Light, PixelReader
-from pi_agent.tracking.steps import StepModel
+from pi_agent.tracking.steps import SOLVED, StepModel
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float32]
@@ -18,13 +18,12 @@ SATURATED = 252.0  # light at which a pixel says no more than "at least this"
 class Profiles(NamedTuple):
     """What the profiles (4, n) say.
 
-    Their place on the expected edge, the edge's offset (px), how much further out it seems to an estimator that leans
+    The edge's offset from where it was expected (px), how much further out it seems to an estimator that leans
     on neither side (px), contrast and contrast × e (4, n, 2) as one tells that allows for a slope in the light, the
     light in the dark, contrast, relative error of the blur, misfit (RMS), whether a pixel was saturated (None: none
     was), and the light itself (4, n, m).
     """
 
-    base: NDArray[np.complex128]
     offset: Floats
     pull: Floats
     sloped: Matrix
@@ -38,26 +37,33 @@ class Profiles(NamedTuple):
 
 def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, model: StepModel) -> Profiles:
     """Fits the blurred step to `count` profiles on every edge; `blur_px`: (4,) the lens's blur for each edge."""
-    base = edges.middle[:, None] + np.multiply.outer(edges.tangent * edges.free, places(count))
-    across = ((-1j * edges.tangent) * blur_px)[:, None] * model.steps
-    light = reader.profiles(base, across)
-    answer = _times(light, model.solve)
+    outward = edges.tangent * (-1j * blur_px)
+    inner, outer = model.steps[..., 0], model.steps[..., -1]
+    size = model.steps.shape[-1]
+    light = reader.profiles(
+        edges.middle + outward * inner, edges.tangent * edges.free, outward * (outer - inner), count=count, size=size
+    )
+    answer = _times(light, model.solve_and_misfit)
     contrast = np.maximum(answer[:, :, 0], 0.5)
     place = model.table.place(answer[:, :, 1] / contrast)
     other = model.other_table.place(answer[:, :, 4] / np.maximum(answer[:, :, 3], 0.5))
     # A step away from where it was expected is read as wider than it is.
     wider = answer[:, :, 2] / contrast - (place * place) * model.widening.reshape(-1, 1)
     scale = blur_px[:, None]
-    further = (other - place) * scale
+    offset = place * scale
+    further = other * scale - offset
     dark = 0.5 * (light[:, :, 0] + light[:, :, 1])
-    misfit, saturated = misfits(light, model.misfit), _saturated(light)
-    return Profiles(base, place * scale, further, answer[:, :, 5:], dark, contrast, wider, misfit, saturated, light)
+    misfit = _root_of_squares(answer[:, :, SOLVED:])
+    return Profiles(offset, further, answer[:, :, 5:SOLVED], dark, contrast, wider, misfit, _saturated(light), light)
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:
     """How far profiles (4, n, m) depart from what `matrix` leaves nothing of (4, n), RMS."""
-    left_over = _times(light, matrix)
-    return np.sqrt(np.einsum("eij,eij->ei", left_over, left_over))
+    return _root_of_squares(_times(light, matrix))
+
+
+def _root_of_squares(values: Matrix) -> Matrix:
+    return np.sqrt(np.einsum("eij,eij->ei", values, values))
 
 
 def _times(light: Light, matrix: Matrix) -> Matrix:

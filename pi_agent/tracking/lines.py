@@ -52,7 +52,16 @@ def expected_edges(corners: Points, *, clear_px: float) -> Edges:
     """The edges between corners (4,), read `clear_px` clear of both ends (but at least a third of each is read)."""
     step = corners[NEXT] - corners
     length = np.abs(step)
-    return Edges(corners, step / length, length, np.maximum(length - 2.0 * clear_px, 0.33 * length))
+    return Edges(corners, step / length, length, _read(length, clear_px))
+
+
+def shortened(edges: Edges, *, clear_px: float) -> Edges:
+    """The same edges, read at another distance from both ends."""
+    return edges._replace(free=_read(edges.length, clear_px))
+
+
+def _read(length: Floats, clear_px: float) -> Floats:
+    return np.maximum(length - 2.0 * clear_px, 0.33 * length)
 
 
 @lru_cache(maxsize=8)
@@ -62,7 +71,7 @@ def places(count: int) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def _basis(count: int) -> Floats:
+def powers(count: int) -> Floats:
     """Powers 0, 1, 2 of the places (count, 3)."""
     return places(count)[:, None] ** np.arange(3)
 
@@ -99,29 +108,36 @@ def fit_lines(
     `weight` 0 leaves a point out; `floor_px` is the smallest deviation believed.
     """
     count = offset.shape[1]
-    basis = _basis(count)
-    moments = weight @ basis
-    middle, rise = start or _line(offset, weight, moments)
+    basis = powers(count)
+    slopes = basis[:, :2].T
+    # Above the weights, below their products with the offsets: all are summed by one product of matrices.
+    both = np.empty((8, count))
+    current, product = both[:4], both[4:]
+    current[:], product[:] = weight, weight * offset
+    sums = both @ basis
     # As long as no point is left out, the middle one is the same for all edges.
-    out = None if moments[:, 0].min() > count - 0.5 else weight <= 0
-    current = weight
+    out = None if sums[:4, 0].min() > count - 0.5 else weight <= 0
+    line = _solved(sums) if start is None else np.stack(start, axis=1)
     for _ in range(rounds):
-        residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
+        residual = offset - line @ slopes
         scale = np.maximum(_deviation(residual, out), floor_px)
         ratio = residual * (1.0 / (TUKEY * scale))[:, None]
         ratio *= ratio
-        current = np.maximum(1.0 - ratio, 0.0)
+        np.subtract(1.0, ratio, out=ratio)
+        np.maximum(ratio, 0.0, out=current)
         current *= current
         current *= weight
-        moments = current @ basis
-        middle, rise = _line(offset, current, moments)
-    residual = offset - middle[:, None] - np.multiply.outer(rise, basis[:, 1])
-    return LineFit(middle, rise, current, residual, moments)
+        np.multiply(current, offset, out=product)
+        sums = both @ basis
+        line = _solved(sums)
+    return LineFit(line[:, 0], line[:, 1], current, offset - line @ slopes, sums[:4])
 
 
 def weighted(offset: Floats, fit: LineFit) -> tuple[Floats, Floats]:
     """The lines by least squares through other points, with the weights of a fit: offset and rise (4,)."""
-    return _line(offset, fit.weight, fit.moments)
+    products = (fit.weight * offset) @ powers(offset.shape[1])
+    line = _solved(np.concatenate([fit.moments, products]))
+    return line[:, 0], line[:, 1]
 
 
 def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
@@ -136,23 +152,34 @@ def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
     return MAD_TO_SIGMA * distance[np.arange(4), np.maximum(counted - 1, 0) // 2]
 
 
-def _line(offset: Floats, weight: Floats, moments: Floats) -> tuple[Floats, Floats]:
-    """Weighted least squares; `moments` (4, 3) of the weights."""
-    first, second = ((weight * offset) @ _basis(offset.shape[1])[:, :2]).T
-    s0, s1, s2 = moments.T
-    s0 = s0 + 1e-9
-    rise = (second * s0 - first * s1) / (s0 * s2 - s1 * s1 + 1e-9)
-    return (first - rise * s1) / s0, rise
+def _solved(sums: Floats) -> Floats:
+    """Weighted least squares: offset and rise (4, 2).
+
+    `sums` (8, 3): the moments of each edge's weights, then of the weights times the offsets. Plain numbers: for four
+    edges they are faster than arrays.
+    """
+    rows = sums.tolist()
+    lines = []
+    for (s0, s1, s2), (first, second, _) in zip(rows[:4], rows[4:], strict=True):
+        total = s0 + 1e-9
+        rise = (second * total - first * s1) / (total * s2 - s1 * s1 + 1e-9)
+        lines.append(((first - rise * s1) / total, rise))
+    return np.array(lines)
 
 
 def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
     """Corners (4,) where the moved edges k − 1 and k meet."""
-    tangent = edges.tangent
-    along = tangent * (1.0 - 1j * (rise / edges.free))
-    point = edges.start + tangent * (0.5 * edges.length - 1j * offset)
-    before = along[BEFORE].conj()
-    gap = point - point[BEFORE]
-    return point - along * ((before * gap).imag / (before * along).imag)
+    lines = []
+    parts = (edges.start, edges.tangent, edges.length, edges.free, offset, rise)
+    for start, tangent, length, free, out, lift in zip(*(part.tolist() for part in parts), strict=True):
+        lines.append((start + tangent * complex(0.5 * length, -out), tangent * complex(1.0, -lift / free)))
+    corners = []
+    before_point, before_along = lines[3]
+    for point, along in lines:
+        before = before_along.conjugate()
+        corners.append(point - along * ((before * (point - before_point)).imag / (before * along).imag))
+        before_point, before_along = point, along
+    return np.array(corners)
 
 
 def scatter_variance(fit: LineFit, edges: Edges) -> Floats:
@@ -169,12 +196,13 @@ def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
 
     A corner moves with the ends of the two lines that meet there, each across itself.
     """
-    s0, s1, s2 = fit.moments.T
-    mean = s1 / s0
-    half = 0.5 * edges.length / edges.free
-    middle, spread = variance / s0, variance / (s2 - s1 * mean)
-    start, end = middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread
-    return 0.5 * (start + end[BEFORE])
+    ends = []
+    parts = (fit.moments, 0.5 * edges.length / edges.free, variance)
+    for (s0, s1, s2), half, each in zip(*(part.tolist() for part in parts), strict=True):
+        mean = s1 / s0
+        middle, spread = each / s0, each / (s2 - s1 * mean)
+        ends.append((middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread))
+    return np.array([0.5 * (ends[edge][0] + ends[edge - 1][1]) for edge in range(4)])
 
 
 def point_variance(fit: LineFit) -> Floats:

@@ -80,9 +80,9 @@ def look_at(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task
     clear_px = 1.0 + 3.0 * float(blur.max())
     if smear is None:
         return Look(corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP)
-    step = corners[lines.NEXT] - corners
-    path = smear.across((corners + 0.5 * step)[:, None], (step / np.abs(step))[:, None])[:, 0]
-    expected = lines.expected_edges(corners, clear_px=clear_px + 0.5 * float(path.max()))
+    outline = lines.expected_edges(corners, clear_px=clear_px)
+    path = smear.across(outline)
+    expected = lines.shortened(outline, clear_px=clear_px + 0.5 * float(path.max()))
     width = np.sqrt(blur**2 + path**2 / 12.0)
     estimators, smears = task.moving.at(path / blur)
     return Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4)
@@ -93,7 +93,8 @@ class Step(NamedTuple):
 
     The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
     the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
-    two estimators disagree (4, n), the lines, and how much wider each edge seems than its blur (4,).
+    two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), and whether the
+    light differs along the outline.
     """
 
     corners: Points
@@ -106,6 +107,7 @@ class Step(NamedTuple):
     pull: Floats
     line: lines.LineFit
     wider: Floats
+    uneven: bool
 
 
 def one_pass(
@@ -121,7 +123,9 @@ def one_pass(
         return None
     weight = belief.believed(found, typical, look.width)
     found = belief.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
+    uneven = False
     if task.even:
+        uneven = belief.beside_another(found, weight)
         found = belief.through_shadow(found, weight, typical)
     if task.left_out is not None:
         belief.leave_out(weight, expected, task.left_out)
@@ -143,7 +147,7 @@ def one_pass(
     blur = within(look.blur * (1.0 + within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider)
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
@@ -167,14 +171,14 @@ def _straightened(
     found: edges.Profiles, look: Look, *, smear: Smear | None, sweep: Sweep | None
 ) -> tuple[Floats, Floats]:
     """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
-    tangent, model = look.expected.tangent[:, None], look.model
+    expected, model, count = look.expected, look.model, found.offset.shape[1]
     offset, pull = found.offset, found.pull
     if smear is not None:
-        longer = smear.across(found.base, tangent) - look.path[:, None]
+        longer = smear.longer(expected, than=look.path, count=count)
         offset = offset - model.smear_gain[:, None] * longer
         pull = pull - (model.other_gain - model.smear_gain)[:, None] * longer
     if sweep is not None:
-        offset = offset - (1j * np.conj(tangent) * sweep.shift(found.base)).real
+        offset = offset - sweep.across(expected, count=count)
     return offset, pull
 
 

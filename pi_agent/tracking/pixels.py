@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.complex64]
+Middles = NDArray[np.complex128]
 Light = NDArray[np.float32]
 Frame = NDArray[np.uint8]
 
@@ -18,15 +19,20 @@ REACH = 1  # pixels beyond a place that its light is read from
 def remap_is_exact() -> bool:
     """Whether cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
     ramp = np.arange(4, dtype=np.float32)[None].repeat(4, axis=0)
-    place = np.array([[[1.01, 1.0]]], dtype=np.float32)
-    return abs(float(_remapped(ramp, place)[0, 0]) - 1.01) < 1e-4
+    x, y = np.full((1, 1), 1.01, dtype=np.float32), np.ones((1, 1), dtype=np.float32)
+    return abs(float(_remapped(ramp, x, y)[0, 0]) - 1.01) < 1e-4
 
 
-def _remapped(light: NDArray[Any], places: Light) -> Light:
-    """Light at places (n, m, 2), x before y."""
-    # OpenCV's types do not know that there is no second map when the first one holds x and y.
-    seen = cv2.remap(light, places, None, cv2.INTER_LINEAR)  # pyright: ignore[reportCallIssue, reportArgumentType]
-    return np.asarray(seen, dtype=np.float32)
+def _remapped(light: NDArray[Any], x: Light, y: Light) -> Light:
+    """Light at places x and y (n, m)."""
+    return np.asarray(cv2.remap(light, x, y, cv2.INTER_LINEAR), dtype=np.float32)
+
+
+@lru_cache(maxsize=8)
+def _lattice(count: int, size: int) -> Light:
+    """What the first place, the way along and the way across count in those of all profiles (3, count × size)."""
+    along, across = np.meshgrid((np.arange(count) + 0.5) / count - 0.5, np.arange(size) / (size - 1), indexing="ij")
+    return np.stack([np.ones(count * size), along.ravel(), across.ravel()]).astype(np.float32)
 
 
 class PixelReader:
@@ -63,23 +69,27 @@ class PixelReader:
         row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
 
-    def profiles(self, base: NDArray[np.complex128], across: NDArray[np.complex128]) -> Light:
-        """Light between the pixels along profiles: at `base` (4, n) + `across` (4, m), as (4, n, m).
+    def profiles(self, first: Middles, along: Middles, across: Middles, *, count: int, size: int) -> Light:
+        """Light between the pixels along `count` profiles of `size` places on each edge: (4, count, size).
 
+        `first` (4,): the innermost place of the middle profile; `along` and `across` (4,): the ways along the edge and
+        across it, from the first half profile to the last one and from the innermost place to the outermost.
         The box around all of them is turned to light as a whole, and read by OpenCV in one call.
         """
-        ends = (base[:, :: base.shape[1] - 1, None] + across[:, None, :: across.shape[1] - 1]).ravel().tolist()
+        half, foot, way = (0.5 * along).tolist(), first.tolist(), across.tolist()
+        ends = [z + w for z, d, h in zip(foot, way, half, strict=True) for z in (z, z + d) for w in (h, -h)]
         x, y = [end.real for end in ends], [end.imag for end in ends]
         left, top, right, bottom = int(min(x)), int(min(y)), int(max(x)) + REACH, int(max(y)) + REACH
         inside = min(x) >= 0 and min(y) >= 0 and right < self.width and bottom < self.height
-        origin = complex(left, top) if inside else 0j
-        points = (base - origin).astype(np.complex64)[:, :, None] + across.astype(np.complex64)[:, None, :]
-        if not inside or not remap_is_exact():
-            return self.bilinear(points + np.complex64(origin))
+        at_once = inside and remap_is_exact()
+        origin = complex(left, top) if at_once else 0j
+        spans = np.array([first - origin, along, across]).view(np.float64).reshape(3, 8).T.astype(np.float32)
+        places = spans @ _lattice(count, size)
+        if not at_once:
+            return self.bilinear((places[0::2] + 1j * places[1::2]).reshape(4, count, size))
         box = self._frame[top : bottom + 1, left : right + 1]
         light = box.astype(np.float32) if self._straight else cv2.LUT(box, self._table)
-        flat = points.view(np.float32).reshape(-1, points.shape[2], 2)
-        return _remapped(light, flat).reshape(points.shape)
+        return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size)
 
     def bilinear(self, points: Points) -> Light:
         """Light between the pixels; points outside read the border."""

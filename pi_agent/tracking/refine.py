@@ -118,7 +118,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float) -> Fit:
     if even:
         moves, pull, line = doubts.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
         scatter = lines.scatter_variance(line, expected)
-        sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px)
+        sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
         pull, off_px = doubts.corner_pull(step.pull, line, expected), step.wider * look.blur * look.sharp
         sigma = doubts.grain_sigma(pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)

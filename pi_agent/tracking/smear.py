@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pi_agent.tracking.lines import Edges, places, powers
+
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
@@ -17,9 +19,20 @@ class Smear:
     path_px: complex
     turn_rad: float
 
-    def across(self, points: Points, tangent: Points) -> Floats:
-        """How far the edges with these tangents (4, 1) move across themselves at points (4, n), in px."""
-        return np.abs((np.conj(tangent) * (self.path_px + 1j * self.turn_rad * (points - self.centre))).imag)
+    def across(self, edges: Edges) -> Floats:
+        """How far the middles of the edges (4,) move across themselves, in px."""
+        return np.abs(self._at_middles(edges))
+
+    def longer(self, edges: Edges, *, than: Floats, count: int) -> Floats:
+        """How much further than `than` (4,) the edges' points (4, count) move across themselves, in px."""
+        way = self._at_middles(edges)[:, None] + np.multiply.outer(self.turn_rad * edges.free, places(count))
+        np.abs(way, out=way)
+        way -= than[:, None]
+        return way
+
+    def _at_middles(self, edges: Edges) -> Floats:
+        way = self.path_px + (1j * self.turn_rad) * (edges.middle - self.centre)
+        return (edges.tangent.conj() * way).imag
 
 
 @dataclass(frozen=True)
@@ -34,6 +47,18 @@ class Sweep:
     velocity_px_s: complex
     yaw_rate_rad_s: float
     line_s: float
+
+    def across(self, edges: Edges, *, count: int) -> Floats:
+        """How far out the edges' points (4, count) have moved; see `shift`.
+
+        A point of an edge has a velocity and a row that change evenly along it: their product has three terms.
+        """
+        gap = edges.middle - self.centre
+        velocity = -(edges.tangent.conj() * (self.velocity_px_s + (1j * self.yaw_rate_rad_s) * gap)).imag
+        faster = -self.yaw_rate_rad_s * edges.free
+        late, later = gap.imag * self.line_s, edges.tangent.imag * edges.free * self.line_s
+        terms = np.array([velocity * late, velocity * later + faster * late, faster * later])
+        return terms.T @ powers(count).T
 
     def shift(self, points: Points) -> Points:
         """How far the points have moved, by the time at which their rows are exposed, since the centre's row was."""

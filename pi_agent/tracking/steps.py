@@ -34,42 +34,55 @@ TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
 FAR = 0.4  # where it is told how much wider a step seems that lies away
-MATRICES = 3  # parts of a model that are matrices
+MATRICES = 2  # parts of a model that are matrices
+SOLVED = 7  # columns of `StepModel.solve`
+APART = 1e5  # between the tables of two edges: no answer is as large
+EDGES_APART = APART * np.arange(4.0)[:, None]
 SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
 BETWEEN = 4  # parts into which that is cut by going evenly between two estimators
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
 
 class Table(NamedTuple):
-    """What an estimator answers to a step away from where it is expected; (k,), or (4, k) for each edge its own.
+    """What an estimator answers to a step away from where it is expected (k,).
 
-    `answers`: e as the estimator gives it; `reach`: where the step lies, in blur deviations; both increasing.
+    `answers`: e as the estimator gives it, increasing; `reach`: where the step lies, in blur deviations. The tables of
+    four edges lie one behind the other: `apart` (4, 1) is what is added to the answers of each.
     """
 
     answers: Floats
     reach: Floats
+    apart: Floats | None = None
 
     def place(self, answer: Matrix | Floats) -> Floats:
         """Where the steps (4, n) lie, in blur deviations."""
-        if self.answers.ndim == 1:
-            return np.interp(answer, self.answers, self.reach)
-        return np.stack([np.interp(a, x, y) for a, x, y in zip(answer, self.answers, self.reach, strict=True)])
+        return np.interp(answer if self.apart is None else answer + self.apart, self.answers, self.reach)
+
+    @staticmethod
+    def one_behind_the_other(answers: Floats, reach: Floats) -> "Table":
+        """The tables (4, k) of four edges as one; each must be `fenced`."""
+        return Table((answers + EDGES_APART).ravel(), reach.ravel(), EDGES_APART)
+
+    def fenced(self) -> "Table":
+        """The table with ends so far away that no answer gets beyond, among the next edge's."""
+        answers = np.concatenate([[-0.499 * APART], self.answers, [0.499 * APART]])
+        return Table(answers, np.concatenate([self.reach[:1], self.reach, self.reach[-1:]]))
 
 
 class StepModel(NamedTuple):
-    """Places along a profile, and matrices for `light @ matrix`: `solve` (m, 7), `misfit` and `sloped_misfit` (m, m).
+    """Evenly spaced places along a profile, and matrices for `light @ matrix`.
 
-    `solve`: contrast, contrast × e, contrast × dσ; contrast and contrast × e once more, by another estimator: beside
-    texture one that leans on neither side of the edge and is pulled further by it, beside a margin one that is not
-    pulled by a shadow; and by one that allows for a slope in the light that a highlight adds. `smear_gain`,
-    `other_gain`: how much further out a step seems to each of the two for each deviation by which its smear is longer
-    than expected. `widening`: how much wider a step seems, in shares of the lens's blur, by the square of how far it
-    lies away. Each is one for all edges, or (4, …), one for each.
+    `solve_and_misfit`: `solve` (m, 7) beside `misfit` (m, m); and `sloped_misfit` (m, m). `solve`: contrast,
+    contrast × e, contrast × dσ; contrast and contrast × e once more, by another estimator: beside texture one that
+    leans on neither side of the edge and is pulled further by it, beside a margin one that is not pulled by a shadow; and by
+    one that allows for a slope in the light that a highlight adds. `smear_gain`, `other_gain`: how much further out a
+    step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how much
+    wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all edges,
+    or (4, …), one for each.
     """
 
     steps: Floats
-    solve: Matrix
-    misfit: Matrix
+    solve_and_misfit: Matrix
     sloped_misfit: Matrix
     table: Table
     other_table: Table
@@ -77,6 +90,11 @@ class StepModel(NamedTuple):
     smear_gain: Floats
     other_gain: Floats
     widening: Floats
+
+    @property
+    def solve(self) -> Matrix:
+        """The matrix of what is asked of a profile, without the misfit."""
+        return self.solve_and_misfit[..., :SOLVED]
 
 
 @lru_cache(maxsize=8)
@@ -103,13 +121,13 @@ class SmearedModels:
 
     def at(self, smear: Floats) -> tuple[StepModel, Floats]:
         """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
-        places = np.clip(np.rint(smear * (BETWEEN / SMEAR_STEP)), 0, len(self._tables) - 1).astype(np.intp)
+        last = len(self._tables) - 1
+        places = [min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()]
         matrices = _cut(self._matrices.take(places, axis=0), self._shapes[:MATRICES])
         tables = _cut(self._tables.take(places, axis=0), self._shapes[MATRICES:])
-        (solve, misfit, sloped_misfit), (smear_gain, other_gain, widening) = matrices, tables[7:]
-        use, other, sloped = (Table(tables[at], tables[at + 1]) for at in (1, 3, 5))
-        model = StepModel(tables[0], solve, misfit, sloped_misfit, use, other, sloped, smear_gain, other_gain, widening)
-        return model, places.astype(np.float64) * (SMEAR_STEP / BETWEEN)
+        use, other, sloped = (Table.one_behind_the_other(tables[at], tables[at + 1]) for at in (1, 3, 5))
+        model = StepModel(tables[0], matrices[0], matrices[1], use, other, sloped, tables[7], tables[8], tables[9])
+        return model, np.array(places) * (SMEAR_STEP / BETWEEN)
 
 
 @lru_cache(maxsize=2)
@@ -120,8 +138,9 @@ def smeared_models(*, textured: bool) -> SmearedModels:
 
 def _flat(model: StepModel) -> tuple[Floats | Matrix, ...]:
     """The parts of a model, the matrices first."""
-    tables = (*model.table, *model.other_table, *model.sloped_table)
-    return (model.solve, model.misfit, model.sloped_misfit, model.steps, *tables, *model[7:])
+    tables = (part for table in (model.table, model.other_table, model.sloped_table) for part in table.fenced()[:2])
+    gains = model.smear_gain, model.other_gain, model.widening
+    return (model.solve_and_misfit, model.sloped_misfit, model.steps, *tables, *gains)
 
 
 def _between(rows: NDArray[Any]) -> Floats:
@@ -154,8 +173,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
     wanted = np.column_stack([solve[:, 1:3], free[:, 3], other[:, 1:3], sloped[:, 1:3]])
     return StepModel(
         steps,
-        wanted.astype(np.float32),
-        _misfit(model),
+        np.concatenate([wanted, _misfit(model)], axis=1).astype(np.float32),
         _misfit(slope),
         _table(steps, solve, smear),
         _table(steps, other, smear),

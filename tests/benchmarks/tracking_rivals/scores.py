@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import beta
 
 from pi_agent.tracking.tracker import Tracker
 from tests.benchmarks.tracking_rivals.conditions import Maker, Trial
@@ -12,7 +13,7 @@ from tests.benchmarks.tracking_rivals.conditions import Maker, Trial
 Floats = NDArray[np.float64]
 
 WRONG_PX = 0.15  # a reported corner further off is wrong, whatever sigma was said
-ONE_SIDED_95 = 1.645
+CONFIDENCE = 0.95
 
 
 @dataclass
@@ -92,19 +93,13 @@ HEAD = (
 
 
 def upper_share(count: int, frames: int) -> float:
-    """Wilson's upper bound (one-sided, 95 %) of a share of which `count` of `frames` were seen."""
-    return _wilson(count, frames, ONE_SIDED_95)
+    """Clopper and Pearson's upper bound (exact, one-sided, 95 %) of a share of which `count` of `frames` were seen."""
+    return float(beta.ppf(CONFIDENCE, count + 1, frames - count)) if count < frames else 1.0
 
 
 def lower_share(count: int, frames: int) -> float:
-    """Wilson's lower bound (one-sided, 95 %)."""
-    return _wilson(count, frames, -ONE_SIDED_95)
-
-
-def _wilson(count: int, frames: int, deviations: float) -> float:
-    seen, square = count / frames, deviations**2
-    spread = np.sqrt(seen * (1.0 - seen) / frames + square / (4.0 * frames**2))
-    return float((seen + square / (2.0 * frames) + deviations * spread) / (1.0 + square / frames))
+    """Clopper and Pearson's lower bound (exact, one-sided, 95 %)."""
+    return float(beta.ppf(1.0 - CONFIDENCE, count, frames - count + 1)) if count else 0.0
 
 
 def aligned(corners: Floats, truth: Floats) -> Floats:
@@ -117,14 +112,19 @@ def measure(maker: Maker, *, trials: int, seed: int) -> tuple[Scores, Scores]:
     """Our tracker over many trials: at first sight of the last frame, and following up to it."""
     first, followed = Scores(), Scores()
     for number in range(trials):
-        trial = maker(np.random.default_rng([seed, number]))
-        last = len(trial.frames) - 1
-        _count(first, Tracker(trial.config), trial, last)
-        tracker = Tracker(trial.config)
-        for earlier in range(last):
-            tracker.track(trial.frames[earlier], capture_ns=trial.capture_ns(earlier))
-        _count(followed, tracker, trial, last)
+        measure_one(maker, seed=seed, number=number, first=first, followed=followed)
     return first, followed
+
+
+def measure_one(maker: Maker, *, seed: int, number: int, first: Scores, followed: Scores) -> None:
+    """Counts one trial in both scores."""
+    trial = maker(np.random.default_rng([seed, number]))
+    last = len(trial.frames) - 1
+    _count(first, Tracker(trial.config), trial, last)
+    tracker = Tracker(trial.config)
+    for earlier in range(last):
+        tracker.track(trial.frames[earlier], capture_ns=trial.capture_ns(earlier))
+    _count(followed, tracker, trial, last)
 
 
 def _count(scores: Scores, tracker: Tracker, trial: Trial, number: int) -> None:

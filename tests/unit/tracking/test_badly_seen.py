@@ -57,6 +57,22 @@ def test_an_edge_of_which_a_part_is_covered_is_told_by_the_rest(
     assert error <= WRONG_PX
 
 
+@pytest.mark.parametrize("reach_px", [0.3, 0.6, 1.2])
+def test_a_cover_that_ends_just_within_the_edge_is_not_taken_for_the_margin(
+    wood: NDArray[np.float32], reach_px: float
+) -> None:
+    scene = Scene(wood, mark=RECOMMENDED)
+    a, b, c, _ = _corners(scene)
+    inwards = (c - b) / np.linalg.norm(c - b)
+    end = 0.5 * (a + b) - 0.3 * inwards
+    strip = Layer((np.array([a, end, end - 30.0 * inwards, a - 30.0 * inwards])[::-1] + reach_px * inwards,), 0.68)
+    frame, truth = ExactRenderer(Scene(wood, mark=RECOMMENDED, occluders=(strip,))).render(
+        POSE, rng=np.random.default_rng(3)
+    )
+    first = Tracker(TrackerConfig(mark=RECOMMENDED)).track(frame, capture_ns=0)
+    assert not first.found or np.linalg.norm(first.corners_px - truth, axis=1).max() < WRONG_PX
+
+
 @pytest.mark.parametrize("mark", [RECOMMENDED, TAPE], ids=["recommended", "tape"])
 def test_an_edge_under_a_soft_highlight_is_read_through_it(wood: NDArray[np.float32], mark: Mark) -> None:
     scene = Scene(wood, mark=mark, light=0.6)
@@ -108,9 +124,11 @@ def test_bare_tape_in_a_slide_is_declared_at_first_sight_and_then_read_through_i
     assert 0.3 < float(np.mean(normalised)) < 1.8
 
 
-def test_the_bounds_of_a_share_are_wilsons() -> None:
-    assert upper_share(0, 3000) == pytest.approx(1.645**2 / (3000 + 1.645**2))
-    assert lower_share(0, 3000) == pytest.approx(0.0, abs=1e-12)
+def test_the_bounds_of_a_share_are_those_by_which_as_much_is_seen_once_in_twenty_times() -> None:
+    assert (1.0 - upper_share(0, 3000)) ** 3000 == pytest.approx(0.05)
+    assert upper_share(0, 2994) > 0.001 > upper_share(0, 2995)
+    assert lower_share(0, 3000) == 0.0
+    assert 1.0 - (1.0 - lower_share(1, 100)) ** 100 == pytest.approx(0.05)
     assert lower_share(3, 100) < 0.03 < upper_share(3, 100)
 
 

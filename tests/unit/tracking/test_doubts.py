@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pi_agent.tracking import doubts, lines
+from pi_agent.tracking import belief, doubts, lines
+from pi_agent.tracking.edges import Profiles
 
 Floats = NDArray[np.float64]
 COUNT = 48
@@ -67,3 +68,36 @@ def test_an_edge_is_moved_by_what_a_shadow_pulls_where_the_light_differs(differs
     np.testing.assert_allclose(moves, [0, -0.1, -0.1, 0], atol=0.02)
     assert float(np.abs(left).max()) < 0.02
     assert float(np.var(read.residual[1])) > float(np.var(line.residual[1]))
+
+
+def _profiles(dark: Floats, contrast: Floats) -> Profiles:
+    none = np.zeros((4, COUNT))
+    flat = np.zeros((4, COUNT, 2), dtype=np.float32)
+    noisy = dark + np.random.default_rng(6).normal(0.0, 0.5, dark.shape)
+    light = noisy.astype(np.float32), contrast.astype(np.float32)
+    return Profiles(none, none, flat, *light, none, none.astype(np.float32), None, flat)
+
+
+def _lit(part: slice, *, dark: float, contrast: float) -> tuple[Floats, Floats]:
+    """An outline of which a part of one edge is in another light: in shares of the rest's."""
+    light = np.ones((2, 4, COUNT))
+    light[0, 2, part], light[1, 2, part] = dark, contrast
+    return 14.0 * light[0], 168.0 * light[1]
+
+
+@pytest.mark.parametrize("contrast", [0.8, 1.2, 2.5])
+def test_what_is_not_the_margin_beside_an_unchanged_dark_is_left_out(contrast: float) -> None:
+    weight = np.ones((4, COUNT))
+    assert belief.beside_another(_profiles(*_lit(slice(16), dark=1.0, contrast=contrast)), weight)
+    assert not weight[2, :16].any()
+    assert weight[2, 16:].all()
+    assert weight[[0, 1, 3]].all()
+
+
+@pytest.mark.parametrize(("dark", "contrast", "uneven"), [(0.5, 0.5, True), (1.4, 1.0, False), (1.0, 1.0, False)])
+def test_a_shadow_a_highlight_and_even_light_leave_the_margin_what_it_is(
+    dark: float, contrast: float, uneven: bool
+) -> None:
+    weight = np.ones((4, COUNT))
+    assert belief.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight) is uneven
+    assert weight.all()

@@ -12,11 +12,20 @@ Points = NDArray[np.complex128]
 FRAME = np.random.default_rng(5).integers(0, 256, (90, 120), dtype=np.uint8)
 
 
-def _profiles(middle: complex) -> tuple[Points, Points]:
-    """Bases (4, 5) around a place, and ways across (4, 7)."""
-    turn = 1j ** np.arange(4) * np.exp(0.3j)
-    base = middle + np.multiply.outer(turn, 20.0 + 1.3j * np.arange(5))
-    return base, np.multiply.outer(turn, np.linspace(-3.1, 3.3, 7))
+TURN = 1j ** np.arange(4) * np.exp(0.3j)
+COUNT, SIZE = 5, 7
+
+
+def _profiles(middle: complex) -> tuple[Points, Points, Points]:
+    """The innermost places (4,) of four middle profiles around a place, the ways along the edges and across them."""
+    return middle + TURN * (20.0 - 3.1j), TURN * 6.0, TURN * 6.4j
+
+
+def _places(first: Points, along: Points, across: Points) -> NDArray[np.complex64]:
+    """All places (4, COUNT, SIZE), one by one."""
+    edge = ((np.arange(COUNT) + 0.5) / COUNT - 0.5)[:, None]
+    offset = along[:, None, None] * edge + across[:, None, None] * np.linspace(0.0, 1.0, SIZE)
+    return (first[:, None, None] + offset).astype(np.complex64)
 
 
 @pytest.mark.parametrize("tone", [LINEAR, PI_DEFAULT], ids=["straight", "curved"])
@@ -30,9 +39,9 @@ def test_profiles_read_what_single_points_do(
     monkeypatch.setattr(pixels, "remap_is_exact", lambda: exact)
     reader = pixels.PixelReader(tone.to_light_table())
     reader.open(FRAME)
-    base, across = _profiles(middle)
-    one_by_one = reader.bilinear((base[:, :, None] + across[:, None, :]).astype(np.complex64))
-    np.testing.assert_allclose(reader.profiles(base, across), one_by_one, atol=0.02)
+    ways = _profiles(middle)
+    one_by_one = reader.bilinear(_places(*ways))
+    np.testing.assert_allclose(reader.profiles(*ways, count=COUNT, size=SIZE), one_by_one, atol=0.02)
 
 
 def test_rows_that_are_padded_are_read_alike() -> None:
@@ -42,5 +51,5 @@ def test_rows_that_are_padded_are_read_alike() -> None:
     for frame in (FRAME, padded[:, :120]):
         reader = pixels.PixelReader(LINEAR.to_light_table())
         reader.open(frame)
-        answers.append(reader.profiles(*_profiles(60 + 45j)))
+        answers.append(reader.profiles(*_profiles(60 + 45j), count=COUNT, size=SIZE))
     np.testing.assert_array_equal(*answers)
