@@ -74,11 +74,11 @@ class StepModel(NamedTuple):
 
     `solve_and_misfit`: `solve` (m, 7) beside `misfit` (m, m); and `sloped_misfit` (m, m). `solve`: contrast,
     contrast × e, contrast × dσ; contrast and contrast × e once more, by another estimator: beside texture one that
-    leans on neither side of the edge and is pulled further by it, beside a margin one that is not pulled by a shadow; and by
-    one that allows for a slope in the light that a highlight adds. `smear_gain`, `other_gain`: how much further out a
-    step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how much
-    wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all edges,
-    or (4, …), one for each.
+    leans on neither side of the edge and is pulled further by it, beside a margin one that is not pulled by a shadow;
+    and by one that allows for a slope in the light that a highlight adds. `smear_gain`, `other_gain`: how much further
+    out a step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how
+    much wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all
+    edges, or (4, …), one for each.
     """
 
     steps: Floats
