@@ -104,12 +104,13 @@ def beside_another(found: edges.Profiles, weight: Floats) -> bool:
     another one and the dark is not, another thing's edge lies there, or the edge of a shadow along this one. Returns
     whether the light differs along the outline.
     """
-    parts = np.stack([weight, found.dark * weight, found.contrast * weight]).reshape(3, -1, GROUP)
-    seen, dark, contrast = np.add.reduce(parts, axis=2)
+    seen = np.add.reduce(weight.reshape(-1, GROUP), axis=1)
+    contrast = np.add.reduce((found.contrast * weight).reshape(-1, GROUP), axis=1)
     typical = _middle(contrast / np.maximum(seen, 1.0))
-    other = np.abs(contrast - typical * seen) > OTHER_LIGHT * typical * seen
+    other = np.abs(contrast - typical * seen) > (OTHER_LIGHT * typical) * seen
     if not other.any():
         return False
+    dark = np.add.reduce((found.dark * weight).reshape(-1, GROUP), axis=1)
     in_proportion = _middle(dark / np.maximum(contrast, 1.0))
     excess = np.abs(dark - in_proportion * contrast)
     noise = _middle(np.abs(found.dark - in_proportion * found.contrast).ravel())

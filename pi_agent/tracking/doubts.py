@@ -83,17 +83,19 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
 
 def corner_pull(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> Points:
     """How far the corners (4,) move by the disagreement `pull` (4, n) of two estimators on each edge."""
-    return lines.intersect(expected, *_pulled_lines(pull, line)) - expected.start
+    pulled = _pulled_lines(pull, line)
+    return lines.intersect(expected, pulled[:, 0], pulled[:, 1]) - expected.start
 
 
-def _pulled_lines(pull: Floats, line: lines.LineFit) -> tuple[Floats, Floats]:
-    """Offset and rise (4,) of the edges by the disagreement of two estimators.
+def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
+    """Offset and rise (4, 2) of the edges by the disagreement of two estimators.
 
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
-    offset, rise = lines.weighted(pull, line)
-    _, low, high, _ = sorted(offset.tolist())
-    return offset - 0.5 * (low + high), rise
+    pulled = lines.weighted(pull, line)
+    _, low, high, _ = sorted(pulled[:, 0].tolist())
+    pulled[:, 0] -= 0.5 * (low + high)
+    return pulled
 
 
 def out_of_shadow(
@@ -105,11 +107,13 @@ def out_of_shadow(
     and the lines, with the larger scatter of the points so read. `pull` (4, n): what that estimator adds to
     the points; `contrast` (4, n): theirs.
     """
-    offset, rise = _pulled_lines(pull, line)
-    rest = pull - offset[:, None] - np.multiply.outer(rise, lines.places(pull.shape[1]))
+    pulled = _pulled_lines(pull, line)
+    offset, rise = pulled[:, 0], pulled[:, 1]
+    rest = pull - lines.along(pulled, count=pull.shape[1])
     scatter = np.add.reduce(line.weight * rest * rest, axis=1)
-    total, _, spread = line.moments.T
-    shaded = offset * offset * total + rise * rise * spread > SHADED * scatter / total
+    total = line.moments[:, 0]
+    told = offset * offset * total + rise * rise * line.moments[:, 2]
+    shaded = told * total > SHADED * scatter
     shaded &= total > WHOLE * pull.shape[1]
     if not shaded.any() or not _light_differs(contrast, line.weight):
         return None, lines.intersect(expected, offset, rise) - expected.start, line

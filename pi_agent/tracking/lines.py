@@ -117,7 +117,7 @@ def fit_lines(
     sums = both @ basis
     # As long as no point is left out, the middle one is the same for all edges.
     out = None if sums[:4, 0].min() > count - 0.5 else weight <= 0
-    line = _solved(sums) if start is None else np.stack(start, axis=1)
+    line = _solved(sums[:4], sums[4:]) if start is None else np.stack(start, axis=1)
     for _ in range(rounds):
         residual = offset - line @ slopes
         scale = np.maximum(_deviation(residual, out), floor_px)
@@ -129,15 +129,18 @@ def fit_lines(
         current *= weight
         np.multiply(current, offset, out=product)
         sums = both @ basis
-        line = _solved(sums)
+        line = _solved(sums[:4], sums[4:])
     return LineFit(line[:, 0], line[:, 1], current, offset - line @ slopes, sums[:4])
 
 
-def weighted(offset: Floats, fit: LineFit) -> tuple[Floats, Floats]:
-    """The lines by least squares through other points, with the weights of a fit: offset and rise (4,)."""
-    products = (fit.weight * offset) @ powers(offset.shape[1])
-    line = _solved(np.concatenate([fit.moments, products]))
-    return line[:, 0], line[:, 1]
+def weighted(offset: Floats, fit: LineFit) -> Floats:
+    """The lines by least squares through other points, with the weights of a fit: offset and rise (4, 2)."""
+    return _solved(fit.moments, (fit.weight * offset) @ powers(offset.shape[1]))
+
+
+def along(line: Floats, *, count: int) -> Floats:
+    """The points (4, count) of lines (4, 2)."""
+    return line @ powers(count)[:, :2].T
 
 
 def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
@@ -152,15 +155,14 @@ def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:
     return MAD_TO_SIGMA * distance[np.arange(4), np.maximum(counted - 1, 0) // 2]
 
 
-def _solved(sums: Floats) -> Floats:
+def _solved(moments: Floats, products: Floats) -> Floats:
     """Weighted least squares: offset and rise (4, 2).
 
-    `sums` (8, 3): the moments of each edge's weights, then of the weights times the offsets. Plain numbers: for four
-    edges they are faster than arrays.
+    The moments (4, 3) of each edge's weights, and of the weights times the offsets. Plain numbers: for four edges they
+    are faster than arrays.
     """
-    rows = sums.tolist()
     lines = []
-    for (s0, s1, s2), (first, second, _) in zip(rows[:4], rows[4:], strict=True):
+    for (s0, s1, s2), (first, second, _) in zip(moments.tolist(), products.tolist(), strict=True):
         total = s0 + 1e-9
         rise = (second * total - first * s1) / (total * s2 - s1 * s1 + 1e-9)
         lines.append(((first - rise * s1) / total, rise))
@@ -217,7 +219,7 @@ def _inflation(fit: LineFit) -> float:
     power = float(np.vdot(share, share)) + 1e-12
     factor = 1.0
     for lag in (1, 2, 3):
-        both = float(np.sum(share[:, lag:] * share[:, :-lag])) / power
+        both = float(np.einsum("ei,ei->", share[:, lag:], share[:, :-lag])) / power
         if both <= 0.05:
             break
         factor += 2.0 * both

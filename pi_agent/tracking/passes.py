@@ -160,10 +160,10 @@ def _blur_change(found: edges.Profiles, line: lines.LineFit, look: Look, *, shar
     total = line.moments[:, 0]
     wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
     # Further away the blur cannot be told, and there will be another pass.
-    far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) / total
-    change = np.where(far < FAR * look.width, wider, 0.0)
+    far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) < (FAR * look.width) * total
+    change = wider * far
     if shared_blur:
-        change = np.full(4, float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
+        change.fill(float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
     return wider, change
 
 

@@ -13,7 +13,7 @@ share of the exposure for which it is uncovered.
 """
 
 from functools import lru_cache
-from math import erf, prod, sqrt
+from math import erf, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +34,6 @@ TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
 LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
 FAR = 0.4  # where it is told how much wider a step seems that lies away
-MATRICES = 2  # parts of a model that are matrices
 SOLVED = 7  # columns of `StepModel.solve`
 APART = 1e5  # between the tables of two edges: no answer is as large
 EDGES_APART = APART * np.arange(4.0)[:, None]
@@ -57,11 +56,6 @@ class Table(NamedTuple):
     def place(self, answer: Matrix | Floats) -> Floats:
         """Where the steps (4, n) lie, in blur deviations."""
         return np.interp(answer if self.apart is None else answer + self.apart, self.answers, self.reach)
-
-    @staticmethod
-    def one_behind_the_other(answers: Floats, reach: Floats) -> "Table":
-        """The tables (4, k) of four edges as one; each must be `fenced`."""
-        return Table((answers + EDGES_APART).ravel(), reach.ravel(), EDGES_APART)
 
     def fenced(self) -> "Table":
         """The table with ends so far away that no answer gets beyond, among the next edge's."""
@@ -113,21 +107,32 @@ class SmearedModels:
     def __init__(self, *, textured: bool) -> None:
         smears = np.arange(0.0, MOST_SMEAR + SMEAR_STEP, SMEAR_STEP)
         models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
-        self._shapes = [np.shape(part) for part in _flat(models[0])]
-        rows = [[np.ravel(part) for part in _flat(model)] for model in models]
-        # Packed in two, so that taking those of four edges is one look-up for all matrices and one for all tables.
-        self._matrices = _between(np.stack([np.concatenate(row[:MATRICES]) for row in rows])).astype(np.float32)
-        self._tables = _between(np.stack([np.concatenate(row[MATRICES:]) for row in rows]))
+        tables = [
+            [table.fenced() for table in (model.table, model.other_table, model.sloped_table)] for model in models
+        ]
+        self._solve = _between(np.stack([model.solve_and_misfit for model in models])).astype(np.float32)
+        self._sloped = _between(np.stack([model.sloped_misfit for model in models])).astype(np.float32)
+        self._answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1).copy()
+        self._reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1).copy()
+        self._steps = _between(np.stack([model.steps for model in models]))
+        gains = [(model.smear_gain, model.other_gain, model.widening) for model in models]
+        self._gains = _between(np.array(gains, dtype=np.float64)).T.copy()
 
     def at(self, smear: Floats) -> tuple[StepModel, Floats]:
         """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
-        last = len(self._tables) - 1
-        places = [min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()]
-        matrices = _cut(self._matrices.take(places, axis=0), self._shapes[:MATRICES])
-        tables = _cut(self._tables.take(places, axis=0), self._shapes[MATRICES:])
-        use, other, sloped = (Table.one_behind_the_other(tables[at], tables[at + 1]) for at in (1, 3, 5))
-        model = StepModel(tables[0], matrices[0], matrices[1], use, other, sloped, tables[7], tables[8], tables[9])
-        return model, np.array(places) * (SMEAR_STEP / BETWEEN)
+        last = len(self._steps) - 1
+        places = np.array([min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()])
+        answers = self._answers.take(places, axis=1)
+        answers += EDGES_APART
+        flat, reach = answers.reshape(3, -1), self._reach.take(places, axis=1).reshape(3, -1)
+        model = StepModel(
+            self._steps.take(places, axis=0),
+            self._solve.take(places, axis=0),
+            self._sloped.take(places, axis=0),
+            *(Table(flat[at], reach[at], EDGES_APART) for at in range(3)),
+            *self._gains.take(places, axis=1),
+        )
+        return model, places * (SMEAR_STEP / BETWEEN)
 
 
 @lru_cache(maxsize=2)
@@ -136,28 +141,12 @@ def smeared_models(*, textured: bool) -> SmearedModels:
     return SmearedModels(textured=textured)
 
 
-def _flat(model: StepModel) -> tuple[Floats | Matrix, ...]:
-    """The parts of a model, the matrices first."""
-    tables = (part for table in (model.table, model.other_table, model.sloped_table) for part in table.fenced()[:2])
-    gains = model.smear_gain, model.other_gain, model.widening
-    return (model.solve_and_misfit, model.sloped_misfit, model.steps, *tables, *gains)
-
-
 def _between(rows: NDArray[Any]) -> Floats:
     """The rows, and others evenly between them."""
     share = np.arange(0.0, len(rows) - 1 + 0.5 / BETWEEN, 1.0 / BETWEEN)
     first = np.minimum(share.astype(np.intp), len(rows) - 2)
-    return rows[first] + (share - first)[:, None] * (rows[first + 1] - rows[first])
-
-
-def _cut(rows: NDArray[Any], shapes: list[tuple[int, ...]]) -> list[NDArray[Any]]:
-    """Rows (4, n) cut into arrays (4, …) of the shapes given."""
-    parts, start = [], 0
-    for shape in shapes:
-        stop = start + prod(shape)
-        parts.append(rows[:, start:stop].reshape(4, *shape))
-        start = stop
-    return parts
+    part = (share - first).reshape(-1, *[1] * (rows.ndim - 1))
+    return rows[first] + part * (rows[first + 1] - rows[first])
 
 
 def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> StepModel:
