@@ -16,7 +16,8 @@ def next_step(diagnosis: Diagnosis) -> str:
         parts.append(html.paragraph("No further experiment is called for."))
     else:
         pairs = "; ".join(" from ".join(group) for group in plan.separates)
-        parts.append(html.paragraph(f"{plan.runs} runs to tell {pairs}: {plan.why}."))
+        told = f" to tell {pairs}" if pairs and not plan.why.startswith("to ") else ""
+        parts.append(html.paragraph(f"{plan.runs} runs{told}: {plan.why}."))
         parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
         parts.append(f"<pre>{escape(plan.plan)}</pre>")
     advice = [
@@ -29,6 +30,26 @@ def next_step(diagnosis: Diagnosis) -> str:
     return html.section("What to do next", *parts, name="next")
 
 
+def numerics(diagnosis: Diagnosis) -> str:
+    """What the simulator's own settings do, which is no physics; empty where they were not looked at."""
+    if not diagnosis.numerics:
+        return ""
+    rows = [[*(_cell(one.get(key)) for key in _NUMERICS)] for one in diagnosis.numerics]
+    why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
+    head = ("what", "size", "unit", "with these settings", "cured", "cured by")
+    table = html.table(head, rows)
+    return html.section("Numerics first", html.paragraph(why), table, name="numerics")
+
+
+_NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
+
+
+def _cell(said: object) -> str:
+    if isinstance(said, float | int):
+        return html.minus(f"{said:.3g}")
+    return "–" if said is None else escape(str(said))
+
+
 def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
     """File, versions, seed, time and notes."""
     rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
@@ -38,8 +59,5 @@ def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
         rows.append(["seed", str(seed)])
     rows.append(["seconds", html.number(diagnosis.seconds, 1)])
     rows += [[escape(name), escape(version)] for name, version in diagnosis.versions.items()]
-    rows += [
-        ["numerics", escape(", ".join(f"{key}: {value}" for key, value in one.items()))] for one in diagnosis.numerics
-    ]
     rows += [["note", escape(note)] for note in diagnosis.notes]
     return html.section("Where this comes from", html.table(("", ""), rows), name="provenance")

@@ -62,13 +62,18 @@ def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
     """What another simulator says with what was found, where it was run."""
     rows: list[list[str]] = []
     for when in ("before", "after"):
-        said: Mapping[str, float] = rerun.get(when) or {}
+        said: Mapping[str, Any] = rerun.get(when) or {}
         if said:
-            names = ("log_score", "onset_rmse_deg", "path_rmse_mm", "coverage90")
-            numbers = (said.get(name) for name in names)
-            cells = [html.number(float("nan") if value is None else float(value)) for value in numbers]
-            rows.append([escape(f"{rerun.get('engine', '')}, {when}"), *cells])
+            rows.append([escape(f"{rerun.get('engine', '')}, {when}"), *_cells(said)])
+        if said.get("own_level"):
+            name = f"{rerun.get('engine', '')}, {when}, each run at its own level"
+            rows.append([escape(name), *_cells(said["own_level"])])
     return rows
+
+
+def _cells(said: Mapping[str, Any]) -> list[str]:
+    numbers = (said.get(name) for name in ("log_score", "onset_rmse_deg", "path_rmse_mm", "coverage90"))
+    return [html.number(float("nan") if value is None else float(value)) for value in numbers]
 
 
 def _parameters(diagnosis: Diagnosis) -> str:
@@ -76,4 +81,8 @@ def _parameters(diagnosis: Diagnosis) -> str:
     rows.append(["plain model", "scatter", f"{diagnosis.scatter:.3g}", "–", "of mu_s"])
     for effect in diagnosis.effects:
         rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
-    return html.table(("of", "parameter", "value", "90 % interval", "unit"), rows, caption="Parameters")
+    return html.table(
+        ("of", "parameter", "value", "90 % interval", "unit"),
+        rows,
+        caption="Parameters (model.toml has them in SI units)",
+    )

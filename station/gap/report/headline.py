@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from html import escape
 
-from station.gap.report.html import number, p_value, paragraph
+from station.gap.report.html import number, p_equals, paragraph
 from station.gap.result import Diagnosis, EffectFound
 
 _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
@@ -48,7 +48,7 @@ def _sure(diagnosis: Diagnosis) -> str:
     told = f"; probabilities: {chances}" if chances else ""
     return (
         f"{diagnosis.used_runs} of {diagnosis.total_runs} runs could be used. That something is wrong with the plain "
-        f"model at all: p = {p_value(diagnosis.global_p)}{told}."
+        f"model at all: {p_equals(diagnosis.global_p)}{told}."
     )
 
 
@@ -60,11 +60,22 @@ def _better(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
     if not claimed_effects(diagnosis) or not math.isfinite(fit.log_score_gain):
         return ""
-    return (
-        f"On runs that the fit has not seen, the onset error goes from {number(fit.before.onset_rmse_deg)}° to "
-        f"{number(fit.after.onset_rmse_deg)}° (equal runs differ by {number(fit.floor_onset_deg)}°), the log score a "
-        f"run by {number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}."
-    )
+    changes = [
+        _change("the onset error", fit.before.onset_rmse_deg, fit.after.onset_rmse_deg, "°"),
+        _change("the path error", fit.before.path_rmse_mm, fit.after.path_rmse_mm, " mm"),
+    ]
+    if changes[0] and math.isfinite(fit.floor_onset_deg):
+        changes[0] += f" (equal runs differ by {number(fit.floor_onset_deg)}°)"
+    changes.append(f"the log score a run changes by {number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}")
+    return f"On runs that the fit has not seen, {', '.join(change for change in changes if change)}."
+
+
+def _change(name: str, before: float, after: float, unit: str) -> str:
+    """How an error changes; empty where there is none."""
+    if not (math.isfinite(before) and math.isfinite(after)):
+        return ""
+    first, last = f"{number(before)}{unit}", f"{number(after)}{unit}"
+    return f"{name} stays at {first}" if first == last else f"{name} goes from {first} to {last}"
 
 
 def _next(diagnosis: Diagnosis) -> str:

@@ -49,7 +49,7 @@ def _label(axes: Any, row: int, column: int, spot: Spot) -> None:
     p = "≤1e-6" if spot.p <= 1e-6 else f"{spot.p:.1g}"
     shade = "white" if spot.effect_size > _DARK else "#333333"
     axes.text(
-        column, row, f"{spot.effect_size:.2f}\np {p}", ha="center", va="center", color=shade, fontsize=6.5, zorder=4
+        column, row, f"{spot.effect_size:.2f}\np {p}", ha="center", va="center", color=shade, fontsize=7.0, zorder=4
     )
     if spot.p < _CLEAR:
         corner = (column - 0.47, row - 0.46)

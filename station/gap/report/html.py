@@ -36,7 +36,17 @@ def number(value: float, digits: int = 2, *, sign: bool = False) -> str:
     """A number with so many decimals; a dash where there is none."""
     if not math.isfinite(value):
         return "–"
-    return f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
+    return minus(f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}")
+
+
+def minus(text: str) -> str:
+    """A number's text with a true minus sign, at which no line breaks."""
+    return text.replace("-", "−")
+
+
+def whole(text: str) -> str:
+    """Plain text as a cell that stays on one line."""
+    return f'<span class="whole">{escape(text)}</span>'
 
 
 def p_value(p: float) -> str:
@@ -44,11 +54,22 @@ def p_value(p: float) -> str:
     return "≤ 1e-6" if p <= 1e-6 else f"{p:.2g}"
 
 
+def p_equals(p: float) -> str:
+    """The same in a sentence: 'p = 0.03', 'p ≤ 1e-6'."""
+    return f"p {p_value(p)}" if p <= 1e-6 else f"p = {p_value(p)}"
+
+
 def with_error(value: Value) -> tuple[str, str, str]:
-    """Value, 90 % interval and unit of a parameter, with the digits that the error leaves."""
-    unit = "" if value.unit == "1" else value.unit
-    if not math.isfinite(value.sd) or value.sd <= 0:
-        return f"{value.value:.3g}", "–", unit
-    digits = min(max(0, 1 - math.floor(math.log10(value.sd))), 9)
-    low, high = value.interval90
-    return f"{value.value:.{digits}f}", f"{low:.{digits}f} … {high:.{digits}f}", unit
+    """Value, 90 % interval and unit of a parameter, with the digits that the error leaves; lengths and angles small."""
+    factor, unit = _READ_IN.get(value.unit, (1.0, value.unit))
+    sd = factor * value.sd
+    if not math.isfinite(sd) or sd <= 0:
+        return minus(f"{factor * value.value:.3g}"), "–", unit
+    digits = min(max(0, 1 - math.floor(math.log10(sd))), 9)
+    numbers = (number(factor * one, digits) for one in (value.value, *value.interval90))
+    middle, low, high = numbers
+    return middle, whole(f"{low} … {high}"), unit
+
+
+_READ_IN = {"1": (1.0, ""), "m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")}
+"""Factors to the units in which people read small lengths and angles."""

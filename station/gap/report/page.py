@@ -7,7 +7,7 @@ from string import Template
 
 from station.gap.picture_data import PictureData
 from station.gap.report.drawing import style
-from station.gap.report.ending import next_step, provenance
+from station.gap.report.ending import next_step, numerics, provenance
 from station.gap.report.fit import fit
 from station.gap.report.headline import about, headline
 from station.gap.report.what import what
@@ -29,6 +29,7 @@ h1 { font-size: 1.1rem; color: #555; font-weight: 500; } h2 { font-size: 1.25rem
 .cannot { border-color: #d55e00; }
 .short { max-width: 50rem; } .about { color: #555; overflow-wrap: anywhere; }
 nav a { margin-right: 1rem; }
+.whole { white-space: nowrap; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .85rem; margin: 1rem 0; }
 caption { text-align: left; font-weight: 600; padding: .3rem 0; }
@@ -55,7 +56,7 @@ def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None =
     with style():
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
         if diagnosis.verdict != "untestable":
-            parts += [where(diagnosis, pictures), what(diagnosis), fit(diagnosis, pictures)]
+            parts += [numerics(diagnosis), where(diagnosis, pictures), what(diagnosis), fit(diagnosis, pictures)]
         else:
             parts.append(what(diagnosis))
         parts += [next_step(diagnosis), provenance(diagnosis, seed=seed)]

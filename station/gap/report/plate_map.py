@@ -13,6 +13,8 @@ from station.gap.report.drawing import MOST_DOTS, new_figure
 from station.physics.contact import Array
 
 _CHANNELS = ("onset", "along")
+_NEAR = 0.6
+"""Of the opening's radius: blocks that came so far out are shown with its edge."""
 
 
 def channels_on_plate(pictures: PictureData) -> tuple[ChannelPicture, ...]:
@@ -32,7 +34,7 @@ def plate_map(pictures: PictureData, *, after: bool) -> Any:
         for column, (word, values) in enumerate(parts):
             axes = figure.add_subplot(len(shown), columns, row * columns + column + 1)
             _draw(figure, axes, channel, values, limit=limit, title=f"{scales.channel(channel.name)}, {word}")
-            _opening(axes, pictures.opening_radius_m)
+            _opening(axes, pictures.opening_radius_m, reach_m=_reach(channel))
     return figure
 
 
@@ -58,11 +60,18 @@ def _draw(figure: Any, axes: Any, channel: ChannelPicture, values: Array, *, lim
     axes.set_ylabel("y (mm)")
 
 
-def _opening(axes: Any, radius_m: float) -> None:
+def _opening(axes: Any, radius_m: float, *, reach_m: float) -> None:
+    """The foam's edge; where no block came near it only the part of the plate that they came to is shown."""
     if np.isfinite(radius_m):
         axes.add_patch(Circle((0.0, 0.0), 1e3 * radius_m, fill=False, ls=":", color="0.6"))
-        axes.set_xlim(-1e3 * radius_m, 1e3 * radius_m)
-        axes.set_ylim(-1e3 * radius_m, 1e3 * radius_m)
+        shown_mm = 1e3 * (radius_m if reach_m > _NEAR * radius_m else 1.1 * reach_m)
+        axes.set_xlim(-shown_mm, shown_mm)
+        axes.set_ylim(-shown_mm, shown_mm)
+
+
+def _reach(channel: ChannelPicture) -> float:
+    """How far from the plate's centre anything was."""
+    return float(np.nanmax(np.hypot(channel.x_m, channel.y_m)))
 
 
 def _limit(channel: ChannelPicture) -> float:

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from station.gap.evidence.covariates import TITLES
+from station.gap.evidence.covariates import ANGLES, TITLES
 from station.physics.contact import Array
 
-_ANGLES = frozenset({"direction", "yaw", "slide_to_block", "slide_to_grain", "tilt", "tilt_rate"})
-_LENGTHS = frozenset({"x", "y"})
+_ANGLES = ANGLES | {"tilt", "tilt_rate"}
+_LENGTHS = frozenset({"x", "y", "ahead", "previous_slide"})
 _UNITS = {
     "speed": "m/s",
     "slide_time": "s",

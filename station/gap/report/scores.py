@@ -29,8 +29,10 @@ def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
         onset.axvline(floor, color=FLOOR, ls="--", lw=1)
         onset.text(floor, 1.0, " floor", color=FLOOR, transform=onset.get_xaxis_transform(), va="top", fontsize=8)
     _dots(path, _bars(before, after, "path_error_mm"), "path error, root mean square (mm)")
-    _dots(held, _coverage(before, after), "onsets within their 90 % interval")
-    held.axvline(_NOMINAL, color=FLOOR, ls="--", lw=1)
+    coverage = _coverage(before, after)
+    _dots(held, coverage, "onsets within their 90 % interval")
+    if any(math.isfinite(bar[1]) for bar in coverage):
+        held.axvline(_NOMINAL, color=FLOOR, ls="--", lw=1)
     return figure
 
 

@@ -48,7 +48,7 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
     total = sum(weights)
     told = [
         _row(diagnosis, row, best=best, weight=weight / total, rank=place)
-        for place, (row, weight) in enumerate(zip(rows, weights, strict=True))
+        for place, (row, weight) in enumerate(zip(rows, weights, strict=True), start=1)
     ]
     head = ("rank", "candidate", "gain", "parameters", "BIC gain", "difference", "weight", "class", "doubts")
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")

@@ -12,7 +12,7 @@ from station.gap.report.heat_map import heat_map
 from station.gap.report.plate_map import channels_on_plate, plate_map
 from station.gap.result import Diagnosis, Located
 
-_MOST_RUNS = 15
+_MOST_RUNS, _MOST_STRETCHES = 15, 3
 
 
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
@@ -64,7 +64,15 @@ def _places(places: tuple[Located, ...]) -> str:
 
 def _row(place: Located) -> list[str]:
     runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
-    windows = sorted(place.windows, key=lambda one: one.from_ns - one.to_ns)[:3]
-    spans = "; ".join(f"run {one.run}, {(one.to_ns - one.from_ns) * 1e-9:.2f} s" for one in windows)
-    size, p = html.number(place.effect_size), html.p_value(place.p)
-    return [escape(place.phase), escape(place.summary), size, p, runs, spans]
+    spans = "; ".join(html.whole(f"run {run}, {1e-9 * length_ns:.2f} s") for run, length_ns in _longest(place))
+    size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
+    summary = place.summary.removeprefix(f"{place.phase}: ")
+    return [html.whole(place.phase), escape(summary), size, p, runs, spans]
+
+
+def _longest(place: Located) -> list[tuple[int, int]]:
+    """The runs with the longest stretches, and how long these are."""
+    lengths = dict[int, int]()
+    for one in place.windows:
+        lengths[one.run] = max(lengths.get(one.run, 0), one.to_ns - one.from_ns)
+    return sorted(lengths.items(), key=lambda item: (-item[1], item[0]))[:_MOST_STRETCHES]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,11 @@ from scipy.stats import binomtest
 
 from station.gap.diagnose import Examined, examined
 from station.gap.picture_data import ChannelPicture, HeldOutPicture, PictureData
-from station.gap.report import scores
-from station.gap.report.headline import sentence
+from station.gap.report import html, scores
+from station.gap.report.headline import headline, sentence
 from station.gap.report.page import html_page
-from station.gap.result import Located
+from station.gap.report.plate_map import plate_map
+from station.gap.result import Located, Stretch, Value
 from station.physics.catalogue import catalogue
 from tests.unit.gap.page import Page
 from tests.unit.gap.tables import grained, samples
@@ -116,6 +118,67 @@ def test_places_without_a_curve_are_listed_all_the_same() -> None:
 def test_every_verdict_has_its_sentence(verdict: str) -> None:
     found = replace(grained().diagnosis, verdict=verdict)  # pyright: ignore[reportArgumentType]: four words
     assert sentence(found).endswith(".")
+
+
+# --- how things are said ----------------------------------------------------------------------------------------------
+
+
+def test_what_the_simulators_settings_do_stands_first() -> None:
+    found = grained()
+    check = {"id": "solver_creep", "size": 8.0615, "unit": "deg", "cured_by": "<cone>", "before": 12.147, "after": None}
+    text = html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)
+    assert "solver_creep 8.06 deg 12.1 – <cone>" in Page(text).text
+    assert text.index("Numerics first") < text.index("Where they differ")
+    assert "Numerics first" not in html_page(found.diagnosis, found.pictures)
+
+
+def test_a_recording_without_onsets_is_told_by_its_paths() -> None:
+    found = grained().diagnosis
+    nothing = replace(found.fit.before, onset_rmse_deg=math.nan)
+    before, after = replace(nothing, path_rmse_mm=1.14), replace(nothing, path_rmse_mm=1.03)
+    said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
+    assert "has not seen, the path error goes from 1.14 mm to 1.03 mm, the log score" in said
+    assert "–" not in said
+    same = replace(found.fit, before=replace(before, onset_rmse_deg=3.441), after=replace(before, onset_rmse_deg=3.44))
+    assert "the onset error stays at 3.44° (equal runs differ" in headline(replace(found, fit=same))
+
+
+def test_of_each_run_the_longest_stretch_is_named_once() -> None:
+    found = grained()
+    windows = tuple(
+        Stretch(run=run, from_ns=0, to_ns=int(1e9 * length)) for run, length in ((3, 2.0), (3, 2.5), (5, 1.0), (3, 2.4))
+    )
+    place = replace(found.diagnosis.located[0], windows=windows)
+    page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
+    assert page.text.count("run 3,") == 1
+    assert "run 3, 2.50 s ; run 5, 1.00 s" in page.text
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (Value(value=-0.00193298, sd=6e-7, unit="m"), ("−1.93298", "−1.93397 … −1.93199", "mm")),
+        (Value(value=0.01, sd=0.002, unit="rad"), ("0.57", "0.38 … 0.76", "°")),
+        (Value(value=-0.4, sd=0.02, unit="1"), ("−0.400", "−0.433 … −0.367", "")),
+        (Value(value=-0.4, sd=math.nan, unit="s"), ("−0.4", "–", "s")),
+    ],
+)
+def test_parameters_have_units_and_digits_that_people_read(value: Value, told: tuple[str, str, str]) -> None:
+    middle, interval, unit = html.with_error(value)
+    assert (middle, re.sub("<[^>]*>", "", interval), unit) == told
+
+
+def test_the_plate_is_shown_as_far_as_blocks_came() -> None:
+    known = with_slides()
+    wide = replace(known, opening_radius_m=0.75)
+    limits = [plate_map(one, after=False).axes[0].get_xlim()[1] for one in (known, wide)]
+    assert limits[0] == pytest.approx(45.0)
+    assert limits[1] < 70.0
+
+
+@pytest.mark.parametrize(("p", "told"), [(0.0312, "p = 0.031"), (1e-9, "p ≤ 1e-6")])
+def test_a_small_p_has_no_equals_sign(p: float, told: str) -> None:
+    assert html.p_equals(p) == told
 
 
 # --- numbers of the figures -------------------------------------------------------------------------------------------
