@@ -10,10 +10,14 @@ import numpy as np
 
 from station.gap.comparison import Comparison
 from station.gap.search import Search, Stage
-from station.gap.smooth import PREFIX
+from station.gap.smooth import PREFIX, is_smooth
+from station.physics.effect import Effect
 
 DOUBT = 0.15
-"""The share of a law's gain at which what is left over is as likely its misfit as physics of its own."""
+"""The share of a law's gain at which a smooth term beside it is as likely its misfit as physics of its own."""
+
+DOUBT_OF_SERIES = 0.5
+"""The same of anything beside the first terms of a series."""
 
 NOMINAL = 0.1
 """The global p at which the session's own calibration speaks neither for nor against nothing."""
@@ -44,15 +48,29 @@ def beliefs(found: Search) -> Belief:
 
 
 def _trust(found: Search, name: str) -> float:
-    """That a smooth term is more than the misfit of a law beside it: by its gain's share of the largest of the others'.
+    """That a term is more than the misfit of a law beside it: by its gain's share of the largest of theirs.
 
-    Named effects passed `misfit` by their own laws; a smooth term can look like anything.
+    Named effects passed `misfit` by the others' own laws; a smooth term can look like anything. And beside the first
+    terms of a series anything can be what the series leaves.
     """
-    if not name.startswith(PREFIX):
-        return 1.0
+    mine = _effect_of(found, name)
     own = _gain(found.compared[name], name)
-    others = (_gain(comparison, one) for one, comparison in found.compared.items() if one != name)
-    return own / max(own + DOUBT * max(others, default=0.0), 1e-9)
+    doubt = 0.0
+    for other, comparison in found.compared.items():
+        theirs = _effect_of(found, other)
+        if other == name or not mine.acts_through() & theirs.acts_through():
+            continue
+        share = DOUBT_OF_SERIES if _is_series(theirs) else DOUBT if is_smooth(mine) else 0.0
+        doubt = max(doubt, share * _gain(comparison, other))
+    return own / max(own + doubt, 1e-9)
+
+
+def _effect_of(found: Search, name: str) -> Effect:
+    return next(effect for effect in found.found if effect.id == name)
+
+
+def _is_series(effect: Effect) -> bool:
+    return effect.is_series or is_smooth(effect)
 
 
 def _gain(comparison: Comparison, name: str) -> float:

@@ -53,6 +53,8 @@ class Effect(ABC):
     separated_by: ClassVar[str]
     absorbed_by_mu: ClassVar[bool] = False
     """Whether, with everything that it depends on held constant, no data can tell it from another mu."""
+    is_series: ClassVar[bool] = False
+    """Whether the law is the first terms of a series, which leaves a part of anything that it stands for."""
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""

@@ -69,12 +69,17 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
-    """Whether the plate was tilted, and the block free: the foam holds a block that leans on it."""
+    """Whether the plate was tilted, and the block free."""
     time_ns = _moment_ns(track, recorded.plate)
     steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+    return steep and not leans(track, recorded)
+
+
+def leans(track: RunTrack, recorded: Recorded) -> bool:
+    """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
     (place,), _ = _starts([track])
     reach = recorded.setting.opening_radius_m - recorded.setting.block_side_m / math.sqrt(2)
-    return steep and reach - math.hypot(place[0], place[1]) > FREE_M
+    return reach - math.hypot(place[0], place[1]) <= FREE_M
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:

@@ -13,6 +13,7 @@ from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.directions import Believed, believed
 from station.gap.evidence.moments import Moments
+from station.gap.evidence.onset_rows import leans
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
@@ -34,10 +35,11 @@ FREE_M = 1e-3
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """Along, across and turn, of all windows in which the block is free of the foam."""
+    """Along, across and turn, of all windows in which the block is free of the foam, as it was before it slid."""
     found = [
         (place, window)
         for place, track in enumerate(recorded.tracks)
+        if not leans(track, recorded)
         for window in windows_of(track)
         if _border(track.pose[window.frames], recorded).min() > FREE_M
     ]

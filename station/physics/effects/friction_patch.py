@@ -41,6 +41,7 @@ class FrictionPatch(Effect):
         "lens_distortion",
         "border_contact",
     )
+    is_series: ClassVar[bool] = True
     separated_by: ClassVar[str] = "the block put back to designed starts, so that place and direction are independent"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
