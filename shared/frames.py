@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -152,8 +152,8 @@ def seen(
     if attitude is not None:
         transforms.append(platform_transform(attitude, pivot_above_plate_m=pivot_above_plate_m))
     if geometry is not None:
-        view = _view_of(replace(geometry, stamp_ns=0))
-        transforms.append(replace(view, timestamp=foxglove.Timestamp.from_ns(now_ns)))
+        view, now = _view_of(*_PLACED(geometry)), foxglove.Timestamp.from_ns(now_ns)
+        transforms.append(foxglove.FrameTransform(now, PLATFORM, CAMERA, view.translation, view.rotation))
         if corners is not None and corners.found:
             x, y, yaw = block_pose_of(corners.corners_px, geometry)
             stamp_ns = corners.capture_ns
@@ -162,10 +162,16 @@ def seen(
     return tf(*transforms)
 
 
+_PLACED = attrgetter("plate_from_pixel", "camera_x_m", "camera_y_m", "camera_height_m")
+"""What of a calibration says where the camera is."""
+
+
 @lru_cache(maxsize=4)
-def _view_of(geometry: CameraGeometry) -> foxglove.FrameTransform:
+def _view_of(plate_from_pixel: tuple[float, ...], x_m: float, y_m: float, height_m: float) -> foxglove.FrameTransform:
     """Computed anew only when the calibration says something else: it is the same for a whole session."""
-    return camera_transform(geometry)
+    return camera_transform(
+        CameraGeometry(plate_from_pixel=plate_from_pixel, camera_x_m=x_m, camera_y_m=y_m, camera_height_m=height_m)
+    )
 
 
 def block_pose_transform(pose: BlockPose) -> foxglove.FrameTransform:
