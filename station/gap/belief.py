@@ -58,7 +58,7 @@ def _trust(found: Search, name: str) -> float:
     doubt = 0.0
     for other, comparison in found.compared.items():
         theirs = _effect_of(found, other)
-        if other == name or not mine.acts_through() & theirs.acts_through():
+        if other == name or not found.channels[name] & found.channels[other]:
             continue
         share = DOUBT_OF_SERIES if _is_series(theirs) else DOUBT if is_smooth(mine) else 0.0
         doubt = max(doubt, share * _gain(comparison, other))

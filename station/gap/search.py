@@ -16,7 +16,7 @@ import numpy as np
 from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
-from station.gap.misfit import Gained, gained_by, is_misfit
+from station.gap.misfit import Gained, channels_of, gained_by, is_misfit
 from station.gap.smooth import is_smooth, smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
@@ -58,13 +58,14 @@ class Stage:
 class Search:
     """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place.
+    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts.
     """
 
     null: Fit
     stages: tuple[Stage, ...]
     model: Fit
     compared: Mapping[str, Comparison]
+    channels: Mapping[str, frozenset[str]]
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
 
@@ -110,7 +111,8 @@ def search(
         current = stage.chosen.fitted
     progress("comparing each with what could stand in its place")
     current, compared = revised(fitter, current, offered)
-    return Search(null, tuple(stages), current, compared, tuple(places), reasons)
+    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in current.model.terms}
+    return Search(null, tuple(stages), current, compared, channels, tuple(places), reasons)
 
 
 def _stage(
