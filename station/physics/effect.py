@@ -24,7 +24,9 @@ Values = Mapping[str, float]
 """The values of an effect's parameters by name, in the parameters' units."""
 
 Layer = Literal["contact", "rig", "camera", "numerics"]
-Family = Literal["speed law", "direction law", "timing", "level", "place", "load", "history", "image", "numerics"]
+Family = Literal[
+    "speed law", "direction law", "timing", "level", "place", "load", "history", "drift", "image", "numerics"
+]
 
 
 class Effect(ABC):

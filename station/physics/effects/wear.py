@@ -23,7 +23,7 @@ class Wear(Effect):
     law: ClassVar[str] = "mu falls by the share f (1 - exp(-run / n0)) (f = 0)"
     source: ClassVar[str] = "Archard 1953, J. Appl. Phys. 24, 981; Blau 2005, Tribol. Int. 38, 1007 (running in)"
     layer: ClassVar[Layer] = "contact"
-    family: ClassVar[Family] = "history"
+    family: ClassVar[Family] = "drift"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="fall", unit="1", low=-0.4, high=0.6, typical=0.1),
         Parameter(name="runs", unit="1", low=1.0, high=1000.0, typical=50.0, null=None, starts=(50.0, 10.0, 300.0)),
