@@ -22,7 +22,8 @@ GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a
 GLOW_LIT = 0.65, 1.5  # contrasts, in shares of the typical one, of an edge that light was added to
 LEAST_GLOW = 2.0  # nor is this, of 255
 GROUP = 8  # neighbouring profiles of which the light is compared
-OTHER_LIGHT = 0.1  # difference of the light on both sides of an edge, in shares, that no even light makes
+EVEN, UNEVEN = 0.025, 0.1  # difference of the light along the outline, in shares, below and above which it is called so
+OTHER_LIGHT = 0.1  # difference of the light on both sides of an edge, in shares, that neither light nor shadow makes
 OTHER_NOISE = 2.0  # the same in median deviations of single profiles
 
 
@@ -74,13 +75,6 @@ def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:
     return (excess > allowed) & (found.dark - in_proportion > allowed)
 
 
-def _shaded(found: edges.Profiles, typical: float) -> NDArray[np.bool_]:
-    """Profiles (4, n) beside an even margin at which the light changes along the edge: a shadow's edge crosses them."""
-    change = np.zeros(found.contrast.shape)
-    change[:, 1:-1] = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2])
-    return change > SHADED * typical + 1.0
-
-
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
     """The profiles where a shadow's soft edge crosses, as the estimator reads them that does not mind.
 
@@ -89,7 +83,8 @@ def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edg
     total, good = np.add.accumulate(found.contrast, axis=1), np.add.accumulate(weight, axis=1)
     change = np.abs(total[:, 2 * CROSSED :] - 2.0 * total[:, CROSSED:-CROSSED] + total[:, : -2 * CROSSED])
     crossed = change > CROSSED * (CROSSING * typical + 1.0)
-    weight[_shaded(found, typical)] = 0.0
+    at_edge = np.abs(found.contrast[:, 2:] - found.contrast[:, :-2]) > SHADED * typical + 1.0
+    weight[:, 1:-1][at_edge] = 0.0
     if not crossed.any():
         return found
     crossed &= good[:, 2 * CROSSED :] - good[:, : -2 * CROSSED] > 2 * CROSSED - 1
@@ -97,26 +92,28 @@ def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edg
     return found._replace(offset=found.offset + there * found.pull, pull=np.where(there, 0.0, found.pull))
 
 
-def beside_another(found: edges.Profiles, weight: Floats) -> bool:
+def beside_another(found: edges.Profiles, weight: Floats) -> float:
     """Sets the weights (4, n) to 0 beside an even margin where what lies beside the dark is not the margin.
 
     Light and shadow scale the dark and the margin alike, and a highlight is added to both. Where the contrast is
     another one and the dark is not, another thing's edge lies there, or the edge of a shadow along this one. Returns
-    whether the light differs along the outline.
+    by how much the light differs along the outline, in shares.
     """
     seen = np.add.reduce(weight.reshape(-1, GROUP), axis=1)
     contrast = np.add.reduce((found.contrast * weight).reshape(-1, GROUP), axis=1)
-    typical = _middle(contrast / np.maximum(seen, 1.0))
-    other = np.abs(contrast - typical * seen) > (OTHER_LIGHT * typical) * seen
-    if not other.any():
-        return False
+    typical = max(_middle(contrast / np.maximum(seen, 1.0)), 0.5)
+    departure = np.abs(contrast - typical * seen) / (typical * np.maximum(seen, 1.0))
+    largest = float(departure.max())
+    if largest <= UNEVEN:
+        return largest
     dark = np.add.reduce((found.dark * weight).reshape(-1, GROUP), axis=1)
     in_proportion = _middle(dark / np.maximum(contrast, 1.0))
     excess = np.abs(dark - in_proportion * contrast)
     noise = _middle(np.abs(found.dark - in_proportion * found.contrast).ravel())
+    other = departure > UNEVEN
     other &= excess > OTHER_LIGHT * in_proportion * contrast + OTHER_NOISE * noise * seen
     weight.reshape(-1, GROUP)[other] = 0.0
-    return True
+    return largest
 
 
 def _middle(values: Floats) -> float:

@@ -138,9 +138,9 @@ def weighted(offset: Floats, fit: LineFit) -> Floats:
     return _solved(fit.moments, (fit.weight * offset) @ powers(offset.shape[1]))
 
 
-def along(line: Floats, *, count: int) -> Floats:
-    """The points (4, count) of lines (4, 2)."""
-    return line @ powers(count)[:, :2].T
+def along(terms: Floats, *, count: int) -> Floats:
+    """The points (4, count) of lines (4, 2) or parabolas (4, 3): terms by the powers of the place."""
+    return terms @ powers(count)[:, : terms.shape[1]].T
 
 
 def _deviation(residual: Floats, out: NDArray[np.bool_] | None) -> Floats:

@@ -123,10 +123,11 @@ def one_pass(
         return None
     weight = belief.believed(found, typical, look.width)
     found = belief.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
-    uneven = False
+    unevenness = 0.0
     if task.even:
-        uneven = belief.beside_another(found, weight)
-        found = belief.through_shadow(found, weight, typical)
+        unevenness = belief.beside_another(found, weight)
+        if unevenness > belief.EVEN:
+            found = belief.through_shadow(found, weight, typical)
     if task.left_out is not None:
         belief.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
@@ -147,7 +148,7 @@ def one_pass(
     blur = within(look.blur * (1.0 + within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven)
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, unevenness > belief.UNEVEN)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
@@ -171,15 +172,14 @@ def _straightened(
     found: edges.Profiles, look: Look, *, smear: Smear | None, sweep: Sweep | None
 ) -> tuple[Floats, Floats]:
     """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
-    expected, model, count = look.expected, look.model, found.offset.shape[1]
-    offset, pull = found.offset, found.pull
+    model, offset, pull = look.model, found.offset, found.pull
+    bend = None if sweep is None else sweep.across(look.expected)
     if smear is not None:
-        longer = smear.longer(expected, than=look.path, count=count)
-        offset = offset - model.smear_gain[:, None] * longer
-        pull = pull - (model.other_gain - model.smear_gain)[:, None] * longer
-    if sweep is not None:
-        offset = offset - sweep.across(expected, count=count)
-    return offset, pull
+        longer = smear.longer(look.expected, than=look.path)
+        pull = pull - lines.along((model.other_gain - model.smear_gain)[:, None] * longer, count=pull.shape[1])
+        moved = model.smear_gain[:, None] * longer
+        bend = moved if bend is None else bend + moved
+    return offset if bend is None else offset - lines.along(bend, count=offset.shape[1]), pull
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:

@@ -5,10 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking.lines import Edges, places, powers
+from pi_agent.tracking.lines import Edges
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
+
+NO_TERM = np.zeros(4)
 
 
 @dataclass(frozen=True)
@@ -23,12 +25,15 @@ class Smear:
         """How far the middles of the edges (4,) move across themselves, in px."""
         return np.abs(self._at_middles(edges))
 
-    def longer(self, edges: Edges, *, than: Floats, count: int) -> Floats:
-        """How much further than `than` (4,) the edges' points (4, count) move across themselves, in px."""
-        way = self._at_middles(edges)[:, None] + np.multiply.outer(self.turn_rad * edges.free, places(count))
-        np.abs(way, out=way)
-        way -= than[:, None]
-        return way
+    def longer(self, edges: Edges, *, than: Floats) -> Floats:
+        """How much further than `than` (4,) the edges move across themselves, in px: terms (4, 3) by the place.
+
+        An edge that turns about a place on itself moves both ways; there its smear is next to nothing.
+        """
+        way = self._at_middles(edges)
+        return np.array(
+            [np.abs(way) - than, np.where(way < 0.0, -self.turn_rad, self.turn_rad) * edges.free, NO_TERM]
+        ).T
 
     def _at_middles(self, edges: Edges) -> Floats:
         way = self.path_px + (1j * self.turn_rad) * (edges.middle - self.centre)
@@ -48,8 +53,8 @@ class Sweep:
     yaw_rate_rad_s: float
     line_s: float
 
-    def across(self, edges: Edges, *, count: int) -> Floats:
-        """How far out the edges' points (4, count) have moved; see `shift`.
+    def across(self, edges: Edges) -> Floats:
+        """How far out the edges have moved (see `shift`): terms (4, 3) by the place.
 
         A point of an edge has a velocity and a row that change evenly along it: their product has three terms.
         """
@@ -57,8 +62,7 @@ class Sweep:
         velocity = -(edges.tangent.conj() * (self.velocity_px_s + (1j * self.yaw_rate_rad_s) * gap)).imag
         faster = -self.yaw_rate_rad_s * edges.free
         late, later = gap.imag * self.line_s, edges.tangent.imag * edges.free * self.line_s
-        terms = np.array([velocity * late, velocity * later + faster * late, faster * later])
-        return terms.T @ powers(count).T
+        return np.array([velocity * late, velocity * later + faster * late, faster * later]).T
 
     def shift(self, points: Points) -> Points:
         """How far the points have moved, by the time at which their rows are exposed, since the centre's row was."""

@@ -88,16 +88,18 @@ def _lit(part: slice, *, dark: float, contrast: float) -> tuple[Floats, Floats]:
 @pytest.mark.parametrize("contrast", [0.8, 1.2, 2.5])
 def test_what_is_not_the_margin_beside_an_unchanged_dark_is_left_out(contrast: float) -> None:
     weight = np.ones((4, COUNT))
-    assert belief.beside_another(_profiles(*_lit(slice(16), dark=1.0, contrast=contrast)), weight)
+    light = belief.beside_another(_profiles(*_lit(slice(16), dark=1.0, contrast=contrast)), weight)
+    assert light == pytest.approx(abs(contrast - 1.0))
     assert not weight[2, :16].any()
     assert weight[2, 16:].all()
     assert weight[[0, 1, 3]].all()
 
 
-@pytest.mark.parametrize(("dark", "contrast", "uneven"), [(0.5, 0.5, True), (1.4, 1.0, False), (1.0, 1.0, False)])
+@pytest.mark.parametrize(("dark", "contrast", "uneven"), [(0.5, 0.5, 0.5), (1.4, 1.0, 0.0), (1.0, 1.0, 0.0)])
 def test_a_shadow_a_highlight_and_even_light_leave_the_margin_what_it_is(
-    dark: float, contrast: float, uneven: bool
+    dark: float, contrast: float, uneven: float
 ) -> None:
     weight = np.ones((4, COUNT))
-    assert belief.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight) is uneven
+    light = belief.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight)
+    assert light == pytest.approx(uneven)
     assert weight.all()
