@@ -19,7 +19,7 @@ from functools import cache, partial
 from multiprocessing.connection import Connection
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from shared.bus import Received, Recipe
 from shared.errors import UserError
@@ -32,6 +32,8 @@ BATCH = 128
 _OVER = b""
 Make = Callable[..., Message]
 """What makes a message: its class, or the function of a recipe."""
+Read = Callable[[Message], tuple[Any, ...]]
+"""What takes a message apart."""
 Values = tuple[Any, ...] | dict[str, Any]
 """The fields of a message, nested ones as tuples again; or the values of a recipe by name."""
 Row = tuple[str, int, int, Values]
@@ -130,7 +132,7 @@ class _TakingApart:
     """Turns messages into numbers and texts. What makes them crosses once, when it is new, and then by its number."""
 
     def __init__(self) -> None:
-        self._known: dict[Make, tuple[int, Callable[[Message], tuple[Any, ...]]]] = {}
+        self._known: dict[Make, tuple[int, Read]] = {}
         self._new: list[Make] = []
 
     def batch(self, waiting: list[Received]) -> bytes:
@@ -159,9 +161,7 @@ class _TakingApart:
                 values[name] = value
         return number, values
 
-    def _learn(
-        self, make: Make, read: Callable[[Message], tuple[Any, ...]]
-    ) -> tuple[int, Callable[[Message], tuple[Any, ...]]]:
+    def _learn(self, make: Make, read: Read) -> tuple[int, Read]:
         self._known[make] = known = len(self._known), read
         self._new.append(make)
         return known
@@ -180,9 +180,11 @@ class _PuttingTogether:
 
     def batch(self, data: bytes) -> Iterator[Received]:
         """The messages of a batch, in its order."""
-        new, rows = pickle.loads(data)
+        batch: tuple[list[Make], list[Row]] = pickle.loads(data)
+        new, rows = batch
         for make in new:
-            self._makers.append(_maker(make) if isinstance(make, type) else partial(self._cook, make))
+            is_class = isinstance(make, type)
+            self._makers.append(_maker(cast("type[Message]", make)) if is_class else partial(self._cook, make))
         makers = self._makers
         for topic, receive_ns, number, values in rows:
             yield Received(topic, receive_ns, makers[number](values))
@@ -193,7 +195,7 @@ class _PuttingTogether:
 
 
 @cache
-def _reader(cls: type[Message]) -> Callable[[Message], tuple[Any, ...]]:
+def _reader(cls: type[Message]) -> Read:
     """The fields of a message as a tuple."""
     specs = slots(cls)
     if len(specs) == 1:
