@@ -45,4 +45,4 @@ def _draw(axes: Any, place: Located, *, unit: str) -> None:
     )
     axes.set_title(f"{place.phase}: {scales.channel(place.channel)}\np {p_value(place.p)}", loc="left", fontsize=8.5)
     axes.set_xlabel(label)
-    axes.set_ylabel(f"recorded − simulated ({shown})", fontsize=8)
+    axes.set_ylabel(f"recorded − simulated\n({shown})", fontsize=8)

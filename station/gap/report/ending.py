@@ -15,9 +15,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     if plan is None:
         parts.append(html.paragraph("No further experiment is called for."))
     else:
-        pairs = "; ".join(" from ".join(group) for group in plan.separates)
-        told = f" to tell {pairs}" if pairs and not plan.why.startswith("to ") else ""
-        parts.append(html.paragraph(f"{plan.runs} runs{told}: {plan.why}."))
+        parts.append(html.paragraph(f"{plan.runs} runs: {plan.why}."))
         parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
         parts.append(f"<pre>{escape(plan.plan)}</pre>")
     advice = [

@@ -17,6 +17,8 @@ _PHASES = ("camera at rest", "pre-slip", "onset", "slide", "stop")
 _COLUMNS = ("all", *TITLES)
 _CLEAR = 0.05
 _DARK = 0.6
+_SCALED = 3
+"""Rows from which on there is room for the colours' scale; the numbers say the same."""
 
 
 def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
@@ -41,7 +43,8 @@ def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     axes.set_title(title, loc="left")
-    figure.colorbar(image, ax=axes, label="effect size", shrink=0.9, pad=0.01)
+    if len(rows) >= _SCALED:
+        figure.colorbar(image, ax=axes, label="effect size", shrink=0.9, pad=0.01)
     return figure
 
 

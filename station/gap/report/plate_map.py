@@ -44,7 +44,7 @@ def _draw(figure: Any, axes: Any, channel: ChannelPicture, values: Array, *, lim
     dots = axes.scatter(
         1e3 * channel.x_m[known],
         1e3 * channel.y_m[known],
-        c=factor * (values[known] - np.median(channel.before[known])),
+        c=factor * (values[known] - np.median(values[known])),
         cmap="RdBu_r",
         vmin=-limit,
         vmax=limit,

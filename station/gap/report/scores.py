@@ -82,5 +82,6 @@ def _dots(axes: Any, bars: list[Bar], label: str) -> None:
         return
     for row, (_, value, low, high, colour) in enumerate(known):
         axes.errorbar([value], [row], xerr=[[value - low], [high - value]], fmt="o", ms=6, color=colour, capsize=3)
-        axes.text(value, row - 0.16, f"{value:.3g}", ha="center", va="bottom", fontsize=8, color=colour)
+        plain = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        axes.text(value, row - 0.16, f"{value:.3g}", ha="center", va="bottom", fontsize=8, color=colour, bbox=plain)
     axes.margins(x=0.15)

@@ -13,6 +13,7 @@ from station.gap.report.plate_map import channels_on_plate, plate_map
 from station.gap.result import Diagnosis, Located
 
 _MOST_RUNS, _MOST_STRETCHES = 15, 3
+_MOMENT_NS = 5_000_000
 
 
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
@@ -51,7 +52,7 @@ def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not channels_on_plate(pictures):
         return []
     svg = inline_svg(plate_map(pictures, after=bool(diagnosis.names)), name="plate", alt="residuals on the plate")
-    caption = "Residuals where the block was on the plate (less the plain model's median); dotted: the foam's opening."
+    caption = "Residuals where the block was on the plate (each picture less its median); dotted: the foam's opening."
     return [html.figure(svg, caption)]
 
 
@@ -64,10 +65,15 @@ def _places(places: tuple[Located, ...]) -> str:
 
 def _row(place: Located) -> list[str]:
     runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
-    spans = "; ".join(html.whole(f"run {run}, {1e-9 * length_ns:.2f} s") for run, length_ns in _longest(place))
+    spans = "; ".join(html.whole(_told(run, length_ns)) for run, length_ns in _longest(place))
     size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
     summary = place.summary.removeprefix(f"{place.phase}: ")
     return [html.whole(place.phase), escape(summary), size, p, runs, spans]
+
+
+def _told(run: int, length_ns: int) -> str:
+    """An onset is a moment and has no length."""
+    return f"run {run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"run {run}"
 
 
 def _longest(place: Located) -> list[tuple[int, int]]:
