@@ -26,6 +26,9 @@ SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, i
 HIDDEN = 1.5  # what a shadow hides in the noise, with the scatter itself
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
 ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
+ROUNDING_ON_GRAIN_PX = (
+    0.27  # the same beside a textured plate, where dim light's noise is not all in the scatter either
+)
 SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
 SMEARED_ON_GRAIN = 0.0054  # the same beside a textured plate, where a smeared edge is no Gaussian one
 AGREES = 0.3  # weight from which a profile agrees with its line
@@ -168,7 +171,7 @@ def grain_sigma(
     normal = 1j * np.conj(expected.tangent)
     across = np.concatenate([(pull * normal).real, (pull[lines.NEXT] * normal).real])
     pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4
-    always = (ROUNDING_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
+    always = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
     everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + always
     return _sigmas(lines.at_corners(points, line, expected) + everywhere)
 

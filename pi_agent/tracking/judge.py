@@ -34,7 +34,7 @@ class Demand(NamedTuple):
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
 BESIDE_MARGIN = Demand(0.042, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
-BESIDE_PLATE = Demand(0.040, 0.055, 0.04)  # texture disturbs every frame; noise beside it leaves less room
+BESIDE_PLATE = Demand(0.037, 0.055, 0.04)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
