@@ -10,8 +10,8 @@ import numpy as np
 
 from station.gap.comparison import Comparison
 from station.gap.search import Search, Stage
-from station.gap.smooth import PREFIX, is_smooth
 from station.physics.effect import Effect
+from station.physics.smooth import PREFIX, is_smooth
 
 DOUBT = 0.15
 """The share of a law's gain at which a smooth term beside it is as likely its misfit as physics of its own."""

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
-from station.gap.smooth import is_smooth
 from station.gap.statistics.columns import Scores, Variant, scores
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.gain import estimate, gain, overdispersion, p_value
@@ -19,6 +18,7 @@ from station.gap.statistics.places import Place
 from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
+from station.physics.smooth import is_smooth
 
 NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
 """Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared

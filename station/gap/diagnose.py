@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from station.gap.plan import more_runs, next_experiment
 from station.gap.quality import both_held_out, compared
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
 from station.gap.search import Progress, Search, search
-from station.gap.smooth import is_smooth
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import without_nuisances
 from station.gap.tipping import Tipped, shows_tipping, tipped_over
@@ -172,13 +171,8 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_tipping(_named(found.model.model), tall, tips)),
+        model=table_of_model(_with_tipping(without_nuisances(found.model.model), tall, tips)),
     )
-
-
-def _named(model: Model) -> Model:
-    """The effects of the catalogue: what a simulator can be given."""
-    return replace(model, terms=tuple(term for term in without_nuisances(model).terms if not is_smooth(term.effect)))
 
 
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:

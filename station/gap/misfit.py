@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from station.gap.candidates import Candidate
 from station.gap.evidence.evidence import Evidence
-from station.gap.smooth import is_smooth
 from station.physics.effect import Effect
+from station.physics.smooth import is_smooth
 
 SAME_FAMILY, OTHER_FAMILY = 0.04, 0.01
 """Below these shares of what was found a further gain is the law's misfit: of an effect that looks alike or a smooth

@@ -17,7 +17,7 @@ from station.gap.candidates import Candidate, Fitter, candidates_of, place_candi
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
 from station.gap.misfit import Gained, channels_of, gained_by, is_misfit
-from station.gap.smooth import is_smooth, smooth_terms
+from station.gap.smooth import smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
 from station.gap.statistics.fit import Fit, fit, levelled
@@ -26,6 +26,7 @@ from station.gap.statistics.systematic import allowing_for, without_nuisances
 from station.gap.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.physics.smooth import is_smooth
 
 ALARM = 0.04
 """At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""

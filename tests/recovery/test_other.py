@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import tomli_w
 
 from shared.messages import Sample
 from station.gap.diagnose import diagnose
 from station.gap.evidence.evidence import Setting
 from station.gap.evidence.table import table_evidence
-from station.gap.smooth import smooth_terms
+from station.gap.smooth import covariate_of, smooth_terms
 from station.physics.catalogue import catalogue
-from station.physics.model import Term
+from station.physics.model import Term, model_of_table
+from station.physics.smooth import is_smooth
+from tests.contracts.effect_states import contacts
 from tests.unit.gap.tables import samples
 
 RUNS = 150
@@ -62,3 +66,15 @@ def test_every_smooth_term_vanishes_at_its_null() -> None:
         assert np.all(np.asarray(effect.friction(contact, values)) == 1.0)
         push = effect.push(contact, values)
         assert push is None or not push.any()
+
+
+def test_what_has_no_name_is_in_the_model_that_simulators_take() -> None:
+    phase = np.arange(RUNS) * 2 * math.pi / 60
+    found = diagnose(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(phase)), catalogue())
+    model = model_of_table(tomllib.loads(tomli_w.dumps(dict(found.model))), catalogue())
+    unnamed = [term for term in model.terms if is_smooth(term.effect)]
+    assert [covariate_of(term.effect) for term in unnamed] == ["run"]
+    contact = replace(contacts(RUNS), run=np.arange(float(RUNS)), moving=np.zeros(RUNS, dtype=bool))
+    swing = np.log(np.asarray(unnamed[0].effect.friction(contact, unnamed[0].values)))
+    assert np.corrcoef(swing, np.sin(phase))[0, 1] > 0.9
+    assert np.std(swing) == pytest.approx(0.12 / math.sqrt(2), rel=0.25)

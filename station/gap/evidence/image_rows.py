@@ -12,13 +12,13 @@ import numpy as np
 from shared.geometry import mark_corners
 from shared.messages import CameraGeometry
 from station.gap.evidence.channel import Channel, rows_of
-from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.plate import Times
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import windows_of
 from station.physics.contact import Array, View
+from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded

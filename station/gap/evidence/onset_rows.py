@@ -10,13 +10,13 @@ import numpy as np
 
 from shared.messages import Sample
 from station.gap.evidence.channel import Channel, rows_of
-from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.memory import memory_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion
 from station.gap.evidence.tracks import RunTrack
 from station.physics.contact import Array
+from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded

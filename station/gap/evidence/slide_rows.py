@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows, rows_of
-from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.directions import Believed, believed
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onset_rows import leans
@@ -20,6 +19,7 @@ from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along,
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
 from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded

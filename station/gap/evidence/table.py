@@ -11,13 +11,13 @@ import numpy as np
 from shared.messages import Sample
 from station.gap.evidence.build import facts_of
 from station.gap.evidence.channel import rows_of
-from station.gap.evidence.covariates import covariates_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onset_rows import sigma_of
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import Attitude
 from station.physics.contact import Array
+from station.physics.covariates import covariates_of
 
 APART_NS = 600_000_000_000
 """Between the made-up times of runs whose table has none."""
