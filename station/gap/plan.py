@@ -158,8 +158,8 @@ def separate(
             runs=USUAL_RUNS,
             why=f"no plan alone separates them: {reason}",
         )
-    does = f"separates {' from '.join(ids)}" if len(ids) > 1 else f"is to show {effects[0].id}"
-    why = f"{design.name} {does}" + (f"; {design.by_hand}" if design.by_hand else "")
+    does = f" separates {' from '.join(ids)}" if len(ids) > 1 else f", to see {effects[0].id}"
+    why = f"{design.name}{does}" + (f"; {design.by_hand}" if design.by_hand else "")
     return NextExperiment(separates=(ids,), plan=_toml(design, runs), runs=runs, why=why)
 
 
