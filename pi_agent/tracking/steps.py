@@ -125,12 +125,18 @@ class SmearedModels:
         answers = self._answers.take(places, axis=1)
         answers += EDGES_APART
         flat, reach = answers.reshape(3, -1), self._reach.take(places, axis=1).reshape(3, -1)
+        table, other, sloped = (Table(flat[at], reach[at], EDGES_APART) for at in range(3))
+        smear_gain, other_gain, widening = self._gains.take(places, axis=1)
         model = StepModel(
             self._steps.take(places, axis=0),
             self._solve.take(places, axis=0),
             self._sloped.take(places, axis=0),
-            *(Table(flat[at], reach[at], EDGES_APART) for at in range(3)),
-            *self._gains.take(places, axis=1),
+            table,
+            other,
+            sloped,
+            smear_gain,
+            other_gain,
+            widening,
         )
         return model, places * (SMEAR_STEP / BETWEEN)
 

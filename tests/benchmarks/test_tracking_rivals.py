@@ -152,11 +152,12 @@ def _times_ms(trial: Trial, *, settled: int) -> NDArray[np.float64]:
     """The least time that each frame of a sequence after the first `settled` ones took."""
     rounds = []
     for _ in range(REPEATS):
-        tracker, times = Tracker(trial.config), []
+        tracker, times, seen = Tracker(trial.config), [], None
         for number, frame in enumerate(trial.frames):
             start = perf_counter()
             seen = tracker.track(frame, capture_ns=trial.capture_ns(number))
             times.append(1e3 * (perf_counter() - start))
+        assert seen is not None
         assert seen.found, seen.reason
         rounds.append(times[settled:])
     return np.min(rounds, axis=0)

@@ -33,7 +33,7 @@ def test_every_design_is_a_plan(design: object, tmp_path: Path, monkeypatch: pyt
 def test_one_effect_is_to_be_confirmed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "--separate", "wear"]) == 0
     said = capsys.readouterr().out
-    assert "shows wear" in said
+    assert "to see wear" in said
     assert "samples = " in said
 
 
