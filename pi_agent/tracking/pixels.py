@@ -86,7 +86,9 @@ class PixelReader:
         spans = np.array([first - origin, along, across]).view(np.float64).reshape(3, 8).T.astype(np.float32)
         places = spans @ _lattice(count, size)
         if not at_once:
-            return self.bilinear((places[0::2] + 1j * places[1::2]).astype(np.complex64, copy=False).reshape(4, count, size))
+            return self.bilinear(
+                (places[0::2] + 1j * places[1::2]).astype(np.complex64, copy=False).reshape(4, count, size)
+            )
         box = self._frame[top : bottom + 1, left : right + 1]
         light = box.astype(np.float32) if self._straight else cv2.LUT(box, self._table)
         return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size)
