@@ -17,7 +17,7 @@ DOUBT = 0.15
 """The share of a law's gain at which a smooth term beside it is as likely its misfit as physics of its own."""
 
 DOUBT_OF_SERIES = 0.5
-"""The same of anything beside the first terms of a series."""
+"""The same of anything that is found after the first terms of a series."""
 
 NOMINAL = 0.1
 """The global p at which the session's own calibration speaks neither for nor against nothing."""
@@ -50,8 +50,8 @@ def beliefs(found: Search) -> Belief:
 def _trust(found: Search, name: str) -> float:
     """That a term is more than the misfit of a law beside it: by its gain's share of the largest of theirs.
 
-    Named effects passed `misfit` by the others' own laws; a smooth term can look like anything. And beside the first
-    terms of a series anything can be what the series leaves.
+    Named effects passed `misfit` by the others' own laws; a smooth term can look like anything. And what is found after
+    the first terms of a series can be what the series leaves.
     """
     mine = _effect_of(found, name)
     own = _gain(found.compared[name], name)
@@ -60,13 +60,20 @@ def _trust(found: Search, name: str) -> float:
         theirs = _effect_of(found, other)
         if other == name or not found.channels[name] & found.channels[other]:
             continue
-        share = DOUBT_OF_SERIES if _is_series(theirs) else DOUBT if is_smooth(mine) else 0.0
+        left = _is_series(theirs) and _stage_of(found, other) < _stage_of(found, name)
+        share = DOUBT_OF_SERIES if left else DOUBT if is_smooth(mine) else 0.0
         doubt = max(doubt, share * _gain(comparison, other))
     return own / max(own + doubt, 1e-9)
 
 
 def _effect_of(found: Search, name: str) -> Effect:
     return next(effect for effect in found.found if effect.id == name)
+
+
+def _stage_of(found: Search, name: str) -> int:
+    """In which stage a term was found; after all of them if it took another's place."""
+    chosen = [stage.chosen.key if stage.chosen else () for stage in found.stages]
+    return next((number for number, key in enumerate(chosen) if name in key), len(chosen))
 
 
 def _is_series(effect: Effect) -> bool:
