@@ -13,6 +13,10 @@ SERIES, LAW = "friction_patch", "stribeck"
 BOTH = frozenset({"onset", "along"})
 
 
+def _alone(name: str) -> tuple[str, ...]:
+    return (name,)
+
+
 def _found(stages: list[str], *, gains: dict[str, float], channels: dict[str, frozenset[str]] | None = None) -> Search:
     """What a search found stage by stage, each term without a rival for its place."""
     effects = catalogue()
@@ -20,7 +24,7 @@ def _found(stages: list[str], *, gains: dict[str, float], channels: dict[str, fr
         name: SimpleNamespace(
             candidates=(SimpleNamespace(effects=(effects[name],), twice_gain=gain),),
             shares=lambda name=name: {name: 1.0, "none": 0.0},
-            class_of=lambda name: (name,),
+            class_of=_alone,
         )
         for name, gain in gains.items()
     }
