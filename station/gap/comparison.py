@@ -7,7 +7,7 @@ and all that could fill its place is fitted anew: a better one takes it, and wha
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from station.gap.candidates import Candidate, Fitter, single_candidates
@@ -16,11 +16,16 @@ from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import is_nuisance, without_nuisances
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.physics.smooth import is_smooth
 
 ROUNDS = 3
 NAMED_FITS, SMOOTH_FITS = 8, 4
 SWAP = 2.0
 """By how much a candidate must be likelier (twice the log odds) to take a term's place: ties stay as they are."""
+
+SUBSTITUTE = 0.4
+"""Of what either of two terms gains where the other is not there: if one beside the other gains less than this share,
+it does the other's work, and makes up for the shape of its law."""
 
 KNOWN_TO = 30.0
 """The gain (twice the log likelihood) at which the misfit of a law itself weighs as much as chance."""
@@ -98,10 +103,28 @@ def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit
         if mine is not None:
             compared[mine.effects[0].id] = comparison
             gains[mine.effects[0].id] = gained_by(fitter.evidence, mine)
-    name = superfluous(gains)
+    name = superfluous(gains) or _substitute(fitter, current, gains)
     if name is not None:
         current, changed = compared[name].without, True
     return current, compared, changed
+
+
+def _substitute(fitter: Fitter, current: Fit, gains: Mapping[str, Gained]) -> str | None:
+    """Of two terms that do each other's work the one without a name, or the one that gains less.
+
+    Beside each other both gain little, whatever they gain alone.
+    """
+    acting = [effect for effect in _terms(current.model) if effect.id in gains]
+    for one in sorted(acting, key=lambda effect: (not is_smooth(effect), gains[effect.id].twice_gain)):
+        for other in acting:
+            if other == one or not gains[one.id].channels & gains[other.id].channels:
+                continue
+            alone = _without(fitter, current, one), _without(fitter, current, other)
+            neither = _without(fitter, alone[0], other)
+            least = min(2 * (fit.log_likelihood - neither.log_likelihood) for fit in alone)
+            if gains[one.id].twice_gain < SUBSTITUTE * least:
+                return one.id
+    return None
 
 
 def _terms(model: Model) -> list[Effect]:
