@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +20,11 @@ class Setting:
     opening_radius_m: float = np.inf
     block_side_m: float = 0.01
     block_mass_kg: float = 0.008
+
+    def free_m(self, place_m: Array) -> Array:
+        """From the farthest corner of blocks to the round opening's edge (n,), by their places or poses (n, 2 or 3)."""
+        reach = self.opening_radius_m - self.block_side_m / math.sqrt(2)
+        return reach - np.hypot(place_m[:, 0], place_m[:, 1])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

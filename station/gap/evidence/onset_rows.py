@@ -37,7 +37,6 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
     place_m, yaw = _starts(tracks)
-    reach = recorded.setting.opening_radius_m - recorded.setting.block_side_m / math.sqrt(2)
     moments = Moments(
         time_ns=time_ns,
         run=np.array([place for place, _ in chosen], dtype=np.int64),
@@ -48,7 +47,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         velocity_m_s=np.zeros((len(tracks), 2)),
         moving=np.zeros(len(tracks), dtype=np.bool_),
         slip_ns=time_ns,
-        border_m=reach - np.hypot(place_m[:, 0], place_m[:, 1]),
+        border_m=recorded.setting.free_m(place_m),
         rested_s=recorded.rested_s[[place for place, _ in chosen]],
         at_rest=True,
     )
@@ -77,9 +76,8 @@ def _usable(track: RunTrack, recorded: Recorded) -> bool:
 
 def leans(track: RunTrack, recorded: Recorded) -> bool:
     """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
-    (place,), _ = _starts([track])
-    reach = recorded.setting.opening_radius_m - recorded.setting.block_side_m / math.sqrt(2)
-    return reach - math.hypot(place[0], place[1]) <= FREE_M
+    place_m, _ = _starts([track])
+    return bool(recorded.setting.free_m(place_m)[0] <= FREE_M)
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:

@@ -41,7 +41,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         for place, track in enumerate(recorded.tracks)
         if not leans(track, recorded)
         for window in windows_of(track)
-        if _border(track.pose[window.frames], recorded).min() > FREE_M
+        if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
     ]
     if not found:
         return []
@@ -62,7 +62,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         velocity_m_s=_velocities(windows, down + deviation.off_rad),
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
-        border_m=np.concatenate([_border(window.node_pose, recorded) for window in windows]),
+        border_m=np.concatenate([recorded.setting.free_m(window.node_pose) for window in windows]),
         rested_s=np.repeat(recorded.rested_s[runs], nodes),
     )
     motion = Motion(
@@ -149,10 +149,3 @@ def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:
 def _resting_yaw(track: RunTrack) -> float:
     frames = track.frames(track.level_ns, track.slip_ns)
     return float(np.median(track.pose[frames, 2])) if frames.stop > frames.start else track.sample.start_yaw_rad
-
-
-def _border(pose: Array, recorded: Recorded) -> Array:
-    """From the block's farthest corner to the round opening's edge at poses (n, 3)."""
-    setting = recorded.setting
-    reach = setting.opening_radius_m - setting.block_side_m / math.sqrt(2)
-    return reach - np.hypot(pose[:, 0], pose[:, 1])
