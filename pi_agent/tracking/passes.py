@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pi_agent.tracking import belief, doubts, edges, lines, steps
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.smear import Smear, Sweep
+from pi_agent.tracking.smear import Smear, bend
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
@@ -111,7 +111,7 @@ class Step(NamedTuple):
 
 
 def one_pass(
-    reader: PixelReader, look: Look, *, task: Task, shared_blur: bool, sweep: Sweep | None, smear: Smear | None
+    reader: PixelReader, look: Look, *, task: Task, shared_blur: bool, smear: Smear | None, turn_per_row_rad: float
 ) -> Step | None:
     """What a pass finds; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
     expected = look.expected
@@ -133,7 +133,7 @@ def one_pass(
     counted = np.add.reduce(weight, axis=1)
     if counted.min() < PROFILES // 4:
         return None
-    offset, pull = _straightened(found, look, smear=smear, sweep=sweep)
+    offset, pull = _straightened(found, look, smear=smear, turn_per_row_rad=turn_per_row_rad)
     line = _robust_lines(offset, weight, counted, expected)
     spoiled = doubts.beside_a_gap(line, blur_px=float(look.blur.max()), shortest_px=float(expected.free.min()))
     if spoiled is not None:
@@ -142,8 +142,6 @@ def one_pass(
     if line.moments[:, 0].min() < PROFILES / 6:
         return None
     refined = lines.intersect(expected, line.offset, line.rise)
-    if sweep is not None:
-        refined = sweep.as_seen(refined)
     wider, change = _blur_change(found, line, look, shared_blur=shared_blur)
     blur = within(look.blur * (1.0 + within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
@@ -169,17 +167,17 @@ def _blur_change(found: edges.Profiles, line: lines.LineFit, look: Look, *, shar
 
 
 def _straightened(
-    found: edges.Profiles, look: Look, *, smear: Smear | None, sweep: Sweep | None
+    found: edges.Profiles, look: Look, *, smear: Smear | None, turn_per_row_rad: float
 ) -> tuple[Floats, Floats]:
     """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
     model, offset, pull = look.model, found.offset, found.pull
-    bend = None if sweep is None else sweep.across(look.expected)
+    away = bend(look.expected, turn_per_row_rad=turn_per_row_rad) if turn_per_row_rad else None
     if smear is not None:
         longer = smear.longer(look.expected, than=look.path)
         pull = pull - lines.along((model.other_gain - model.smear_gain)[:, None] * longer, count=pull.shape[1])
         moved = model.smear_gain[:, None] * longer
-        bend = moved if bend is None else bend + moved
-    return offset if bend is None else offset - lines.along(bend, count=offset.shape[1]), pull
+        away = moved if away is None else away + moved
+    return offset if away is None else offset - lines.along(away, count=offset.shape[1]), pull
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:

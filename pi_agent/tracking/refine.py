@@ -19,7 +19,7 @@ from pi_agent.tracking.passes import (
     within,
 )
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.smear import Smear, Sweep
+from pi_agent.tracking.smear import Smear
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
@@ -77,13 +77,13 @@ def refine(
     task: Task,
     most_passes: int,
     blur_known: bool = False,
-    sweep: Sweep | None = None,
     smear: Smear | None = None,
+    turn_per_row_rad: float = 0.0,
 ) -> Fit | None:
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges, with `smear` that of the lens; `blur_known`: from earlier frames. When
-    it is not, all edges are fitted with blurs of their own first, then with the one that they share, if they do. Ends
+    `blur_px`: (4,) expected blur of the edges, with `smear` that of the lens; `blur_known`: from earlier frames;
+    `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges are fitted with blurs of their own first, then with the one that they share, if they do. Ends
     when a pass changed little.
     """
     blur = within(blur_px, *BLUR_RANGE_PX)
@@ -94,7 +94,7 @@ def refine(
     for left in range(most_passes - 1, -1, -1):
         model = task.estimator(known_blur=known, contrast=contrast)
         look = look_at(corners, blur, model=model, task=task, smear=smear)
-        step = one_pass(reader, look, task=task, shared_blur=known, sweep=sweep, smear=smear)
+        step = one_pass(reader, look, task=task, shared_blur=known, smear=smear, turn_per_row_rad=turn_per_row_rad)
         if step is None:
             return None
         contrast = step.contrast

@@ -40,36 +40,15 @@ class Smear:
         return (edges.tangent.conj() * way).imag
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """How a rolling shutter bends a turning mark: its centre, velocity and yaw rate, time per row (px, rad, s).
+def bend(edges: Edges, *, turn_per_row_rad: float) -> Floats:
+    """How far out a rolling shutter bends the edges (4,) of a turning mark: terms (4, 3) by the place.
 
-    Only what is quadratic in the rows matters here; the linear part stays in the corners, which are reported where and
-    when their own rows saw them. An error of the velocity is of no account for the same reason.
+    Along an edge the velocity across it and the row both change evenly, so their product bends it; the corners, which
+    are wanted where and when their own rows saw them, lie on the bent edge, and the bend is counted from the line
+    between them. What is even or linear in the rows only moves the corners, and is left in them.
     """
-
-    centre: complex
-    velocity_px_s: complex
-    yaw_rate_rad_s: float
-    line_s: float
-
-    def across(self, edges: Edges) -> Floats:
-        """How far out the edges have moved (see `shift`): terms (4, 3) by the place.
-
-        A point of an edge has a velocity and a row that change evenly along it: their product has three terms.
-        """
-        gap = edges.middle - self.centre
-        velocity = -(edges.tangent.conj() * (self.velocity_px_s + (1j * self.yaw_rate_rad_s) * gap)).imag
-        faster = -self.yaw_rate_rad_s * edges.free
-        late, later = gap.imag * self.line_s, edges.tangent.imag * edges.free * self.line_s
-        return np.array([velocity * late, velocity * later + faster * late, faster * later]).T
-
-    def shift(self, points: Points) -> Points:
-        """How far the points have moved, by the time at which their rows are exposed, since the centre's row was."""
-        velocity = self.velocity_px_s + 1j * self.yaw_rate_rad_s * (points - self.centre)
-        return velocity * ((points.imag - self.centre.imag) * self.line_s)
-
-    def as_seen(self, corners: Points) -> Points:
-        """Corners at their own rows' times from corners at the time of the centre's row."""
-        seen = corners + self.shift(corners)
-        return corners + self.shift(seen)
+    terms = np.zeros((4, 3))
+    terms[:, 2] = (-turn_per_row_rad) * edges.tangent.imag * edges.free * edges.free
+    half = 0.5 * edges.length / edges.free
+    terms[:, 0] = -half * half * terms[:, 2]
+    return terms

@@ -19,7 +19,7 @@ from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, refine, search_edges
 from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of
-from pi_agent.tracking.smear import Smear, Sweep
+from pi_agent.tracking.smear import Smear
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
@@ -167,17 +167,15 @@ class Tracker:
             task=self._task,
             most_passes=MOST_PASSES,
             blur_known=self._blur_known,
-            sweep=self._sweep(corners, way),
             smear=smear,
+            turn_per_row_rad=self._turn_per_row_rad(corners, way),
         )
 
-    def _sweep(self, corners: Points, way: Way) -> Sweep | None:
-        """The bend of a turning mark's edges by the rolling shutter, where it can be seen."""
-        line_s = self.config.shutter.line_s
+    def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
+        """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
+        turn = way.yaw_rate_rad_s * self.config.shutter.line_s
         diagonal = abs(complex(corners[2] - corners[0]))
-        if abs(way.yaw_rate_rad_s) * line_s * diagonal**2 / 8 < LEAST_BEND_PX:
-            return None
-        return Sweep(complex(corners.sum()) / 4, way.velocity_px_s, way.yaw_rate_rad_s, line_s)
+        return turn if abs(turn) * diagonal**2 / 8 > LEAST_BEND_PX else 0.0
 
     def _path_px(self) -> float:
         """The mark's path within the exposure."""

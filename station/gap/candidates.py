@@ -14,6 +14,7 @@ from station.gap.statistics.columns import Scores, Variant, scores
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.gain import estimate, gain, overdispersion, p_value
 from station.gap.statistics.noise import Noise
+from station.gap.statistics.parameters import told
 from station.gap.statistics.places import Place
 from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Values
@@ -113,7 +114,7 @@ def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> 
     columns = [column for variant in variants for column in variant.columns]
     twice, size, p = _gained(scored, columns)
     effects = tuple(variant.effect for variant in variants)
-    penalty = sum(len(effect.parameters) for effect in effects) * math.log(max(scored.runs, 2))
+    penalty = sum(variant.numbers for variant in variants) * math.log(max(scored.runs, 2))
     return Candidate(effects, _starts(scored, variants), None, twice, size, p, twice - penalty, prior)
 
 
@@ -186,7 +187,7 @@ class Fitter:
         if found.log_likelihood < base.log_likelihood:
             found = self._refit(_with(base.model, map(_small, missing)), effects, base.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
-        size = sum(len(effect.parameters) for effect in candidate.effects)
+        size = sum(len(told(self.evidence, effect)) for effect in candidate.effects)
         bic = twice - size * math.log(max(self.evidence.used(), 2))
         return replace(candidate, twice_gain=twice, bic=bic, fitted=found)
 

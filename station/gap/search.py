@@ -154,9 +154,11 @@ def _stage(
     )
 
 
-def _column_count(effects: Sequence[Effect]) -> int:
+def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
     """How many columns the variants of effects have before those of the places."""
-    return sum(not parameter.is_shape for effect, _ in variants_of(effects) for parameter in effect.parameters)
+    return sum(
+        not parameter.is_shape for effect, _ in variants_of(evidence, effects) for parameter in effect.parameters
+    )
 
 
 def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:

@@ -120,6 +120,11 @@ class Effect(ABC):
         """The names of the methods that it overrides."""
         return frozenset(name for name in HOOKS if getattr(type(self), name) is not getattr(Effect, name))
 
+    def idle(self, contact: Contact) -> frozenset[str]:
+        """The shapes that runs with these onsets cannot tell, whatever the effect's size: held at their first start."""
+        del contact
+        return frozenset()
+
     def why_untestable(self, contact: Contact) -> str | None:
         """Why the runs with these onsets cannot show it, in one sentence; None when they can, as far as is known here.
 

@@ -11,7 +11,7 @@ from station.physics.catalogue import catalogue
 from station.physics.contact import Array
 from station.physics.model import Model, Term
 from station.simulators.planar.commands import Commands, ramps, tracks
-from station.simulators.planar.simulate import Chances, Motions, simulate
+from station.simulators.planar.simulate import ONSET_M, Chances, Motions, simulate
 
 EFFECTS = catalogue()
 MU = 0.36
@@ -44,7 +44,7 @@ def test_it_can_be_simulated_at_its_bounds(name: str) -> None:
         values = {own.name: float(getattr(own, bound)) for own in EFFECTS[name].parameters}
         motions = run(steep(), model(name, **values))
         assert np.isfinite(motions.path).all()
-        slid = np.linalg.norm(motions.place[:, :2], axis=1) > 1e-6
+        slid = np.linalg.norm(motions.place[:, :2], axis=1) > ONSET_M
         assert np.isfinite(motions.onset_rad[slid]).all() or EFFECTS[name].acts_through() & {"creep"}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from station.gap.evidence.evidence import Evidence
 from station.gap.statistics.fit import Fit, shaking_of
 from station.gap.statistics.noise import GAUSSIAN
-from station.gap.statistics.parameters import Free
+from station.gap.statistics.parameters import Free, told
 from station.gap.statistics.slopes import residuals, slopes
 from station.gap.statistics.student import pulls
 from station.gap.statistics.whitening import Whitening, stack
@@ -28,11 +28,15 @@ nothing: what is left of it is rounding, and rounding correlates with anything."
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """An effect with its shapes set to one of their starts, at its null; its columns in the scores."""
+    """An effect with its shapes set to one of their starts, at its null; its columns in the scores.
+
+    `numbers` counts the parameters that these runs can tell, shapes among them.
+    """
 
     effect: Effect
     start: Term
     columns: tuple[int, ...]
+    numbers: int
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,11 +56,11 @@ class Scores:
     runs: int
 
 
-def variants_of(effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
-    """Each effect with each combination of its shapes' starts."""
+def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
+    """Each effect with each combination of the starts of the shapes that these runs can tell."""
     found: list[tuple[Effect, Term]] = []
     for effect in effects:
-        shapes = [parameter for parameter in effect.parameters if parameter.is_shape]
+        shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
         grid = itertools.islice(itertools.product(*(shape.starts for shape in shapes)), MOST_VARIANTS)
         for values in grid:
             chosen = dict(zip((shape.name for shape in shapes), values, strict=True))
@@ -72,11 +76,12 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
     parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
     place = 0
-    for effect, start in variants_of(effects):
+    for effect, start in variants_of(evidence, effects):
         free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
         model = fit.model.with_term(start)
         parts.append(_null_slopes(evidence, model, free, at))
-        variants.append(Variant(effect, start, tuple(range(place, place + len(free)))))
+        columns = tuple(range(place, place + len(free)))
+        variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
         low += [number.low - start.values[number.parameter.name] / number.scale for number in free if number.parameter]
         high += [
             number.high - start.values[number.parameter.name] / number.scale for number in free if number.parameter

@@ -93,7 +93,7 @@ def fit(
         steps: how many Newton steps at most.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
-    free = free_numbers([*nuisances(evidence, start), *named])
+    free = free_numbers(evidence, [*nuisances(evidence, start), *named])
     search = _Search(evidence, start, free, noise=noise, runs=runs)
     converged = search.climb(steps)
     for _ in range(NOISE_ROUNDS if refine else 0):

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.gap.evidence.evidence import Evidence
+from station.gap.evidence.onsets import Onsets
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -42,9 +44,17 @@ class Free:
         return 1.0 if self.parameter is None else self.parameter.typical
 
 
-def free_numbers(effects: Sequence[Effect]) -> tuple[Free, ...]:
-    """ln mu_s, then the parameters of the effects in their order."""
-    return (Free(None, None), *(Free(effect, parameter) for effect in effects for parameter in effect.parameters))
+def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, ...]:
+    """ln mu_s, then the parameters of the effects in their order, without the shapes that nothing here tells."""
+    numbers = (Free(effect, parameter) for effect in effects for parameter in told(evidence, effect))
+    return (Free(None, None), *numbers)
+
+
+def told(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
+    """The effect's parameters but for the shapes that these runs cannot tell."""
+    onset = evidence.channel("onset")
+    idle = effect.idle(onset.moments.reported) if isinstance(onset, Onsets) else frozenset[str]()
+    return tuple(parameter for parameter in effect.parameters if parameter.name not in idle)
 
 
 def vector_of(model: Model, free: Sequence[Free]) -> Array:

@@ -1,8 +1,10 @@
 """One-way friction: napped, scaly or brushed surfaces hold better against the grain than along it.
 
 The grain is the plate's, and turns with its mount, or (`with_block` = 1) the block's, and turns with its yaw. With
-ψ = way − grain, m(ψ) = 1 + c cos ψ + s sin ψ: the limit curve's centre moves off the origin. A first harmonic adds
-nothing to h + h'', so the curve stays convex; within the bounds it keeps the origin inside, so friction never drives.
+ψ = way − grain, m(ψ) = 1 + c cos ψ + s sin ψ + ½ p (c sin ψ − s cos ψ)². p = 0 is a circle whose centre is off the
+origin: a first harmonic adds nothing to h + h''. p = 1 is, to second order, the curve whose radius, the force that is
+held, is 1 + a cos ψ; h + h'' = 1 + ½ p a² (2 − 3 sin²) stays positive within the bounds. The origin stays inside, so
+friction never drives.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ class OneWayFriction(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="cos1", unit="1", low=-0.5, high=0.5, typical=0.1),
         Parameter(name="sin1", unit="1", low=-0.5, high=0.5, typical=0.1),
+        Parameter(name="pinch", unit="1", low=0.0, high=1.5, typical=0.5, null=None, starts=(0.0,)),
         Parameter(name="with_block", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("platform_level", "friction_patch")
@@ -41,4 +44,6 @@ class OneWayFriction(Effect):
         """See the module."""
         grain = values["with_block"] * (contact.yaw_rad - contact.mount_rad) + contact.mount_rad
         along = contact.way_rad - grain
-        return 1.0 + values["cos1"] * np.cos(along) + values["sin1"] * np.sin(along)
+        c, s = np.cos(along), np.sin(along)
+        across = values["cos1"] * s - values["sin1"] * c
+        return 1.0 + values["cos1"] * c + values["sin1"] * s + 0.5 * values["pinch"] * across**2

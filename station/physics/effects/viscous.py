@@ -36,6 +36,10 @@ class Viscous(Effect):
     confounded_with: ClassVar[tuple[str, ...]] = ("stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "a wide range of speeds (coarser tilt steps, longer slides), and a second mass"
 
+    def idle(self, contact: Contact) -> frozenset[str]:
+        """With one mass the exponent and the drag are one number."""
+        return frozenset({"by_load"}) if np.ptp(contact.mass_kg) == 0.0 else frozenset()
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """See the module."""
         drag = values["drag_n_s_m"] * (contact.mass_kg / REFERENCE_KG) ** values["by_load"]

@@ -18,10 +18,12 @@ LOAD_RAD = np.radians(np.arange(0.0, 360.0, 7.5))
 CURVES = [
     ("cone_artifact", {"share": 0.3}),
     ("cone_artifact", {"share": 1.0}),
-    ("plate_anisotropy", {"cos2": 0.1, "sin2": 0.0}),
-    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7}),
-    ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "with_block": 0.0}),
-    ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "with_block": 1.0}),
+    ("plate_anisotropy", {"cos2": 0.1, "sin2": 0.0, "shape": 1.0}),
+    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": 1.0}),
+    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": 0.5}),
+    ("plate_anisotropy", {"cos2": 0.4, "sin2": -0.4, "shape": 3.0}),
+    ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 0.0, "with_block": 0.0}),
+    ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 1.5, "with_block": 1.0}),
     ("com_offset", {"x_m": 5e-3, "y_m": 0.0}),
 ]
 
@@ -59,7 +61,7 @@ def test_an_ellipse_slides_towards_its_easy_axis() -> None:
     """Between the load and the axis of the smaller coefficient, here y."""
     state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
     load = np.full(len(LOAD_RAD), np.radians(45.0))
-    _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0}), state, load)
+    _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0, "shape": 1.0}), state, load)
     assert np.all((way > np.radians(46)) & (way < np.radians(90)))
 
 
@@ -67,7 +69,7 @@ def test_support_has_the_derivatives_of_a_known_curve() -> None:
     """1 + c cos φ: −c sin φ and −c cos φ."""
     state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
     here, slope, bend = support(
-        model("one_way_friction", {"cos1": 0.4, "sin1": 0.0, "with_block": 0.0}), state, LOAD_RAD
+        model("one_way_friction", {"cos1": 0.4, "sin1": 0.0, "pinch": 0.0, "with_block": 0.0}), state, LOAD_RAD
     )
     np.testing.assert_allclose(here, 0.3 * (1 + 0.4 * np.cos(LOAD_RAD)))
     np.testing.assert_allclose(slope, -0.12 * np.sin(LOAD_RAD), atol=1e-4)
