@@ -129,7 +129,7 @@ def _stage(
     evidence = fitter.evidence
     known = {term.effect.id for term in current.model.terms}
     rest = [effect for effect in offered if effect.id not in known]
-    places, columns = places_of(evidence, _column_count(rest))
+    places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = scores(evidence, current, rest, columns)
     candidates, couples = candidates_of(scored)
     spots = [place_candidate(scored, place, of=len(places)) for place in places]
