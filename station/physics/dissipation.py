@@ -12,13 +12,13 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
+from station.physics.narrowing import narrowed
 
 STEP_RAD = 0.02
 """Of the central differences of h: their error is h''' / 15 000, far below any scatter."""
 
 _STEPS = 14
 _SETTLED_RAD = 1e-4
-_LEAST_BEND = 1e-3
 _FARTHEST_RAD = 1.2
 
 
@@ -42,7 +42,7 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
         return best, best_way
     off, low, high = np.zeros(len(here)), np.full(len(here), -_FARTHEST_RAD), np.full(len(here), _FARTHEST_RAD)
     for _ in range(_STEPS):
-        low, high, wanted = _nearer(off, low, high, (here, slope, bend))
+        low, high, wanted = narrowed(off, low, high, *_rise(off, (here, slope, bend)))
         settled = np.max(np.abs(wanted - off)) < _SETTLED_RAD
         off = wanted
         here, slope, bend = support(model, contact, load_rad + off)
@@ -54,16 +54,12 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
     return best, best_way
 
 
-def _nearer(off: Array, low: Array, high: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-    """A narrower bracket of the minimum of h / cos, and the place to look next: Newton's if it is inside.
+def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+    """The slope of ln (h / cos) by the offset from the load, and the slope of that.
 
-    In u = tan(off) the function is convex for any convex curve, so the sign of its slope says on which side the minimum
-    lies, also where the curve has a corner or a straight part and Newton's step is worthless.
+    In u = tan(off) the function is convex for any convex curve: it has one minimum, also where the curve has a corner or
+    a straight part.
     """
     here, slope, bend = curve
     first = slope / here + np.tan(off)
-    low, high = np.where(first < 0, off, low), np.where(first < 0, high, off)
-    second = bend / here - (slope / here) ** 2 + 1.0 / np.cos(off) ** 2
-    newton = off - first / np.where(second > _LEAST_BEND, second, np.nan)
-    inside = (newton > low) & (newton < high)
-    return low, high, np.where(inside, newton, 0.5 * (low + high))
+    return first, bend / here - (slope / here) ** 2 + 1.0 / np.cos(off) ** 2

@@ -1,13 +1,13 @@
 """Friction with two easy and two hard directions: the limit curve of a grain, an ellipse or pinched, always convex.
 
-With q the shape, r = hypot(c, s) and w = c cos 2ψ + s sin 2ψ,
+With p the shape, s = hypot(c2, s2) and w = c2 cos 2ψ + s2 sin 2ψ, the friction force that is held against a pull at ψ is
 
-    m(ψ) = (cosh q r + (sinh q r / r) w)^(1 / 2q)
+    r(ψ) = (cosh p s + (sinh p s / s) w)^(1 / 2p):
 
-is the support function of a curve whose extremes are exp(± r / 2), so that their ratio is exp(r) and mu_s their
-geometric mean; the larger one is at ψ = atan2(s, c) / 2. q = 1 is the ellipse (Goyal, Ruina, Papadopoulos 1991). q = ½
-is 1 + a cos 2ψ in the direction of sliding (Zmitrowicz 2006); q = 5/2 is, to second order in r, the curve whose radius,
-the force that is held, is 1 + a cos 2ψ. Real curves lie between.
+its extremes are exp(± s / 2), so that their ratio is exp(s) and mu_s their geometric mean; the larger one is at
+ψ = atan2(s2, c2) / 2. p = −1 is the ellipse (Goyal, Ruina, Papadopoulos 1991); p = ½ is 1 + a cos 2ψ, as a direction's
+friction is often tabulated; p = −3/2 is, to second order, 1 + a cos 2φ in the direction of sliding (Zmitrowicz 2006).
+What slides in φ meets the curve's support function, h(φ) = max over ψ of r(ψ) cos(φ − ψ).
 """
 
 from __future__ import annotations
@@ -15,34 +15,96 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
+from station.physics.circle import cos_sin
 from station.physics.contact import Array
 from station.physics.effect import Values
+from station.physics.narrowing import narrowed
 from station.physics.parameter import Parameter
 
-STEEPEST = 1.7
-"""The largest q r of a convex curve with q > 1: tanh² q r ≤ 2 q² / ((q + 1) (2 q − 1)) is at least 0.89 there."""
+ELLIPSE = -1.0
+"""The shape whose support function is known in closed form."""
 
 PARAMETERS = (
     Parameter(name="cos2", unit="1", low=-0.7, high=0.7, typical=0.1),
     Parameter(name="sin2", unit="1", low=-0.7, high=0.7, typical=0.1),
-    Parameter(name="shape", unit="1", low=0.5, high=3.0, typical=0.5, null=None, starts=(1.0,)),
+    Parameter(name="shape", unit="1", low=-1.5, high=1.0, typical=0.5, null=None, starts=(ELLIPSE,)),
 )
 """Those of every effect of a grain."""
 
+NEARLY_FLAT = 0.98
+"""The share of the largest size of a convex curve: beyond it a side would bend in."""
+
+_STEPS = 40
+_SETTLED_RAD = 1e-9
+_FARTHEST_RAD = 1.4
+
 
 def grain(angle_rad: Array, values: Values) -> Array:
-    """The factor m (n,) on friction for slides at angles (n,) from the grain's own axis."""
+    """The factor h (n,) on friction for slides at angles φ (n,) from the grain's own axis."""
     size = math.hypot(values["cos2"], values["sin2"])
-    shape = _convex(values["shape"], size)
-    wave = values["cos2"] * np.cos(2.0 * angle_rad) + values["sin2"] * np.sin(2.0 * angle_rad)
-    slope = math.sinh(shape * size) / size if size > 0.0 else shape
-    return (math.cosh(shape * size) + slope * wave) ** (0.5 / shape)
+    twice = 2.0 * angle_rad - math.atan2(values["sin2"], values["cos2"])
+    if values["shape"] == ELLIPSE:
+        return np.sqrt(math.cosh(size) + math.sinh(size) * np.cos(twice))
+    return _support(_Held(size, _convex(values["shape"], size)), twice)
+
+
+def _support(held: _Held, twice_rad: Array) -> Array:
+    """The largest r(φ + off) cos(off) over off, from twice the angles φ (n,)."""
+    off, high = np.zeros_like(twice_rad), np.full_like(twice_rad, _FARTHEST_RAD)
+    low = -high
+    for _ in range(_STEPS):
+        tangent = np.tan(off)
+        slope, bend = held.slopes(twice_rad + 2.0 * off)
+        low, high, wanted = narrowed(off, low, high, tangent - slope, 1.0 + tangent**2 - bend)
+        settled = np.max(np.abs(wanted - off), initial=0.0) < _SETTLED_RAD
+        off = wanted
+        if settled:
+            break
+    return held.radius(twice_rad + 2.0 * off) * np.cos(off)
+
+
+class _Held:
+    """The radius r of the curve by twice the angle from its larger extreme, and its logarithm's slope and bend."""
+
+    def __init__(self, size: float, shape: float) -> None:
+        self.size, self.shape = size, shape
+        self.even, self.odd = math.cosh(shape * size), math.sinh(shape * size)
+        self.over_shape = self.odd / shape if abs(shape) > _FLAT else size
+
+    def radius(self, twice_rad: Array) -> Array:
+        """r (n,)."""
+        wave = np.cos(twice_rad)
+        if abs(self.shape) <= _FLAT:
+            return np.exp(0.5 * self.size * wave)
+        return (self.even + self.odd * wave) ** (0.5 / self.shape)
+
+    def slopes(self, twice_rad: Array) -> tuple[Array, Array]:
+        """d ln r / dψ and d² ln r / dψ² (n,)."""
+        wave, across = cos_sin(twice_rad)
+        base = self.even + self.odd * wave
+        bend = -2.0 * self.over_shape * (self.even * wave + self.odd) / base**2
+        return -self.over_shape * across / base, bend
+
+
+_FLAT = 1e-6
+"""Below it p counts as 0, where r = exp(w / 2)."""
 
 
 def _convex(shape: float, size: float) -> float:
-    """The nearest shape for which a grain of this size is convex; an ellipse always is.
+    """The nearest shape for which a grain of this size is convex; an ellipse always is."""
+    if NEARLY_FLAT * _largest(shape) >= size:
+        return shape
+    return float(brentq(lambda p: NEARLY_FLAT * _largest(p) - size, ELLIPSE, shape, xtol=1e-9))
 
-    For q < 1 the curve bends in where tanh q r > q / (2 − q); q ≥ 1.25 r − 0.35 keeps it from that for all r < 1.
-    """
-    return min(max(shape, 1.25 * size - 0.35), max(STEEPEST / size, 1.0)) if size > 0.0 else shape
+
+def _largest(shape: float) -> float:
+    """The largest size of a convex curve: artanh(p / (2 + p)) / p, from 1 + (ln r)′² − (ln r)″ ≥ 0 at the waist."""
+    if shape <= ELLIPSE + _FLAT:
+        return _ANY
+    return 0.5 if abs(shape) <= _FLAT else math.atanh(shape / (2.0 + shape)) / shape
+
+
+_ANY = 8.0
+"""Larger than any size within the bounds."""

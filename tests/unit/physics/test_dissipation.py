@@ -18,10 +18,10 @@ LOAD_RAD = np.radians(np.arange(0.0, 360.0, 7.5))
 CURVES = [
     ("cone_artifact", {"share": 0.3}),
     ("cone_artifact", {"share": 1.0}),
-    ("plate_anisotropy", {"cos2": 0.1, "sin2": 0.0, "shape": 1.0}),
-    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": 1.0}),
-    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": 0.5}),
-    ("plate_anisotropy", {"cos2": 0.4, "sin2": -0.4, "shape": 3.0}),
+    ("plate_anisotropy", {"cos2": 0.1, "sin2": 0.0, "shape": -1.0}),
+    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": -1.0}),
+    ("plate_anisotropy", {"cos2": 0.7, "sin2": -0.7, "shape": -1.5}),
+    ("plate_anisotropy", {"cos2": 0.4, "sin2": -0.4, "shape": 1.0}),
     ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 0.0, "with_block": 0.0}),
     ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 1.5, "with_block": 1.0}),
     ("com_offset", {"x_m": 5e-3, "y_m": 0.0}),
@@ -61,7 +61,7 @@ def test_an_ellipse_slides_towards_its_easy_axis() -> None:
     """Between the load and the axis of the smaller coefficient, here y."""
     state = replace(resting(), mount_rad=np.zeros(len(LOAD_RAD)))
     load = np.full(len(LOAD_RAD), np.radians(45.0))
-    _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0, "shape": 1.0}), state, load)
+    _, way = threshold(model("plate_anisotropy", {"cos2": 0.4, "sin2": 0.0, "shape": -1.0}), state, load)
     assert np.all((way > np.radians(46)) & (way < np.radians(90)))
 
 

@@ -52,7 +52,7 @@ def test_ellipse_has_the_ratio_and_the_mean_that_it_names(name: str, turned_by: 
 @pytest.mark.parametrize(
     ("name", "folds", "size", "shape"),
     [
-        ("plate_anisotropy", 2, {"cos2": 0.2}, {"shape": 2.5}),
+        ("plate_anisotropy", 2, {"cos2": 0.2}, {"shape": 0.5}),
         ("one_way_friction", 1, {"cos1": 0.1}, {"pinch": 1.0}),
     ],
 )
