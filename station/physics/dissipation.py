@@ -12,14 +12,14 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
-from station.physics.narrowing import narrowed
+from station.physics.narrowing import Bracket
 
 STEP_RAD = 0.02
 """Of the central differences of h: their error is h''' / 15 000, far below any scatter."""
 
-_STEPS = 14
+_STEPS = 20
 _SETTLED_RAD = 1e-4
-_FARTHEST_RAD = 1.2
+_FARTHEST_RAD = 1.5
 
 
 def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
@@ -40,16 +40,14 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
     best, best_way = here, load_rad.copy()
     if not np.any(np.abs(slope) > 1e-9):
         return best, best_way
-    off, low, high = np.zeros(len(here)), np.full(len(here), -_FARTHEST_RAD), np.full(len(here), _FARTHEST_RAD)
+    bracket = Bracket.around(len(here), _FARTHEST_RAD)
     for _ in range(_STEPS):
-        low, high, wanted = narrowed(off, low, high, *_rise(off, (here, slope, bend)))
-        settled = np.max(np.abs(wanted - off)) < _SETTLED_RAD
-        off = wanted
-        here, slope, bend = support(model, contact, load_rad + off)
-        held = here / np.cos(off)
+        bracket = bracket.narrowed(*_rise(bracket.at, (here, slope, bend)))
+        here, slope, bend = support(model, contact, load_rad + bracket.at)
+        held = here / np.cos(bracket.at)
         better = held < best
-        best, best_way = np.where(better, held, best), np.where(better, load_rad + off, best_way)
-        if settled:
+        best, best_way = np.where(better, held, best), np.where(better, load_rad + bracket.at, best_way)
+        if bracket.settled(_SETTLED_RAD):
             break
     return best, best_way
 
@@ -57,8 +55,8 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:
     """The slope of ln (h / cos) by the offset from the load, and the slope of that.
 
-    In u = tan(off) the function is convex for any convex curve: it has one minimum, also where the curve has a corner or
-    a straight part.
+    In u = tan(off) the function is convex for any convex curve: it has one minimum, also where the curve has a corner
+    or a straight part.
     """
     here, slope, bend = curve
     first = slope / here + np.tan(off)

@@ -1,13 +1,13 @@
 """Friction with two easy and two hard directions: the limit curve of a grain, an ellipse or pinched, always convex.
 
-With p the shape, s = hypot(c2, s2) and w = c2 cos 2ψ + s2 sin 2ψ, the friction force that is held against a pull at ψ is
+With p the shape, s = hypot(c2, s2) and w = c2 cos 2ψ + s2 sin 2ψ, the force that is held against a pull at ψ is
 
     r(ψ) = (cosh p s + (sinh p s / s) w)^(1 / 2p):
 
 its extremes are exp(± s / 2), so that their ratio is exp(s) and mu_s their geometric mean; the larger one is at
 ψ = atan2(s2, c2) / 2. p = −1 is the ellipse (Goyal, Ruina, Papadopoulos 1991); p = ½ is 1 + a cos 2ψ, as a direction's
 friction is often tabulated; p = −3/2 is, to second order, 1 + a cos 2φ in the direction of sliding (Zmitrowicz 2006).
-What slides in φ meets the curve's support function, h(φ) = max over ψ of r(ψ) cos(φ − ψ).
+What slides in φ meets the curve's support function (held.py).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from station.physics.circle import cos_sin
 from station.physics.contact import Array
 from station.physics.effect import Values
-from station.physics.narrowing import narrowed
+from station.physics.held import NEARLY_FLAT, support_of
 from station.physics.parameter import Parameter
 
 ELLIPSE = -1.0
@@ -33,56 +33,34 @@ PARAMETERS = (
 )
 """Those of every effect of a grain."""
 
-NEARLY_FLAT = 0.98
-"""The share of the largest size of a convex curve: beyond it a side would bend in."""
-
-_STEPS = 40
-_SETTLED_RAD = 1e-9
-_FARTHEST_RAD = 1.4
-
 
 def grain(angle_rad: Array, values: Values) -> Array:
     """The factor h (n,) on friction for slides at angles φ (n,) from the grain's own axis."""
     size = math.hypot(values["cos2"], values["sin2"])
-    twice = 2.0 * angle_rad - math.atan2(values["sin2"], values["cos2"])
+    from_axis = angle_rad - 0.5 * math.atan2(values["sin2"], values["cos2"])
     if values["shape"] == ELLIPSE:
-        return np.sqrt(math.cosh(size) + math.sinh(size) * np.cos(twice))
-    return _support(_Held(size, _convex(values["shape"], size)), twice)
+        return np.sqrt(math.cosh(size) + math.sinh(size) * np.cos(2.0 * from_axis))
+    return support_of(_Grain(size, _convex(values["shape"], size)), from_axis)
 
 
-def _support(held: _Held, twice_rad: Array) -> Array:
-    """The largest r(φ + off) cos(off) over off, from twice the angles φ (n,)."""
-    off, high = np.zeros_like(twice_rad), np.full_like(twice_rad, _FARTHEST_RAD)
-    low = -high
-    for _ in range(_STEPS):
-        tangent = np.tan(off)
-        slope, bend = held.slopes(twice_rad + 2.0 * off)
-        low, high, wanted = narrowed(off, low, high, tangent - slope, 1.0 + tangent**2 - bend)
-        settled = np.max(np.abs(wanted - off), initial=0.0) < _SETTLED_RAD
-        off = wanted
-        if settled:
-            break
-    return held.radius(twice_rad + 2.0 * off) * np.cos(off)
-
-
-class _Held:
-    """The radius r of the curve by twice the angle from its larger extreme, and its logarithm's slope and bend."""
+class _Grain:
+    """The curve by its radius, angles counted from its larger extreme."""
 
     def __init__(self, size: float, shape: float) -> None:
         self.size, self.shape = size, shape
         self.even, self.odd = math.cosh(shape * size), math.sinh(shape * size)
         self.over_shape = self.odd / shape if abs(shape) > _FLAT else size
 
-    def radius(self, twice_rad: Array) -> Array:
-        """r (n,)."""
-        wave = np.cos(twice_rad)
+    def radius(self, angle_rad: Array) -> Array:
+        """r (n,) at angles (n,)."""
+        wave = np.cos(2.0 * angle_rad)
         if abs(self.shape) <= _FLAT:
             return np.exp(0.5 * self.size * wave)
         return (self.even + self.odd * wave) ** (0.5 / self.shape)
 
-    def slopes(self, twice_rad: Array) -> tuple[Array, Array]:
+    def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
         """d ln r / dψ and d² ln r / dψ² (n,)."""
-        wave, across = cos_sin(twice_rad)
+        wave, across = cos_sin(2.0 * angle_rad)
         base = self.even + self.odd * wave
         bend = -2.0 * self.over_shape * (self.even * wave + self.odd) / base**2
         return -self.over_shape * across / base, bend

@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from station.physics.contact import Array
 
 _LEAST_SLOPE = 1e-3
+_FINEST = 1e-7
+"""Steps below it are Newton's last, and rounding."""
 
 
-def narrowed(at: Array, low: Array, high: Array, value: Array, slope: Array) -> tuple[Array, Array, Array]:
-    """A narrower bracket (n,), (n,) of where a rising function vanishes, and the place (n,) to look next.
+@dataclass(frozen=True, slots=True, eq=False)
+class Bracket:
+    """Where rising functions vanish: between `low` and `high` (n,), to be looked for at `at`, `moved` from the last."""
 
-    `value` and `slope` are the function's at `at`: its sign says on which side of it the zero lies, also where Newton's
-    step is worthless; the next place is Newton's if that is inside the bracket, else its middle.
-    """
-    low, high = np.where(value < 0, at, low), np.where(value < 0, high, at)
-    newton = at - value / np.where(slope > _LEAST_SLOPE, slope, np.nan)
-    inside = (newton >= low) & (newton <= high)
-    return low, high, np.where(inside, newton, 0.5 * (low + high))
+    low: Array
+    high: Array
+    at: Array
+    moved: Array
+
+    @classmethod
+    def around(cls, count: int, farthest: float) -> Bracket:
+        """As many brackets from −farthest to farthest, to begin with in their middles."""
+        return cls(np.full(count, -farthest), np.full(count, farthest), np.zeros(count), np.full(count, np.inf))
+
+    def narrowed(self, value: Array, slope: Array) -> Bracket:
+        """The narrower bracket from the functions' values and slopes (n,) at `at`.
+
+        A value's sign says on which side the zero lies, also where Newton's step is worthless; the next place is
+        Newton's if that is inside and the steps at least halve, else the middle (Press et al. 2007, section 9.4).
+        """
+        low, high = np.where(value < 0, self.at, self.low), np.where(value < 0, self.high, self.at)
+        newton = self.at - value / np.where(slope > _LEAST_SLOPE, slope, np.nan)
+        step = np.abs(newton - self.at)
+        good = (newton >= low) & (newton <= high) & (step <= np.maximum(0.5 * self.moved, _FINEST))
+        at = np.where(good, newton, 0.5 * (low + high))
+        return Bracket(low, high, at, np.abs(at - self.at))
+
+    def settled(self, within: float) -> bool:
+        """Whether no place has moved farther than that."""
+        return bool(np.max(self.moved, initial=0.0) < within)

@@ -1,20 +1,23 @@
 """One-way friction: napped, scaly or brushed surfaces hold better against the grain than along it.
 
 The grain is the plate's, and turns with its mount, or (`with_block` = 1) the block's, and turns with its yaw. With
-ψ = way − grain, m(ψ) = 1 + c cos ψ + s sin ψ + ½ p (c sin ψ − s cos ψ)². p = 0 is a circle whose centre is off the
-origin: a first harmonic adds nothing to h + h''. p = 1 is, to second order, the curve whose radius, the force that is
-held, is 1 + a cos ψ; h + h'' = 1 + ½ p a² (2 − 3 sin²) stays positive within the bounds. The origin stays inside, so
+ψ = way − grain and p = 0, m(ψ) = 1 + c cos ψ + s sin ψ: a circle whose centre is off the origin. Pinched, with
+a = hypot(c, s) and ψ from the axis, the force that is held is a cos ψ + √(1 − (1 − p) a² sin² ψ): the same circle at
+p = 0, 1 + a cos ψ at p = 1. It is convex for p ≤ ((1 − a) / a)², which is enforced; the origin stays inside, so
 friction never drives.
 """
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
 
+from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.held import NEARLY_FLAT, support_of
 from station.physics.parameter import Parameter
 
 
@@ -32,7 +35,7 @@ class OneWayFriction(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="cos1", unit="1", low=-0.5, high=0.5, typical=0.1),
         Parameter(name="sin1", unit="1", low=-0.5, high=0.5, typical=0.1),
-        Parameter(name="pinch", unit="1", low=0.0, high=1.5, typical=0.5, null=None, starts=(0.0,)),
+        Parameter(name="pinch", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(0.0,)),
         Parameter(name="with_block", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("platform_level", "friction_patch")
@@ -43,7 +46,30 @@ class OneWayFriction(Effect):
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
         grain = values["with_block"] * (contact.yaw_rad - contact.mount_rad) + contact.mount_rad
-        along = contact.way_rad - grain
-        c, s = np.cos(along), np.sin(along)
-        across = values["cos1"] * s - values["sin1"] * c
-        return 1.0 + values["cos1"] * c + values["sin1"] * s + 0.5 * values["pinch"] * across**2
+        size = math.hypot(values["cos1"], values["sin1"])
+        along = contact.way_rad - grain - math.atan2(values["sin1"], values["cos1"])
+        if values["pinch"] == 0.0 or size == 0.0:
+            return 1.0 + size * np.cos(along)
+        return support_of(_Nap(size, min(values["pinch"], NEARLY_FLAT * ((1.0 - size) / size) ** 2)), along)
+
+
+class _Nap:
+    """The curve by its radius, angles counted from its larger extreme."""
+
+    def __init__(self, size: float, pinch: float) -> None:
+        self.size, self.round = size, (1.0 - pinch) * size**2
+
+    def radius(self, angle_rad: Array) -> Array:
+        """r (n,) at angles (n,)."""
+        wave, across = cos_sin(angle_rad)
+        return self.size * wave + np.sqrt(1.0 - self.round * across**2)
+
+    def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
+        """d ln r / dψ and d² ln r / dψ² (n,)."""
+        wave, across = cos_sin(angle_rad)
+        root = np.sqrt(1.0 - self.round * across**2)
+        radius = self.size * wave + root
+        product = self.round * wave * across / root
+        slope = -(self.size * across + product) / radius
+        bend = -(self.size * wave + self.round * (wave**2 - across**2) / root + product**2 / root) / radius
+        return slope, bend - slope**2
