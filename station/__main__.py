@@ -6,6 +6,7 @@ import argparse
 import ast
 import importlib
 import os
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -51,11 +52,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _constant(path: Path, name: str) -> str:
-    """A text constant of a command's file, read without importing it, so that `station --help` is quick."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
-        if isinstance(node, ast.Assign) and any(isinstance(to, ast.Name) and to.id == name for to in node.targets):
-            return str(ast.literal_eval(node.value))
-    return ""
+    """A text constant of a command's file, `NAME = "text"` in one line, read without importing or parsing the file.
+
+    Parsing them all would take longer than many a command.
+    """
+    found = re.search(rf"^{name} = (\".*\")$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return str(ast.literal_eval(found[1])) if found else ""
 
 
 if __name__ == "__main__":

@@ -23,59 +23,88 @@ FEET = 8
 class ArmEngine:
     """The arm with its plate, on which the block weighs as a part of it.
 
-    The arrays are MuJoCo's own memory; `commands`, (n, 2), are what the two actuators of each joint are told.
+    It can be read at any moment of its last time step. `commands`, (n, 2), are what the two actuators of each joint are
+    told; they, `act`, (n,), and what the bodies hold are MuJoCo's own memory.
     """
 
-    def __init__(self, model: Any, *, joint_start_rad: FLOATS) -> None:
+    def __init__(self, model: Any, *, joint_start_rad: FLOATS, damping: float) -> None:
         self.model = model
         self.data = mj.MjData(model)
-        self._ahead = mj.MjData(model)
+        self._between = mj.MjData(model)
         self.act: FLOATS = self.data.act
         self.commands: FLOATS = self.data.ctrl.reshape(-1, 2)
         self.plate, self.block = int(model.body("plate").id), int(model.body("block").id)
-        self.joint_position: FLOATS = self.data.qpos
-        self.joint_velocity: FLOATS = self.data.qvel
-        self.joint_effort: FLOATS = self.data.qfrc_actuator
-        self._joint_acceleration: FLOATS = self.data.qacc
-        self.bodies = Bodies(self.data, plate=self.plate, block=self.block)
-        self._bodies_ahead = Bodies(self._ahead, plate=self.plate, block=self.block)
-        self._position_ahead: FLOATS = self._ahead.qpos
+        self._position: FLOATS = self.data.qpos
+        self._velocity: FLOATS = self.data.qvel
+        self._explicit_effort: FLOATS = self.data.qfrc_actuator
+        self._damping = damping
+        self._bodies = Bodies(self.data, plate=self.plate, block=self.block)
+        self._bodies_between = Bodies(self._between, plate=self.plate, block=self.block)
+        self._position_between: FLOATS = self._between.qpos
         self._per_joint: FLOATS = np.empty((3, model.nv))
-        self.joint_position[:] = self.act[:] = joint_start_rad
+        self._position[:] = self.act[:] = joint_start_rad
+        self._now = self._before = self._position.copy(), self._velocity.copy()
+        self._posed = False
 
-    def step(self, count: int) -> None:
-        """Advances by `count` time steps."""
-        mj.mj_step(self.model, self.data, count)
+    def step(self) -> None:
+        """Advances by one time step."""
+        mj.mj_step(self.model, self.data)
+        self._before, self._now = self._now, (self._position.copy(), self._velocity.copy())
+        self._posed = False
+
+    def halt(self) -> None:
+        """Brings the joints to rest where they are."""
+        self._velocity[:] = 0.0
+        self._now = self._before = self._now[0], self._velocity.copy()
+
+    def joints(self, share: float = 1.0) -> tuple[FLOATS, FLOATS, FLOATS]:
+        """Position, velocity and effort, each (n,) and never written to again, at that share of the last step.
+
+        The effort is the one that the step was made with: its damping acts on the velocity that the step ends with.
+        """
+        (position, velocity), (before, velocity_before) = self._now, self._before
+        change = velocity - velocity_before
+        effort = self._explicit_effort - self._damping * change
+        if share == 1.0:
+            return position, velocity, effort
+        return before + share * (position - before), velocity_before + share * change, effort
+
+    @property
+    def joint_velocity(self) -> FLOATS:
+        """The joints' velocity now, (n,), rad/s."""
+        return self._now[1]
 
     def carry(self, pose: Pose, *, mass_kg: float) -> None:
         """Makes the block a part of the plate at `pose`, with that mass."""
         self.model.body_mass[self.block] = mass_kg
         self.model.body_pos[self.block] = pose.position
         self.model.body_quat[self.block] = pose.quaternion
-        self.update_poses()
+        self._posed = False
 
-    def update_poses(self) -> None:
-        """Makes the bodies' poses those of the present state (a step leaves them one step old)."""
-        mj.mj_kinematics(self.model, self.data)
+    @property
+    def bodies(self) -> Bodies:
+        """The bodies as they are now (a step leaves them one step old)."""
+        if not self._posed:
+            mj.mj_kinematics(self.model, self.data)
+            self._posed = True
+        return self._bodies
+
+    def bodies_at(self, share: float) -> Bodies:
+        """The bodies as they were at that share of the last step."""
+        if share == 1.0:
+            return self.bodies
+        position, before, between = self._now[0], self._before[0], self._position_between
+        np.subtract(position, before, out=between)
+        between *= share
+        between += before
+        mj.mj_kinematics(self.model, self._between)
+        return self._bodies_between
 
     def speed_of_block(self, joint_rad_s: FLOATS) -> float:
         """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""
         mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
         x, y, z = self._per_joint.dot(joint_rad_s).tolist()
         return math.sqrt(x * x + y * y + z * z)
-
-    def poses_after(self, seconds: float) -> Bodies:
-        """The bodies as they are in the present state, carried on for less than a look at its acceleration."""
-        if seconds == 0.0:
-            self.update_poses()
-            return self.bodies
-        ahead = self._position_ahead
-        np.multiply(self._joint_acceleration, 0.5 * seconds, out=ahead)
-        ahead += self.joint_velocity
-        ahead *= seconds
-        ahead += self.joint_position
-        mj.mj_kinematics(self.model, self._ahead)
-        return self._bodies_ahead
 
 
 class BlockEngine:

@@ -24,7 +24,7 @@ class Engines:
 
     def __init__(self, scene: model.Scene, *, friction: Friction, joint_start_rad: FLOATS) -> None:
         self._block, self._plate = scene.block, scene.plate
-        self.arm = ArmEngine(model.build_arm(scene), joint_start_rad=joint_start_rad)
+        self.arm = ArmEngine(model.build_arm(scene), joint_start_rad=joint_start_rad, damping=model.SERVO_DAMPING)
         self.free = BlockEngine(model.build_block(scene, bordered=False), friction=friction)
         self.bordered = BlockEngine(model.build_block(scene, bordered=True), friction=friction)
 

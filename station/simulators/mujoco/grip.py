@@ -24,11 +24,11 @@ Three = Sequence[float]
 
 
 class PlateMotion:
-    """The plate's last poses, at the ends of successive stretches of time, and what its motion demands of a block."""
+    """The plate's pose at the end of the last stretch of time, and what its motion demands of a block."""
 
     def __init__(self) -> None:
-        self._poses = (_LEVEL, _LEVEL)
-        """Before and now: the rotation row by row, and the place."""
+        self._pose = _LEVEL
+        """The rotation row by row, and the place."""
         self._rate = self._bend = np.zeros(12)
         """How the pose changes, and how that changes."""
         self._known, self._seconds = 0, 0.0
@@ -36,23 +36,22 @@ class PlateMotion:
     def take(self, bodies: Bodies, *, seconds: float) -> None:
         """The plate is there now, `seconds` after the call before."""
         pose = np.concatenate((bodies.plate_rotation, bodies.plate_place))
-        before = self._poses[1] if self._known else pose
-        rate = (pose - before) / seconds
+        rate = (pose - (self._pose if self._known else pose)) / seconds
         if self._known > 1:
             self._bend = (rate - self._rate) / (0.5 * (seconds + self._seconds))
-        self._poses, self._rate, self._seconds = (before, pose), rate, seconds
+        self._pose, self._rate, self._seconds = pose, rate, seconds
         self._known += 1
 
     def needed(self, place: Three) -> tuple[float, float, float]:
         """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place` on the plate, now."""
-        return self._force(place, self._poses[1])
+        return self._force(place, self._pose)
 
-    def pull(self, place: Three, velocity: Three) -> tuple[float, float, float]:
-        """The acceleration (m/s², plate frame) of what nothing holds at `place`, for the stretch of time just taken.
+    def pull(self, place: Three, velocity: Three, *, ago_s: float) -> tuple[float, float, float]:
+        """The acceleration (m/s², plate frame) of what nothing holds at `place`, that long before the stretch's end.
 
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
         """
-        middle = 0.5 * (self._poses[0] + self._poses[1])
+        middle = self._pose - ago_s * self._rate
         fx, fy, fz = self._force(place, middle)
         vx, vy, vz = velocity
         if vx * vx + vy * vy < CREEP_M_S**2:

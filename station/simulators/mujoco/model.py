@@ -45,11 +45,18 @@ class Scene:
     plate: Plate
     contact: Contact = EXACT
     step_s: float = 0.002
+    """The block's time step."""
+    arm_step_s: float = 0.01
 
 
 def build_arm(scene: Scene) -> Any:
-    """The compiled MjModel of the arm, with plate, camera and block as parts of its last link."""
+    """The compiled MjModel of the arm, with plate, camera and block as parts of its last link.
+
+    Its steps are implicit in the servos' damping: at 10 ms they err less than explicit ones of 2 ms.
+    """
     spec = _spec(scene)
+    spec.option.timestep = scene.arm_step_s
+    spec.option.integrator = mj.mjtIntegrator.mjINT_IMPLICITFAST
     plate = _add_plate(_add_arm(spec, scene), scene)
     _add_camera(plate, scene.plate)
     _add_block(plate.add_body(name="block", pos=[0, 0, scene.block.side_m / 2]), scene.block)

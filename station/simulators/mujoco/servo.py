@@ -24,8 +24,6 @@ class Servo:
         self._stamp_ns = now_ns
         self._wanted_velocity = self._velocity_before = np.zeros_like(joint_start_rad)
         self.settled = False
-        self.fresh = True
-        """Whether there is a set-point that no command has taken into account."""
 
     @property
     def jerk_rad_s(self) -> FLOATS:
@@ -41,11 +39,10 @@ class Servo:
         if not (moved or self.moving) and position_rad.tolist() == self._position.tolist():
             return
         self._position, self._velocity = position_rad, velocity_rad_s
-        self.settled, self.fresh = False, True
+        self.settled = False
 
     def command(self, ctrl: FLOATS, act: FLOATS, *, now_ns: int) -> None:
         """Writes the servos' wanted velocities for the coming steps into `ctrl`, (n, 2), given their places `act`."""
-        self.fresh = False
         wanted = self._position - act
         if self.moving:
             # The way that is left, in the time to catch up, and the motion itself: one factor of the velocity.

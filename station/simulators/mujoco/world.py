@@ -5,9 +5,12 @@ Most of a session nothing slips, and the world does not compute what cannot happ
   and time is skipped;
 - while the block sticks below `LETS_GO` it is a part of the plate, above it is held by contact;
 - a part of the plate that is far from letting go is looked at less often;
-- while the block lies still, the steps between two looks are made together, unless somebody reads the arm meanwhile;
+- while the block lies still, its steps between two looks are made together;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
+
+The arm, which feels nothing of a loose block, goes ahead by one step a look, and is read at the moment asked for; a
+block that moves follows in its own steps.
 """
 
 from __future__ import annotations
@@ -23,16 +26,17 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import BlockEngine
 from station.simulators.mujoco.engines import Engines
-from station.simulators.mujoco.poses import LEAN_RAD, Bodies, Joints, PlatePose, Pose, plate_pose, standing
+from station.simulators.mujoco.poses import LEAN_RAD, Joints, PlatePose, Pose, plate_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
 
 FLOATS = NDArray[np.float64]
 STEP_NS = 2_000_000
-LOOK = 5
 STEP_S = STEP_NS * 1e-9
-LOOK_S = LOOK * STEP_S
-"""Time steps between two looks at the block, and how long they take (10 ms)."""
+LOOK = 5
+LOOK_NS = LOOK * STEP_NS
+LOOK_S = LOOK_NS * 1e-9
+"""The block's time steps from one look at it to the next, and how long they take (10 ms): one step of the arm."""
 KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
 """How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
 left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
@@ -52,7 +56,8 @@ QUIET_TURN = 1e-5
 """At rest means: moved and turned less than this in each look of the last `REST_S`."""
 SLIDE_M = 1e-3
 """A slide is at least so long; what comes to rest after one is a new contact with a new draw of friction."""
-STILL_RAD_S = 1e-6
+STILL_RAD_S = 1e-4
+"""Joints that have reached their set-point and turn more slowly than this are brought to rest there."""
 LEVEL_ENOUGH = 0.5
 """Utilisation below which a hand lets go of the block that it places."""
 ABSENT_M = -1.0
@@ -82,7 +87,15 @@ class TwinWorld:
         self.arm, self.friction = arm, friction
         self.block, self.plate = block or Block(), plate or Plate()
         base = np.eye(4) if world_from_base is None else world_from_base
-        scene = model.Scene(arm=arm, world_from_base=base, block=self.block, plate=self.plate, contact=contact)
+        scene = model.Scene(
+            arm=arm,
+            world_from_base=base,
+            block=self.block,
+            plate=self.plate,
+            contact=contact,
+            step_s=STEP_S,
+            arm_step_s=LOOK_S,
+        )
         self._n = len(arm.joints)
         start = np.array(joint_start_rad, dtype=np.float64)
         self._engines = Engines(scene, friction=friction, joint_start_rad=start)
@@ -94,7 +107,12 @@ class TwinWorld:
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
-        self._unseen = self._missed = self._left_out = 0
+        """The time of the arm's state, which is less than a look ahead of the time asked for."""
+        self._steps_left = 0
+        """Steps of the look under way that a loose block has still to make; none between looks."""
+        self._untaken = self._left_out = 0
+        """Looks since the plate's motion was taken note of, and how many of them may be left out."""
+        self._read: tuple[FLOATS, FLOATS, FLOATS] | None = None
         self.lost = 0
         """How often the block left the plate, or fell over, and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
@@ -109,7 +127,6 @@ class TwinWorld:
         Raises:
             ValueError: if there are not as many numbers as joints.
         """
-        self._catch_up()
         position, velocity = np.asarray(position_rad, np.float64), np.asarray(velocity_rad_s, np.float64)
         if len(position) != self._n or len(velocity) != self._n:
             raise ValueError(f"expected {self._n} joints, got {len(position)} and {len(velocity)}")
@@ -120,49 +137,58 @@ class TwinWorld:
         """Lets simulated time pass until `to_ns`; what is read afterwards is the state at that very time."""
         self._asked_ns = max(to_ns, self._asked_ns)
         if not self._resting:
-            self._step_until(to_ns)
-            self._poses = self._read = None
+            self._pass_time()
+            self._read = None
         if self._resting:
-            self._time_ns += max(0, to_ns - self._time_ns) // STEP_NS * STEP_NS
+            self._time_ns = self._asked_ns
 
-    def _catch_up(self) -> None:
-        """Makes the steps that were left for the next look."""
-        if not self._resting and self._asked_ns - self._time_ns >= STEP_NS:
-            self._step_until(self._asked_ns, all_steps=True)
-            self._poses = self._read = None
+    def _pass_time(self) -> None:
+        """Goes from look to look until the time asked for, or until all is at rest."""
+        if self._steps_left:
+            self._go_on()
+        while not (self._steps_left or self._resting) and self._time_ns < self._asked_ns:
+            self._begin_look()
+            self._go_on()
 
-    def _step_until(self, to_ns: int, *, all_steps: bool = False) -> None:
-        """Steps to `to_ns` or until all is at rest; who asks more often does not make more looks or commands of it.
+    def _begin_look(self) -> None:
+        """Commands the servos and moves the arm; a sudden command frees the block before it is carried out."""
+        arm, servo = self._moved, self._servo
+        servo.command(arm.commands, arm.act, now_ns=self._time_ns)
+        if self._loose is None and not self._held and self._shoves(servo.jerk_rad_s):
+            self._unweld()
+        arm.step()
+        self._time_ns += LOOK_NS
+        self._steps_left = LOOK
+        self._untaken += 1
+        if self._loose is not None:
+            self._take_motion()
 
-        Unless `all_steps` are wanted, those after the last look are left for later while the block lies still.
-        """
-        while not self._resting and (steps := (to_ns - self._time_ns) // STEP_NS) > 0:
-            count = LOOK - self._unseen
-            if steps < count:
-                if not all_steps and self.block_at_rest:
-                    return
-                count = steps
-            if not self._unseen or self._servo.fresh:
-                self._look_ahead()
-            self._step(count)
-            self._time_ns += count * STEP_NS
-            self._unseen = (self._unseen + count) % LOOK
-            if self._unseen:
-                continue
-            if self._missed < self._left_out and self._servo.moving:
-                self._missed += 1
-            else:
-                self._look()
+    def _go_on(self) -> None:
+        """Brings the look under way to its end, or a block that moves to the time asked for."""
+        late = self._time_ns - self._asked_ns
+        if late > 0:
+            if not self.block_at_rest:
+                self._step_block(self._steps_left + (-late // STEP_NS))
+            return
+        self._step_block(self._steps_left)
+        self._steps_left = 0
+        if self._loose is not None or self._untaken > self._left_out or not self._servo.moving:
+            self._look()
 
-    def _step(self, count: int) -> None:
-        """Moves the arm, and then a loose block as the plate moved under it meanwhile."""
-        arm, block = self._moved, self._loose
-        arm.step(count)
-        if block is not None:
-            arm.update_poses()
-            self._motion.take(arm.bodies, seconds=count * STEP_S)
-            place = block.qpos[:3].tolist()
-            block.step(count, pull=self._motion.pull(place, block.qvel[:3].tolist()))
+    def _step_block(self, count: int) -> None:
+        """Moves a loose block as the plate moves under it meanwhile."""
+        block = self._loose
+        if block is None or count <= 0:
+            return
+        ago_s = (self._steps_left - 0.5 * count) * STEP_S
+        pull = self._motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s)
+        block.step(count, pull=pull)
+        self._steps_left -= count
+
+    def _take_motion(self) -> None:
+        """Takes note of how the plate has moved."""
+        self._motion.take(self._moved.bodies, seconds=self._untaken * LOOK_S)
+        self._untaken = 0
 
     def place_block(self, x_m: float, y_m: float, yaw_rad: float) -> None:
         """Lays the block on the plate, by a hand that lets go once the plate is level enough: a new contact.
@@ -214,13 +240,8 @@ class TwinWorld:
 
         They are the same arrays as long as all is at rest.
         """
-        self._catch_up()
         if self._read is None:
-            arm, ahead_s = self._moved, self._ahead_s()
-            position, velocity = arm.joint_position.copy(), arm.joint_velocity.copy()
-            if ahead_s:
-                position += velocity * ahead_s
-            self._read = position, velocity, arm.joint_effort.copy()
+            self._read = self._moved.joints(self._share())
         return self._read
 
     def joints(self) -> Joints:
@@ -230,42 +251,24 @@ class TwinWorld:
 
     def plate_pose(self) -> PlatePose:
         """Where the plate is now."""
-        self._catch_up()
-        return plate_pose(self._bodies(), pivot_above_plate_m=self.arm.pivot_above_plate_m)
+        return plate_pose(self._moved.bodies_at(self._share()), pivot_above_plate_m=self.arm.pivot_above_plate_m)
 
     def plate_quaternion(self) -> Sequence[float]:
-        """world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted.
-
-        Between looks it is carried on from the last one at the joints' acceleration: right within a few microradians.
-        """
-        return self._bodies().plate_quaternion.tolist()
+        """world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted."""
+        return self._moved.bodies_at(self._share()).plate_quaternion.tolist()
 
     def block_pose(self) -> Pose:
         """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
-        if self._loose is None or self._quiet_s >= REST_S:
+        if self._loose is None or self._quiet_s >= REST_S or not self._steps_left:
             return self._seen
-        ahead_s = self._ahead_s()
-        if self._unseen == 0 and ahead_s == 0.0:
-            return self._seen
+        ahead_s = (self._asked_ns - self._time_ns + self._steps_left * STEP_NS) * 1e-9
         return standing(self._loose.pose_after(ahead_s), half_m=self.block.side_m / 2)
 
     # -- within
 
-    def _ahead_s(self) -> float:
-        """How far the time asked for is ahead of the last step."""
-        return 0.0 if self._resting else (self._asked_ns - self._time_ns) * 1e-9
-
-    def _bodies(self) -> Bodies:
-        if self._poses is None:
-            self._poses = self._moved.poses_after(self._ahead_s())
-        return self._poses
-
-    def _look_ahead(self) -> None:
-        """Commands the servos for the coming steps; a sudden command frees the block before it is carried out."""
-        arm, servo = self._moved, self._servo
-        servo.command(arm.commands, arm.act, now_ns=self._time_ns)
-        if self._loose is None and not self._held and self._shoves(servo.jerk_rad_s):
-            self._unweld()
+    def _share(self) -> float:
+        """How much of the arm's last step lies before the time asked for."""
+        return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
     def _shoves(self, jerk_rad_s: FLOATS) -> bool:
         """Whether a change of the joints' commanded velocities, (n,), could make the block slip within one look.
@@ -287,11 +290,10 @@ class TwinWorld:
         """What the block does, every `LOOK_S`: sticks, slides, comes to rest, leaves."""
         arm, loose = self._moved, self._loose
         if loose is None:
-            arm.update_poses()
-            self._motion.take(arm.bodies, seconds=(1 + self._missed) * LOOK_S)
+            self._take_motion()
         else:
             self._follow(loose)
-        self._missed = self._left_out = 0
+        self._left_out = 0
         force = self._motion.needed(self._rel.position)
         used = self._utilisation(force, self._hold)
         if self._loose is None:
@@ -301,7 +303,9 @@ class TwinWorld:
         still = self._servo.settled and float(np.abs(arm.joint_velocity).max()) < STILL_RAD_S
         # What the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
         stuck = self._held or (self.block_at_rest and (used < RESTING or any(self._leaning)))
-        self._resting = self._savings and still and stuck and self._loose is loose
+        if self._savings and still and stuck and self._loose is loose:
+            self._resting = True
+            arm.halt()
 
     def _mind_grip(self, force: grip.Three, used: float) -> None:
         """A block that is a part of the plate: let go when it could slip."""
@@ -397,7 +401,7 @@ class TwinWorld:
         self._seen = standing(self._rel, half_m=self.block.side_m / 2)
         self._quiet_s, self._slack = REST_S, 0.0
         self._left_out = 0
-        self._resting, self._poses, self._read = False, None, None
+        self._resting = False
 
     def _unweld(self) -> None:
         """Makes the block a body of its own again, moving with the plate."""

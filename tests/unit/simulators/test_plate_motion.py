@@ -40,13 +40,13 @@ def moved(*, rate_rad_s: float = 0.0, speeding_up_m_s2: float = 0.0, start_rad: 
 
 
 def test_a_plate_at_rest_pulls_by_gravity_alone() -> None:
-    pull = moved().pull(PLACE.tolist(), (0.1, 0.2, 0.0))
+    pull = moved().pull(PLACE.tolist(), (0.1, 0.2, 0.0), ago_s=0.5 * STEP_S)
     assert pull == pytest.approx(turned(0.3).T @ (0.0, 0.0, -GRAVITY), abs=1e-9)
     assert moved().needed(PLACE.tolist()) == pytest.approx([-each for each in pull], abs=1e-9)
 
 
 def test_a_pushed_plate_leaves_its_block_behind() -> None:
-    pull = moved(speeding_up_m_s2=2.0).pull(PLACE.tolist(), (0.0, 0.0, 0.0))
+    pull = moved(speeding_up_m_s2=2.0).pull(PLACE.tolist(), (0.0, 0.0, 0.0), ago_s=0.5 * STEP_S)
     assert pull == pytest.approx(turned(0.3).T @ (0.0, -2.0, -GRAVITY), abs=1e-6)
 
 
@@ -57,4 +57,4 @@ def test_a_turning_plate_flings_its_block_and_bends_its_way(velocity: tuple[floa
     middle = turned(0.3 + 2.5 * STEP_S * rate)
     wanted = middle.T @ (0.0, 0.0, -GRAVITY) - np.cross(spin, np.cross(spin, PLACE)) - 2 * np.cross(spin, velocity)
     # The acceleration is that of the moment between the last two stretches of time.
-    assert moved(rate_rad_s=rate).pull(PLACE.tolist(), velocity) == pytest.approx(wanted, abs=2e-4)
+    assert moved(rate_rad_s=rate).pull(PLACE.tolist(), velocity, ago_s=0.5 * STEP_S) == pytest.approx(wanted, abs=2e-4)
