@@ -23,6 +23,8 @@ from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
 _FUTURE_NS = 200_000_000  # a heartbeat from further ahead is a wrong clock, not a live station
+_KNOWN = 1000
+"""So many motions that were found right are remembered (some 5 MB)."""
 
 
 class Action(Enum):
@@ -54,6 +56,7 @@ class SafetyGate:
         self._may_arm = may_arm
         self._follow_rad = math.radians(settings.follow_tolerance_deg)
         self._follow_rad2 = self._follow_rad**2
+        self._found_right: set[tuple[bytes, ...]] = set()
         self._now_ns = 0
         self._beat_ns: int | None = None
         self._armed = False
@@ -114,9 +117,25 @@ class SafetyGate:
             return reason
         if own_order and self._stopped:
             return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
-        if fault := trajectory_fault(trajectory, stage=self._stage, settings=self._settings):
+        if fault := self._trajectory_fault(trajectory):
             return f"The motion is refused: {fault}."
         return self._start_fault(trajectory, reading)
+
+    def _trajectory_fault(self, trajectory: JointTrajectory) -> str:
+        """As `trajectory_fault`; a motion whose every number is that of one that was found right is right as well.
+
+        The steps of a session are the same in each run, and looking at one takes as long as planning it.
+        """
+        parts = (trajectory.times_ns, trajectory.position_rad, trajectory.velocity_rad_s)
+        numbers = *(part.tobytes() for part in parts), repr([(part.shape, part.dtype.str) for part in parts]).encode()
+        if numbers in self._found_right:
+            return ""
+        fault = trajectory_fault(trajectory, stage=self._stage, settings=self._settings)
+        if not fault:
+            if len(self._found_right) >= _KNOWN:
+                self._found_right.clear()
+            self._found_right.add(numbers)
+        return fault
 
     def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None) -> str:
         if reading is None or self._silent():

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _LEVEL_RAD = math.radians(0.01)
 _SAME_AZIMUTH_RAD = 1e-6
 _LOST_RAD = math.radians(3.0)
+_KNOWN = 1000
+"""So many motions are remembered: those of a session's steps in four directions, several times over (some 15 MB)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +34,7 @@ class Plan:
 
 
 class Tilter:
-    """The planner's memory: the stage, the paths already solved, and the motion that was begun last."""
+    """The planner's memory: the stage, the paths and motions already solved, and the motion that was begun last."""
 
     def __init__(
         self, stage: TiltStage, *, limits: TiltLimits, max_angle_rad: float, scene: CollisionScene | None = None
@@ -42,6 +44,8 @@ class Tilter:
         self._limits = limits
         self._max_angle_rad = max_angle_rad
         self._paths: dict[float, TiltPath] = {}
+        self._motions: dict[tuple[float, TiltState, float, float], TiltMotion] = {}
+        """By azimuth, start, goal and rate."""
         self._motion: TiltMotion | None = None
         self._path: TiltPath | None = None
         self._rest = TiltState()
@@ -103,6 +107,7 @@ class Tilter:
         if np.any(turns):
             self._stage = replace(self._stage, home_rad=self._stage.home_rad + 2 * math.pi * turns)
             self._paths.clear()
+            self._motions.clear()
 
     def state(self, elapsed_ns: int) -> TiltState:
         """The commanded tilt now, `elapsed_ns` after the last motion began (of no account while at rest)."""
@@ -125,15 +130,23 @@ class Tilter:
                     f"{math.degrees(path.azimuth_rad):.1f}: level it before tilting at {math.degrees(azimuth):.1f}."
                 )
             path, now = self.path(azimuth), TiltState()
-        motion = plan_tilt(
-            self._stage.model,
-            path,
-            start=now,
-            angle_rad=command.angle_rad,
-            rate_rad_s=rate_rad_s,
-            limits=self._limits,
-        )
-        return Plan(motion=motion)
+        return Plan(motion=self._tilt(path, start=now, angle_rad=command.angle_rad, rate_rad_s=rate_rad_s))
+
+    def _tilt(self, path: TiltPath, *, start: TiltState, angle_rad: float, rate_rad_s: float) -> TiltMotion:
+        """The motion to an angle; one from rest is planned once, because the steps of a session are the same each run.
+
+        Raises UserError when it cannot be planned.
+        """
+        key = (path.azimuth_rad, start, angle_rad, rate_rad_s)
+        if (known := self._motions.get(key)) is not None and known.path is path:
+            return known
+        model, limits = self._stage.model, self._limits
+        motion = plan_tilt(model, path, start=start, angle_rad=angle_rad, rate_rad_s=rate_rad_s, limits=limits)
+        if start.rate_rad_s == 0.0:
+            if len(self._motions) >= _KNOWN:
+                self._motions.clear()
+            self._motions[key] = motion
+        return motion
 
     def plan_hold(self, *, elapsed_ns: int) -> Plan:
         """Plan to bring the motion under way to rest as soon as the limits allow."""

@@ -130,15 +130,18 @@ class TiltState:
 
 @dataclass(frozen=True, kw_only=True)
 class TiltMotion:
-    """A planned motion: the joints' trajectory and the profile of the angle that it came from."""
+    """A planned motion: the joints' trajectory, the profile of the angle that it came from, and where that ends."""
 
     path: TiltPath
     trajectory: JointTrajectory
     profile: Profile
+    goal: TiltState
 
     def state(self, elapsed_ns: int) -> TiltState:
         """Where the tilt is at a time after the start."""
-        seconds = min(max(elapsed_ns * 1e-9, 0.0), self.profile.duration)
+        seconds = max(elapsed_ns * 1e-9, 0.0)
+        if seconds >= self.profile.duration:
+            return self.goal
         angle, rate, acceleration = self.profile.at_time(seconds)
         return TiltState(angle_rad=angle[0], rate_rad_s=rate[0], acceleration_rad_s2=acceleration[0])
 
@@ -162,7 +165,8 @@ def plan_tilt(
     limits = limits.for_rate(rate_rad_s)
     rate, acceleration, jerk = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
     profile = _angle_profile(start, angle_rad, rate=min(rate, rate_rad_s), acceleration=acceleration, jerk=jerk)
-    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile)
+    goal = TiltState(angle_rad=angle_rad)
+    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile, goal=goal)
 
 
 def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMotion:
@@ -171,7 +175,8 @@ def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMo
     request.control_interface = ControlInterface.Velocity
     request.target_velocity = [0.0]
     profile = _calculate(request)
-    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile)
+    goal = TiltState(angle_rad=profile.at_time(profile.duration)[0][0])
+    return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile, goal=goal)
 
 
 def _refuse_swing(path: TiltPath, *, low: float, high: float, limits: TiltLimits) -> None:

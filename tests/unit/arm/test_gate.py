@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,6 +46,17 @@ def good(stage: TiltStage) -> JointTrajectory:
 
 def test_a_planned_tilt_passes_when_armed(stage: TiltStage, good: JointTrajectory) -> None:
     assert armed_gate(stage).check(good, now_ns=START_NS, reading=reading(stage)) == ""
+
+
+def test_what_was_found_right_does_not_excuse_what_was_made_of_it(stage: TiltStage, good: JointTrajectory) -> None:
+    """The gate remembers motions by their numbers, so that one that is changed later, in place, is looked at again."""
+    gate, position = armed_gate(stage), good.position_rad.copy()
+    motion = replace(good, position_rad=position)
+    for _ in range(2):
+        assert gate.check(motion, now_ns=START_NS, reading=reading(stage)) == ""
+    position[len(position) // 2, 3] += 0.5
+    for _ in range(2):
+        assert "refused" in gate.check(motion, now_ns=START_NS, reading=reading(stage))
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, 99.0])
