@@ -30,7 +30,7 @@ ROUNDING_ON_GRAIN_PX = (
     0.27  # the same beside a textured plate, where dim light's noise is not all in the scatter either
 )
 SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
-SMEARED_ON_GRAIN = 0.0054  # the same beside a textured plate, where a smeared edge is no Gaussian one
+SMEARED_ON_GRAIN = 0.004  # the same beside a textured plate, where a smeared edge is no Gaussian one
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
@@ -44,12 +44,13 @@ _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
 class Sigmas(NamedTuple):
     """Sigma of a corner's coordinate (px) of all corners, and of the worst.
 
-    `pulled`: whether two estimators disagree by more than their noise.
+    `pulled`: whether two estimators disagree by more than their noise; `edges`: the variances of the lines.
     """
 
     mean_px: float
     worst_px: float
     pulled: bool = False
+    edges: lines.EdgeVariance | None = None
 
 
 def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> NDArray[np.bool_] | None:
@@ -173,7 +174,8 @@ def grain_sigma(
     pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4
     always = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
     everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + always
-    return _sigmas(lines.at_corners(points, line, expected) + everywhere)
+    sigmas = _sigmas(lines.at_corners(points, line, expected) + everywhere)
+    return sigmas._replace(edges=lines.of_edges(points, line, expected, everywhere=everywhere))
 
 
 def _slow(line: lines.LineFit) -> Floats:

@@ -61,7 +61,7 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     `shape`: the mark when it lay flat (see `flat_shape`), None at first sight; `shear`: the shift in x per row that the
     rolling shutter causes at the present speed.
     """
-    sides = side_vectors(fit.corners, aspect=config.mark.aspect, shear=shear)
+    sides = side_vectors(fit.by_edges.corners, aspect=config.mark.aspect, shear=shear)
     reason = _pixels_reason(fit, first=shape is None) or _size_reason(sides, config)
     if not reason and shape is None:
         reason = _first_shape_reason(fit, sides, config)
@@ -75,7 +75,7 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
     ideal = foreshortening(sides, None)
     if ideal < 1.0 - _allowed(config):
         return f"not the mark's shape: {_lean(ideal)}"
-    if _askew(fit.corners, stretch=ideal):
+    if _askew(fit.by_edges.corners, stretch=ideal):
         return "not the mark's shape: its sides converge as no camera makes them"
     return ""
 

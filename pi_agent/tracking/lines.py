@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
+EdgeVariance = list[tuple[float, float]]
 
 TUKEY = 4.0  # residuals beyond so many deviations count nothing
 MAD_TO_SIGMA = 1.4826
@@ -205,6 +206,20 @@ def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
         middle, spread = each / s0, each / (s2 - s1 * mean)
         ends.append((middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread))
     return np.array([0.5 * (ends[edge][0] + ends[edge - 1][1]) for edge in range(4)])
+
+
+def of_edges(variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float) -> EdgeVariance:
+    """Variance of each edge's offset at its middle, and of its rise from corner to corner; see `at_corners`.
+
+    `everywhere`: what is added to the variance of every corner.
+    """
+    told = []
+    parts = (fit.moments, edges.length / edges.free, variance)
+    for (s0, s1, s2), whole, each in zip(*(part.tolist() for part in parts), strict=True):
+        mean = s1 / s0
+        spread = each / (s2 - s1 * mean)
+        told.append((each / s0 + mean * mean * spread + 0.5 * everywhere, whole * whole * spread + 2.0 * everywhere))
+    return told
 
 
 def point_variance(fit: LineFit) -> Floats:

@@ -54,6 +54,13 @@ class Fit:
     whole: float
     pulled: bool = False
     path_px: float = 0.0
+    edges: lines.EdgeVariance | None = None
+    alone: "Fit | None" = None
+
+    @property
+    def by_edges(self) -> "Fit":
+        """The fit by the edges alone."""
+        return self if self.alone is None else self.alone
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
@@ -83,8 +90,9 @@ def refine(
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
     `blur_px`: (4,) expected blur of the edges, with `smear` that of the lens; `blur_known`: from earlier frames;
-    `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges are fitted with blurs of their own first, then with the one that they share, if they do. Ends
-    when a pass changed little.
+    `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges
+    are fitted with blurs of their own first, then with the one that they share, if they do. Ends when a pass changed
+    little.
     """
     blur = within(blur_px, *BLUR_RANGE_PX)
     known = blur_known or smear is not None
@@ -136,4 +144,5 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float) -> Fit:
         bent=doubts.bent(line, step.believed, shortest_px=float(expected.free.min())),
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,
+        edges=sigma.edges,
     )

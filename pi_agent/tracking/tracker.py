@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from pi_agent.tracking import identity, judge
 from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.known_shape import KnownShape
+from pi_agent.tracking.lines import EdgeVariance
 from pi_agent.tracking.motion import Motion, Way
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
@@ -85,13 +87,14 @@ class Tracker:
             verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
         if fit is not None and verdict.rough:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
+            self._learn_shape(fit.by_edges)
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
 
     def _at_rest(self, fit: Fit, verdict: judge.Verdict) -> judge.Verdict:
         """The verdict when the outline is compared with that of the last frames."""
-        compared = self._resting.departed(fit.corners)
+        compared = self._resting.departed(fit.by_edges.corners)
         if compared is None:
             return verdict
         arms, seen, way_px = compared
@@ -117,6 +120,7 @@ class Tracker:
     def _forget_outline(self) -> None:
         self._resting = RestingShape(near_px=NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX)
         self._departed = 0
+        self._known = KnownShape(line_s=self.config.shutter.line_s)
 
     def _follow(self, time_s: float) -> Attempt:
         """The mark near its prediction, else near its last place."""
@@ -160,7 +164,7 @@ class Tracker:
         smear = None
         if abs(path) >= STILL_PX:
             smear = Smear(complex(corners.sum()) / 4, path, way.yaw_rate_rad_s * self._exposure_s)
-        return refine(
+        fit = refine(
             self._reader,
             corners,
             blur_px=np.full(4, self._blur_px),
@@ -170,6 +174,17 @@ class Tracker:
             smear=smear,
             turn_per_row_rad=self._turn_per_row_rad(corners, way),
         )
+        return fit if fit is None or fit.edges is None else self._settled(fit, fit.edges, way)
+
+    def _settled(self, fit: Fit, variance: EdgeVariance, way: Way) -> Fit:
+        """The fit with corners that agree with the shape which other places told."""
+        change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
+        slack_px = 0.25 * change * self.config.shutter.line_s * abs(complex(fit.corners[2] - fit.corners[0]))
+        settled = self._known.settle(fit.corners, variance, way=way, slack_px=slack_px)
+        if settled is None:
+            return fit
+        mean_px, worst_px = settled.mean_share * fit.sigma_px, settled.worst_share * fit.worst_px
+        return replace(fit, corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
 
     def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
         """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
@@ -290,7 +305,8 @@ class Tracker:
 
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
-        sides = judge.side_vectors(fit.corners, aspect=self.config.mark.aspect, shear=self._shear(self._motion.way))
+        alone = fit.by_edges
+        sides = judge.side_vectors(alone.corners, aspect=self.config.mark.aspect, shear=self._shear(self._motion.way))
         seen = judge.flat_shape(sides)
         if self._shape is None or not self._shape_known:
             # At first sight nothing is known of the speed, nor of what the rolling shutter makes of the shape by it.
@@ -298,13 +314,18 @@ class Tracker:
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
             self._shape = (a, b, c)
-        self._resting.learn(fit.corners, sigma_px=fit.worst_px)
+        self._resting.learn(alone.corners, sigma_px=alone.worst_px)
+        self._learn_shape(alone)
         if abs(fit.path_px - self._path_px()) < OTHER_PATH_PX and (
             self._motion.has_velocity or self.config.shutter.exposure_ns == 0
         ):
             share = LEARNING if self._blur_known else 1.0
             self._blur_px += share * (float(fit.blur_px.sum()) / 4 - self._blur_px)
             self._blur_known = True
+
+    def _learn_shape(self, alone: Fit) -> None:
+        if alone.edges is not None and self._motion.has_velocity:
+            self._known.learn(alone.corners, sigma_px=alone.sigma_px, way=self._motion.way)
 
 
 def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
@@ -320,6 +341,7 @@ def _turned(fit: Fit, turn: int) -> Fit:
     return replace(
         fit,
         corners=np.roll(fit.corners, -turn),
+        alone=None if fit.alone is None else _turned(fit.alone, turn),
         agreement=np.roll(fit.agreement, -turn),
         blur_px=np.roll(fit.blur_px, -turn),
     )

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from pi_agent.rendering import Pose, Scene, surface
+from pi_agent.rendering.projection import corners_px, project
 from pi_agent.tracking.lines import along, expected_edges, places
-from pi_agent.tracking.smear import Smear, Sweep
+from pi_agent.tracking.mark import Mark
+from pi_agent.tracking.shutter import Shutter
+from pi_agent.tracking.smear import Smear, bend
 
 CENTRE = 240.0 + 310.0j
 CORNERS = CENTRE + 60.0 * np.exp(0.4j) * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
@@ -25,10 +30,36 @@ def test_an_edge_of_a_turning_mark_moves_further_where_it_is_further_out(turn_ra
 
 
 @pytest.mark.parametrize("yaw_rate_rad_s", [3.0, -3.0])
-def test_a_rolling_shutter_bends_an_edge_by_the_motion_until_each_row(yaw_rate_rad_s: float) -> None:
-    sweep = Sweep(CENTRE, 1500.0 + 700.0j, yaw_rate_rad_s, 17e-6)
-    normal = -1j * EDGES.tangent[:, None]
-    out = (normal.conj() * sweep.shift(POINTS)).real
-    np.testing.assert_allclose(along(sweep.across(EDGES), count=COUNT), out, atol=1e-9)
-    bend = out[:, 0] + out[:, -1] - out[:, 2] - out[:, 3]
-    assert np.abs(bend).max() > 0.01
+@pytest.mark.parametrize("direction_rad", [0.0, 0.8, 1.6, 2.4])
+def test_a_rolling_shutter_bends_an_edge_away_from_the_line_between_its_corners(
+    yaw_rate_rad_s: float, direction_rad: float
+) -> None:
+    """Against points of the edges seen one by one, each at its own row's time, while the mark slides as well."""
+    shutter = Shutter(line_ns=17_000.0)
+    scene = Scene(surface("plain", rng=np.random.default_rng(0)), mark=Mark(side_mm=20.0), shutter=shutter)
+    speed = 300.0 * np.array([np.cos(direction_rad), np.sin(direction_rad)])
+    pose = Pose(2.0, -3.0, 0.5, float(speed[0]), float(speed[1]), yaw_rate_rad_s)
+    corners = corners_px(scene, pose) @ np.array([1.0, 1j])
+    edges = expected_edges(corners, clear_px=4.0)
+    told = along(bend(edges, turn_per_row_rad=yaw_rate_rad_s * shutter.line_s), count=COUNT)
+    start_mm = scene.mark.corners_mm()
+    share = 0.5 + np.multiply.outer(edges.free / edges.length, places(COUNT))
+    for edge in range(4):
+        step = start_mm[(edge + 1) % 4] - start_mm[edge]
+        seen = _at_own_rows(scene, pose, start_mm[edge] + share[edge][:, None] * step) - edges.start[edge]
+        # The row's time moves a point along its edge as well, by a few hundredths of it.
+        np.testing.assert_allclose(-(edges.tangent[edge].conj() * seen).imag, told[edge], atol=0.15 * LARGEST_PX)
+    assert np.abs(told).max() > 0.5 * LARGEST_PX
+
+
+LARGEST_PX = 3.0 * 17e-6 * 120.0**2 / 8.0
+
+
+def _at_own_rows(scene: Scene, pose: Pose, points_mm: NDArray[np.float64]) -> NDArray[np.complex128]:
+    rows, seen = np.zeros(len(points_mm)), points_mm
+    for _ in range(8):
+        times = scene.shutter.dt_s(rows)
+        views = project(points_mm, pose, optics=scene.optics, height_mm=0.0, dt_s=times)
+        seen = views[np.arange(len(rows)), np.arange(len(rows))]
+        rows = seen[:, 1]
+    return seen @ np.array([1.0, 1j])

@@ -1,0 +1,205 @@
+"""The mark's shape as told by the places that it has passed: it moves, and turns, but does not change.
+
+Beside a textured plate an edge is pulled by the grain under it, by several times the noise when the edge is smeared. A
+few pixels further on it is another grain. So the shape that earlier places told, where it agrees with what is seen,
+holds the corners together: of eight numbers that four lines tell only three, place and turn, are new. At one place the
+grain stays the same and nothing is learned from more frames of it; a lens, or a camera that looks askew, changes the
+shape from place to place, by as much as is found out on the way.
+
+Corners and edges are plain complex numbers, four at a time: faster than arrays.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.tracking.lines import EdgeVariance
+from pi_agent.tracking.motion import Way
+
+Points = NDArray[np.complex128]
+Four = list[complex]
+
+APART_PX = 3.0  # from here on another place's grain lies under the edges
+LENS = 0.001  # change of the shape from place to place, in shares of the way, before any was seen
+LEAST_LENS = 0.0003  # no lens is taken to be better
+MOST_WAYS = 10.0  # from place to place of which the change is remembered
+FARTHEST_PX = 80.0  # from one place to another nothing is known of the shape beyond
+MOST_DOUBTED = 10  # frames on end that disagree with the shape, after which the mark has another
+CHANGED = 2.0  # the least change that is believed at once, in variances of what is known and what is seen
+SHAPES = 5.0  # of the eight numbers that four lines tell, those that are the shape
+FREE = SHAPES / 8.0
+AGREES = 20.0  # sum of the squared deviations of those by which a shape that is the same may differ
+
+
+class Settled(NamedTuple):
+    """Corners (4,) by shape and edges, where these agree, and what sigma is times: of all corners, and of the worst."""
+
+    corners: Points
+    mean_share: float
+    worst_share: float
+    agrees: bool = True
+
+
+class _Here(NamedTuple):
+    """What the present place tells: the unsheared corners of `frames` frames, and the variance by its grain.
+
+    `doubt`: what that is times where the known shape disagrees.
+    """
+
+    corners: Four
+    variance_px2: float
+    frames: int
+    doubt: float
+
+
+class KnownShape:
+    """Learned from frame to frame, used from place to place. `line_s`: time from row to row."""
+
+    def __init__(self, *, line_s: float) -> None:
+        self._line_s = line_s
+        self._shape: Four | None = None
+        self._place = 0j
+        self._variance_px2 = 0.0
+        self._lens2, self._ways = LENS * LENS, 1.0
+        self._here: _Here | None = None
+        self._doubt = 1.0
+        self._doubted = 0
+
+    def settle(self, corners: Points, variance: EdgeVariance, *, way: Way, slack_px: float) -> Settled | None:
+        """The corners (4,) by their edges and the shape; None when it is not known.
+
+        Where the shape disagrees, one of the two is wrong: the corners remain as they are, with a larger sigma.
+        `slack_px`: what the rolling shutter may make of the shape by a speed that is not steady.
+        """
+        seen = unsheared(corners, way=way, line_s=self._line_s)
+        self._leave(seen)
+        shape, centre = self._shape, sum(seen) / 4
+        if shape is None or abs(centre - self._place) > FARTHEST_PX:
+            self._doubt = 1.0
+            return None
+        free = self._variance_px2 + self._lens2 * abs(centre - self._place) ** 2 + slack_px * slack_px
+        edges = _edges(seen)
+        spread = [(across + 0.5 * free, turned + 2.0 * free) for across, turned in variance]
+        apart = _apart(edges, seen, _laid(shape, seen, edges=edges, spread=spread))
+        odds = sum(a * a / v + b * b / w for (a, b), (v, w) in zip(apart, spread, strict=True))
+        self._doubt = max(odds / SHAPES, 1.0) if odds > AGREES else 1.0
+        if odds > AGREES:
+            return Settled(corners, sqrt(self._doubt), sqrt(self._doubt), agrees=False)
+        towards = [(u / v, q / w) for (u, q), (v, w) in zip(variance, spread, strict=True)]
+        moves = [(a * x, b * y) for (a, b), (x, y) in zip(apart, towards, strict=True)]
+        return Settled(corners + np.array(_corner_moves(edges, moves)), *_shares(variance, towards))
+
+    def learn(self, corners: Points, *, sigma_px: float, way: Way) -> None:
+        """Takes the corners (4,) that the edges alone tell in the frame that was settled last, and their sigma."""
+        seen = unsheared(corners, way=way, line_s=self._line_s)
+        self._leave(seen)
+        self._doubted = self._doubted + 1 if self._doubt > 1.0 else 0
+        if self._doubted > MOST_DOUBTED:
+            self._shape = None
+        here = self._here
+        if here is None:
+            self._here = _Here(seen, sigma_px * sigma_px, 1, self._doubt)
+            return
+        frames = here.frames + 1
+        laid = _onto(here.corners, seen)
+        mean = [old + (new - old) / frames for old, new in zip(laid, seen, strict=True)]
+        self._here = here._replace(corners=mean, frames=frames)
+
+    def _leave(self, seen: Four) -> None:
+        """Adds the present place to what is known once the mark has left it."""
+        here = self._here
+        if here is not None and abs(sum(seen) - sum(here.corners)) > 4.0 * APART_PX:
+            self._take(here)
+            self._here = None
+
+    def _take(self, here: _Here) -> None:
+        shape, seen, noise = self._shape, here.corners, here.variance_px2
+        centre = sum(seen) / 4
+        way2 = abs(centre - self._place) ** 2
+        if shape is None or way2 > FARTHEST_PX**2:
+            self._shape, self._place, self._variance_px2 = seen, centre, noise
+            return
+        laid = _onto(shape, seen)
+        parted = sum(abs(new - old) ** 2 for old, new in zip(laid, seen, strict=True)) / (8.0 * FREE)
+        change = (parted - noise - self._variance_px2) / way2
+        expected = self._variance_px2 + self._lens2 * way2
+        self._ways = min(self._ways + 1.0, MOST_WAYS)
+        at_once = change * way2 > CHANGED * (noise + self._variance_px2)
+        self._lens2 += (change - self._lens2) / (1.0 if at_once else self._ways)
+        self._lens2 = max(self._lens2, LEAST_LENS**2)
+        share = expected / (expected + here.doubt * noise)
+        self._shape = [old + share * (new - old) for old, new in zip(laid, seen, strict=True)]
+        self._place, self._variance_px2 = centre, (1.0 - share) * expected
+
+
+def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:
+    """Corners at the time of their centre's row, from corners at their own rows' times."""
+    seen: Four = corners.tolist()
+    if line_s == 0.0:
+        return seen
+    centre = sum(seen) / 4
+    # From frame to frame a corner's row moves along, and its time with it.
+    velocity = way.velocity_px_s / (1.0 + line_s * way.velocity_px_s.imag)
+    turning = 1j * way.yaw_rate_rad_s
+    return [z - (velocity + turning * (z - centre)) * ((z - centre).imag * line_s) for z in seen]
+
+
+def _onto(shape: Four, seen: Four) -> Four:
+    """The shape, moved and turned to where it is seen."""
+    centre, own = sum(seen) / 4, sum(shape) / 4
+    turn = sum((a - own).conjugate() * (z - centre) for a, z in zip(shape, seen, strict=True))
+    turn /= abs(turn)
+    return [centre + turn * (a - own) for a in shape]
+
+
+def _edges(corners: Four) -> list[tuple[complex, float]]:
+    """Tangent and length of each edge."""
+    steps = [corners[k - 3] - corners[k] for k in range(4)]
+    return [(step / abs(step), abs(step)) for step in steps]
+
+
+def _apart(edges: list[tuple[complex, float]], seen: Four, shape: Four) -> list[tuple[float, float]]:
+    """How far out the shape's edges lie from those seen, at the middle, and how much further at the end."""
+    gaps = [b - a for a, b in zip(seen, shape, strict=True)]
+    apart = []
+    for k, (tangent, _) in enumerate(edges):
+        # Along the outward normal, −i times the tangent.
+        first, last = -(tangent.conjugate() * gaps[k]).imag, -(tangent.conjugate() * gaps[k - 3]).imag
+        apart.append((0.5 * (first + last), last - first))
+    return apart
+
+
+def _laid(shape: Four, seen: Four, *, edges: list[tuple[complex, float]], spread: list[tuple[float, float]]) -> Four:
+    """The shape where it fits the edges best, each by what it is worth (exact for a rectangle, which it nearly is)."""
+    laid = _onto(shape, seen)
+    apart = _apart(edges, seen, laid)
+    centre, move = sum(laid) / 4, 0j
+    for k in (0, 1):
+        one, other = 1.0 / spread[k][0], 1.0 / spread[k + 2][0]
+        move += -1j * edges[k][0] * ((other * apart[k + 2][0] - one * apart[k][0]) / (one + other))
+    worth = [length / s for (_, length), (_, s) in zip(edges, spread, strict=True)]
+    total = sum(w * length for w, (_, length) in zip(worth, edges, strict=True))
+    turn = sum(w * rise for w, (_, rise) in zip(worth, apart, strict=True)) / total
+    return [z + move + 1j * turn * (z - centre) for z in laid]
+
+
+def _corner_moves(edges: list[tuple[complex, float]], moves: list[tuple[float, float]]) -> Four:
+    """How far each corner moves when its two edges move out so far, at the middle, and rise so much further."""
+    corners = []
+    for k in range(4):
+        (tangent, _), (before, _) = edges[k], edges[k - 1]
+        out, out_before = moves[k][0] - 0.5 * moves[k][1], moves[k - 1][0] + 0.5 * moves[k - 1][1]
+        corners.append((out * before - out_before * tangent) / (before.conjugate() * tangent).imag)
+    return corners
+
+
+def _shares(variance: EdgeVariance, towards: list[tuple[float, float]]) -> tuple[float, float]:
+    """By how much the sigma of all corners, and that of the worst, shrinks."""
+    before = [u + 0.25 * q for u, q in variance]
+    after = [
+        u * (1.0 - FREE * a) + 0.25 * q * (1.0 - FREE * b) for (u, q), (a, b) in zip(variance, towards, strict=True)
+    ]
+    worst = max(after[k] + after[k - 1] for k in range(4)) / max(before[k] + before[k - 1] for k in range(4))
+    return sqrt(sum(after) / sum(before)), sqrt(worst)
