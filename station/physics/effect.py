@@ -11,6 +11,7 @@ where max over φ of (T·e(φ) − h(φ) N) passes zero, T being the tangential 
 
 from __future__ import annotations
 
+import functools
 from abc import ABC
 from collections.abc import Mapping
 from typing import ClassVar, Literal
@@ -118,7 +119,7 @@ class Effect(ABC):
 
     def acts_through(self) -> frozenset[str]:
         """The names of the methods that it overrides."""
-        return frozenset(name for name in HOOKS if getattr(type(self), name) is not getattr(Effect, name))
+        return _overridden(type(self))
 
     def idle(self, contact: Contact) -> frozenset[str]:
         """The shapes that runs with these onsets cannot tell, whatever the effect's size: held at their first start."""
@@ -136,6 +137,11 @@ class Effect(ABC):
 
 
 HOOKS = ("friction", "push", "spin", "attitude", "delay_s", "creep", "seen", "shaking")
+
+
+@functools.cache
+def _overridden(kind: type[Effect]) -> frozenset[str]:
+    return frozenset(name for name in HOOKS if getattr(kind, name) is not getattr(Effect, name))
 
 
 def unit(angle_rad: Array) -> Array:

@@ -10,7 +10,13 @@ import numpy as np
 
 from station.gap.evidence.plate import Attitude, Times
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
+from station.physics.effect import Effect
 from station.physics.model import Model
+
+LOADING = ("attitude", "delay_s", "push")
+"""The methods of an effect through which it changes how a block is loaded."""
+
+Loading = tuple[tuple[Effect, tuple[tuple[str, float], ...]], ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -67,7 +73,7 @@ class Moments:
         self._steeper_rad: Array | float = 0.0
         self._at_rest = at_rest
         self._contact = self._contact_with(attitude(0.0))
-        self._last: tuple[Model, Load] | None = None
+        self._last: tuple[Loading, Load] | None = None
 
     def __len__(self) -> int:
         return len(self.time_ns)
@@ -92,9 +98,13 @@ class Moments:
         return self._velocity
 
     def loads(self, model: Model) -> Load:
-        """The contact and the loads with the model's attitude, delay and pushes; several channels ask in turn."""
-        if self._last is None or self._last[0] is not model:
-            self._last = (model, self._loads(model))
+        """The contact and the loads with the model's attitude, delay and pushes.
+
+        Several channels ask in turn, and most models that are compared differ in their friction alone.
+        """
+        key = _loading(model)
+        if self._last is None or self._last[0] != key:
+            self._last = (key, self._loads(model))
         return self._last[1]
 
     def _loads(self, model: Model) -> Load:
@@ -104,18 +114,19 @@ class Moments:
             contact = _turned(contact, model.attitude(contact))
         pulled = _still(contact) if self._at_rest else contact
         push = model.push(pulled)
-        rate, place = pulled.rate_rad_s, np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
-        velocity = np.column_stack([self._velocity, np.zeros(len(self))])
-        # In the frame of the turning plate: Coriolis, centrifugal and Euler accelerations.
-        inertial = -(
-            2 * np.cross(rate, velocity)
-            + np.cross(rate, np.cross(rate, place))
-            + np.cross(pulled.acceleration_rad_s2, place)
-        )
+        inertial = np.zeros((len(self), 3)) if self._at_rest else self._inertial(contact)
         down = np.column_stack([np.cos(contact.down_rad), np.sin(contact.down_rad)])
         tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
         normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[:, 2] - push[:, 2]
         return Load(contact, tangential, np.maximum(normal, 1e-3))
+
+    def _inertial(self, contact: Contact) -> Array:
+        """Coriolis, centrifugal and Euler accelerations (n, 3) in the frame of the turning plate."""
+        rate = contact.rate_rad_s
+        place = np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
+        velocity = np.column_stack([self._velocity, np.zeros(len(self))])
+        euler = np.cross(contact.acceleration_rad_s2, place)
+        return -(2 * np.cross(rate, velocity) + np.cross(rate, np.cross(rate, place)) + euler)
 
     def _contact_with(self, plate: Attitude) -> Contact:
         facts, run = self._facts, self.run
@@ -145,6 +156,12 @@ class Moments:
             temperature_c=facts.temperature_c[run],
             relative_humidity=facts.relative_humidity[run],
         )
+
+
+def _loading(model: Model) -> Loading:
+    """The terms through which a model changes contact and loads, and their values."""
+    acting = (term for hook in LOADING for term in model.acting(hook))
+    return tuple((term.effect, tuple(term.values.items())) for term in acting)
 
 
 def _still(contact: Contact) -> Contact:

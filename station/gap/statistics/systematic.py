@@ -51,6 +51,8 @@ class OnsetReading(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the class."""
+        if contact.moving.all():
+            return 1.0
         bend = (contact.acceleration_rad_s2 * contact.tilt_axis).sum(axis=1)
         slope = np.maximum(0.5 * np.sin(2.0 * contact.tilt_rad), LEAST_SLOPE)
         return np.where(contact.moving, 1.0, 1.0 + values["shift"] + values["blur_s2"] * bend / slope)
