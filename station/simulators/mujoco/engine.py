@@ -52,10 +52,14 @@ class ArmEngine:
         self._before, self._now = self._now, (self._position.copy(), self._velocity.copy())
         self._posed = False
 
-    def halt(self) -> None:
-        """Brings the joints to rest where they are."""
+    def halt(self, *, below_rad_s: float) -> bool:
+        """Brings the joints to rest where they are, if none is quicker than that; whether they rest."""
+        position, velocity = self._now
+        if float(np.abs(velocity).max()) >= below_rad_s:
+            return False
         self._velocity[:] = 0.0
-        self._now = self._before = self._now[0], self._velocity.copy()
+        self._now = self._before = position, np.zeros_like(velocity)
+        return True
 
     def joints(self, share: float = 1.0) -> tuple[FLOATS, FLOATS, FLOATS]:
         """Position, velocity and effort, each (n,) and never written to again, at that share of the last step.
@@ -68,11 +72,6 @@ class ArmEngine:
         if share == 1.0:
             return position, velocity, effort
         return before + share * (position - before), velocity_before + share * change, effort
-
-    @property
-    def joint_velocity(self) -> FLOATS:
-        """The joints' velocity now, (n,), rad/s."""
-        return self._now[1]
 
     def carry(self, pose: Pose, *, mass_kg: float) -> None:
         """Makes the block a part of the plate at `pose`, with that mass."""
@@ -118,7 +117,8 @@ class BlockEngine:
         self.data = mj.MjData(model)
         self.qpos: FLOATS = self.data.qpos
         self.qvel: FLOATS = self.data.qvel
-        self._gravity: FLOATS = model.opt.gravity
+        self._options, self._gravity = model.opt, model.opt.gravity
+        self._step_s = float(model.opt.timestep)
         self._isotropic, self._in_object = friction.isotropic, friction.fixed_in == "object"
         self._axis: FLOATS = np.array([math.cos(friction.axis_rad), math.sin(friction.axis_rad), 0.0])
         self._plate_geom = int(model.geom("plate").id)
@@ -142,8 +142,10 @@ class BlockEngine:
         self.qpos[:], self.qvel[:] = other.qpos, other.qvel
         self.data.qacc_warmstart[:] = other.data.qacc_warmstart
 
-    def step(self, count: int, *, pull: Three) -> None:
+    def step(self, count: int, *, pull: Three, step_s: float) -> None:
         """Advances by `count` time steps under `pull`, the acceleration (m/s², plate frame) of what nothing holds."""
+        if step_s != self._step_s:
+            self._options.timestep = self._step_s = step_s
         self._gravity[:] = pull
         if self._isotropic:
             mj.mj_step(self.model, self.data, count)

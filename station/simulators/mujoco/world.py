@@ -5,7 +5,7 @@ Most of a session nothing slips, and the world does not compute what cannot happ
   and time is skipped;
 - while the block sticks below `LETS_GO` it is a part of the plate, above it is held by contact;
 - a part of the plate that is far from letting go is looked at less often;
-- while the block lies still, its steps between two looks are made together;
+- a loose block that lies still makes fewer and longer steps, and is asked less often whether it holds;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
 
@@ -37,6 +37,11 @@ LOOK = 5
 LOOK_NS = LOOK * STEP_NS
 LOOK_S = LOOK_NS * 1e-9
 """The block's time steps from one look at it to the next, and how long they take (10 ms): one step of the arm."""
+LONG = 3
+"""So many steps a look are enough for a block that lies still, or creeps by less than `QUIET_M` as the foam gives way.
+
+With two, of 5 ms, it creeps on a slope as well, and its onset is early by hundredths of a degree.
+"""
 KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
 """How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
 left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
@@ -182,7 +187,10 @@ class TwinWorld:
             return
         ago_s = (self._steps_left - 0.5 * count) * STEP_S
         pull = self._motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s)
-        block.step(count, pull=pull)
+        if self._savings and count == LOOK and self.block_at_rest:
+            block.step(LONG, pull=pull, step_s=LOOK_S / LONG)
+        else:
+            block.step(count, pull=pull, step_s=STEP_S)
         self._steps_left -= count
 
     def _take_motion(self) -> None:
@@ -288,35 +296,38 @@ class TwinWorld:
 
     def _look(self) -> None:
         """What the block does, every `LOOK_S`: sticks, slides, comes to rest, leaves."""
-        arm, loose = self._moved, self._loose
+        loose, self._left_out = self._loose, 0
         if loose is None:
             self._take_motion()
+            self._mind_grip()
         else:
             self._follow(loose)
-        self._left_out = 0
-        force = self._motion.needed(self._rel.position)
-        used = self._utilisation(force, self._hold)
-        if self._loose is None:
-            self._mind_grip(force, used)
-        elif self._quiet_s >= REST_S:
-            self._mind_rest(self._loose, force, used)
-        still = self._servo.settled and float(np.abs(arm.joint_velocity).max()) < STILL_RAD_S
-        # What the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
-        stuck = self._held or (self.block_at_rest and (used < RESTING or any(self._leaning)))
-        if self._savings and still and stuck and self._loose is loose:
-            self._resting = True
-            arm.halt()
+            if self._loose is not None and self._quiet_s >= self._mind_at_s:
+                self._mind_at_s = self._quiet_s + REST_S
+                self._mind_rest(self._loose)
+        if self._savings and self._loose is loose and self._servo.settled and self._stuck():
+            self._resting = self._moved.halt(below_rad_s=STILL_RAD_S)
 
-    def _mind_grip(self, force: grip.Three, used: float) -> None:
+    def _stuck(self) -> bool:
+        """Whether the block stays where it is, on a plate that does not move."""
+        # What the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
+        if self._held or not self.block_at_rest or any(self._leaning):
+            return self._held or self.block_at_rest
+        return self._utilisation(self._motion.needed(self._rel.position), self._hold) < RESTING
+
+    def _mind_grip(self) -> None:
         """A block that is a part of the plate: let go when it could slip."""
         if not self.block_present:
             return
+        force = self._motion.needed(self._rel.position)
+        if not self._held:
+            self._renew(force)
+        used = self._utilisation(force, self._hold)
         if self._held:
             if used < LEVEL_ENOUGH:
                 self._held = False
                 self._unweld()
             return
-        self._renew(force)
         limit = self._limit(LETS_GO)
         self._slack = self._hold.slack(force, share=limit)
         if used > limit:
@@ -325,9 +336,10 @@ class TwinWorld:
             self._left_out = min(int((self._slack - KEPT_M_S2) / SPENT_M_S2), MOST_LEFT_OUT)
             self._slack -= self._left_out * SPENT_M_S2
 
-    def _mind_rest(self, block: BlockEngine, force: grip.Three, used: float) -> None:
+    def _mind_rest(self, block: BlockEngine) -> None:
         """A block that lies still by contact: a new contact after a slide; a part of the plate when it holds well."""
-        if self._seen.lean_rad > 3 * LEAN_RAD and used < LEVEL_ENOUGH:
+        force, self._hold = self._motion.needed(self._rel.position), self._hold_by(self._draw)
+        if self._seen.lean_rad > 3 * LEAN_RAD and self._utilisation(force, self._hold) < LEVEL_ENOUGH:
             self._pick_up()
             return
         if math.dist(self._anchor, self._seen.position) >= SLIDE_M:
@@ -335,8 +347,7 @@ class TwinWorld:
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
         self._leaning = self._engines.foam_push(block)
-        used = max(used, self._utilisation(force, self._hold))
-        if self._savings and used < self._limit(GRIPS):
+        if self._savings and self._utilisation(force, self._hold) < self._limit(GRIPS):
             self._weld()
             self._slack = self._hold.slack(force, share=self._limit(LETS_GO))
 
@@ -374,14 +385,13 @@ class TwinWorld:
     def _follow(self, block: BlockEngine) -> None:
         """Takes note of where a loose block is, whether it lies still, and whether it can reach the foam."""
         self._rel = block.pose_after(0.0)
-        self._hold = self._hold_by(self._draw)
         before, self._seen = self._seen, standing(self._rel, half_m=self.block.side_m / 2)
         moved = math.dist(before.position, self._seen.position)
         turned = math.dist(before.quaternion, self._seen.quaternion)
         quiet = moved < QUIET_M and turned < QUIET_TURN
         self._quiet_s = self._quiet_s + LOOK_S if quiet else 0.0
         if not quiet:
-            self._leaning = (0.0, 0.0)
+            self._leaning, self._mind_at_s = (0.0, 0.0), REST_S
         x, y, z = self._rel.position
         reach = math.hypot(x, y) + self.block.side_m * math.sqrt(0.5) + 2 * moved + 1e-3
         if reach > self.plate.side_m or z < 0:
@@ -399,7 +409,8 @@ class TwinWorld:
         self._engines.weld(self._rel)
         self._loose = None
         self._seen = standing(self._rel, half_m=self.block.side_m / 2)
-        self._quiet_s, self._slack = REST_S, 0.0
+        self._quiet_s = self._mind_at_s = REST_S
+        self._slack = 0.0
         self._left_out = 0
         self._resting = False
 

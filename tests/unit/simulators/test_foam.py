@@ -12,6 +12,7 @@ from station.simulators.mujoco.engine import BlockEngine
 from station.simulators.mujoco.model import Scene, build_block
 from station.simulators.mujoco.poses import Pose
 from station.simulators.mujoco.specimen import Block, Friction, Plate
+from station.simulators.mujoco.world import STEP_S
 from tests.unit.simulators.rides import jaco
 
 BLOCK, PLATE = Block(), Plate()
@@ -36,7 +37,7 @@ def foam_contacts(block: BlockEngine) -> list[Any]:
 def pressed(block: BlockEngine, pull_m_s2: float, *, quaternion: tuple[float, float, float, float], x_m: float) -> None:
     """Lets the block come to rest in the foam under a pull along x."""
     block.lay(Pose((x_m, 0.0, BLOCK.side_m / 2), quaternion))
-    block.step(1500, pull=(pull_m_s2, 0.0, -LEVEL))
+    block.step(1500, pull=(pull_m_s2, 0.0, -LEVEL), step_s=STEP_S)
 
 
 @pytest.mark.parametrize("pull_m_s2", [1.0, 3.0])
