@@ -11,6 +11,7 @@ import numpy as np
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.statistics.columns import Scores, Variant, scores
+from station.gap.statistics.errors import UNIFORM
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.gain import estimate, gain, overdispersion, p_value
 from station.gap.statistics.noise import Noise
@@ -19,6 +20,7 @@ from station.gap.statistics.places import Place
 from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
+from station.physics.parameter import Parameter
 from station.physics.smooth import is_smooth
 
 NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
@@ -187,9 +189,23 @@ class Fitter:
         if found.log_likelihood < base.log_likelihood:
             found = self._refit(_with(base.model, map(_small, missing)), effects, base.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
-        size = sum(len(told(self.evidence, effect)) for effect in candidate.effects)
-        bic = twice - size * math.log(max(self.evidence.used(), 2))
-        return replace(candidate, twice_gain=twice, bic=bic, fitted=found)
+        cost = sum(self._cost(found, effect, parameter) for effect, parameter in self._numbers(candidate))
+        return replace(candidate, twice_gain=twice, bic=twice - cost, fitted=found)
+
+    def _numbers(self, candidate: Candidate) -> list[tuple[Effect, Parameter]]:
+        return [(effect, parameter) for effect in candidate.effects for parameter in told(self.evidence, effect)]
+
+    def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
+        """What a number costs: ln of the runs (BIC); a shape no more than the share of its range that is ruled out.
+
+        Where the effect is weak nothing tells its shape, which then explains nothing either; nor does one at its bound.
+        """
+        full = math.log(max(self.evidence.used(), 2))
+        if not parameter.is_shape:
+            return full
+        sd = found.sd(effect.id, parameter.name)
+        spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
+        return min(full, max(2.0 * math.log(spread / sd), 0.0)) if sd > 0.0 else 0.0
 
     def _refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)

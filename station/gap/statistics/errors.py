@@ -15,6 +15,9 @@ TRUSTED_AFTER_RUNS = 30.0
 
 MOST_WIDER = 6.0
 
+UNIFORM = 12.0
+"""The squared width of evenly spread numbers over their variance."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Curvature:
@@ -27,8 +30,10 @@ class Curvature:
     limit: Bools
     run: Times
 
-    def covariance(self, precision: Array, inner: Bools) -> Array:
+    def covariance(self, precision: Array, width: Array, inner: Bools) -> Array:
         """Of the numbers (k, k); `precision` (k,) is that of their priors; those not `inner` (at a bound) have none.
+
+        What the runs do not tell is as uncertain as its bounds leave it, which are `width` (k,) apart: even within.
 
         A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) /
         (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
@@ -38,7 +43,7 @@ class Curvature:
         weight = np.where(self.limit, self.curve, expected)
         table = self.slope[:, inner]
         information = (table * weight[:, None]).T @ table + np.diag(precision[inner])
-        of_model = np.linalg.pinv(information, hermitian=True)
+        of_model = np.linalg.pinv(information + np.diag(UNIFORM / width[inner] ** 2), hermitian=True)
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))

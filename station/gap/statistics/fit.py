@@ -197,7 +197,7 @@ class _Search:
             model=replace(self.model, scatter=self.noise.scatter),
             free=self.free,
             vector=self.vector,
-            covariance=self.curvature.covariance(self.precision, inner),
+            covariance=self.curvature.covariance(self.precision, self.high - self.low, inner),
             noise=self.noise,
             log_run=log_run,
             white=self.white,
