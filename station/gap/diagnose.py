@@ -160,6 +160,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
             Candidates(
                 stage=number,
                 ids=candidate.ids,
+                told=" + ".join(candidate.key),
                 twice_gain=float(candidate.twice_gain),
                 parameters=sum(len(effect.parameters) for effect in candidate.effects),
                 bic=float(candidate.bic),

@@ -109,10 +109,14 @@ class NextExperiment:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidates:
-    """One row of the comparison table: what it gains over the plain model of its stage."""
+    """One row of the comparison table: what it gains over the plain model of its stage.
+
+    `ids` says `other` for a smooth term, `told` with what it goes.
+    """
 
     stage: int
     ids: tuple[str, ...]
+    told: str
     twice_gain: float
     parameters: int
     bic: float

@@ -58,7 +58,7 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
 def _row(diagnosis: Diagnosis, row: Candidates, *, best: float, weight: float, rank: int) -> list[str]:
     return [
         str(rank),
-        escape(" + ".join(row.ids)),
+        escape(row.told),
         html.number(row.twice_gain, 1),
         str(row.parameters),
         html.number(row.bic, 1),

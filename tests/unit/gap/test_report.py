@@ -70,6 +70,15 @@ def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
     assert "recorded − predicted (°)" in page.text  # figures keep their words
 
 
+def test_what_has_no_name_is_told_by_what_it_goes_with() -> None:
+    """A row of the comparison that says only `other` would leave the reader with nothing to look at."""
+    found = grained()
+    unnamed = [row.told for row in found.diagnosis.candidates if row.ids == ("other",)]
+    assert unnamed
+    assert all(told.startswith("other:") for told in unnamed)
+    assert unnamed[0] in html_page(found.diagnosis, found.pictures)
+
+
 def test_what_comes_from_outside_is_escaped() -> None:
     found = grained()
     nasty = '<script>alert("x")</script>&.mcap'
