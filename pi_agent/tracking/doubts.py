@@ -18,6 +18,8 @@ Points = NDArray[np.complex128]
 # that of the corners by the disagreement of two estimators that mind texture unlike each other, and by a blur that is
 # not the other edges'. Found by maximum likelihood from rendered frames of all kinds, other ones than the benchmark's.
 GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR = 0.59, 0.44, 0.088, 1.4
+SEEN_IN_PART = 1.4  # what the variance of its points is times then
+IN_PART = 0.7  # sum of the weights, in profiles, below which an edge is seen in part
 WHOLE = 0.75  # share of an edge that must be seen for a disagreement along it to be a shadow's
 IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, that a shadow makes
 SHADED = 16.0  # square of the deviations from which a disagreement along an edge is a shadow's
@@ -167,8 +169,11 @@ def grain_sigma(
     Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use.
     """
-    slow, scatter = _slow(line), float(np.add.reduce(lines.point_variance(line))) / 4
-    points = GRAIN_SLOW * 0.5 * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * scatter
+    slow, own = _slow(line), lines.point_variance(line)
+    points = GRAIN_SLOW * 0.5 * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
+    in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
+    if in_part.any():
+        points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
     normal = 1j * np.conj(expected.tangent)
     across = np.concatenate([(pull * normal).real, (pull[lines.NEXT] * normal).real])
     pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4

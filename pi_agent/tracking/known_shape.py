@@ -25,12 +25,17 @@ APART_PX = 3.0  # from here on another place's grain lies under the edges
 LENS = 0.001  # change of the shape from place to place, in shares of the way, before any was seen
 LEAST_LENS = 0.0003  # no lens is taken to be better
 MOST_WAYS = 10.0  # from place to place of which the change is remembered
+GRAIN_PX = 1.0  # a mark that moved so far lies in another grain, as far as its edges tell
+WORSE = 1.3  # from so many times the variance on a mark is seen worse than before
+LEAST_NEW = 0.3  # share of an edge's variance that is not that of its grain, at least
+POSE = 0.5  # share of the edges' variances that moves the mark: light and blur move opposite edges apart
+SAMPLING_PX = 0.01  # how exactly a mark is seen again at its place
 FARTHEST_PX = 80.0  # from one place to another nothing is known of the shape beyond
 MOST_DOUBTED = 10  # frames on end that disagree with the shape, after which the mark has another
 CHANGED = 2.0  # the least change that is believed at once, in variances of what is known and what is seen
 SHAPES = 5.0  # of the eight numbers that four lines tell, those that are the shape
 FREE = SHAPES / 8.0
-AGREES = 20.0  # sum of the squared deviations of those by which a shape that is the same may differ
+AGREES = 30.0  # sum of the squared deviations of those by which a shape that is the same may differ
 
 
 class Settled(NamedTuple):
@@ -42,14 +47,29 @@ class Settled(NamedTuple):
     agrees: bool = True
 
 
+class _Match(NamedTuple):
+    """How a shape fits what is seen: tangent and length of the edges, and how far those are to move out.
+
+    `spread`: variances of edges and shape together; `towards`: shares of the way to the shape; `odds`: sum of the
+    squared deviations.
+    """
+
+    edges: list[tuple[complex, float]]
+    spread: EdgeVariance
+    towards: EdgeVariance
+    moves: EdgeVariance
+    odds: float
+
+
 class _Here(NamedTuple):
-    """What the present place tells: the unsheared corners of `frames` frames, and the variance by its grain.
+    """What the present place tells: the unsheared corners of `frames` frames, their variance, and that by noise alone.
 
     `doubt`: what that is times where the known shape disagrees.
     """
 
     corners: Four
     variance_px2: float
+    noise_px2: float
     frames: int
     doubt: float
 
@@ -60,12 +80,34 @@ class KnownShape:
     def __init__(self, *, line_s: float) -> None:
         self._line_s = line_s
         self._shape: Four | None = None
-        self._place = 0j
         self._variance_px2 = 0.0
         self._lens2, self._ways = LENS * LENS, 1.0
         self._here: _Here | None = None
         self._doubt = 1.0
         self._doubted = 0
+
+    def recall(self, corners: Points, variance: EdgeVariance, *, sigma_px: float, way: Way) -> Settled | None:
+        """The corners (4,) of a mark seen worse than before at the same place, by how it was seen there.
+
+        None where nothing better is known of this place. `sigma_px`: of the corners by their edges.
+        """
+        here = self._here
+        if here is None or sigma_px * sigma_px < WORSE * here.variance_px2:
+            return None
+        seen = unsheared(corners, way=way, line_s=self._line_s)
+        moved = _way_px(here.corners, seen)
+        if moved > GRAIN_PX:
+            return None
+        free = here.noise_px2 + here.variance_px2 * moved / GRAIN_PX
+        # The grain under an edge is the same as before.
+        u0, q0 = 0.5 * here.variance_px2, 2.0 * here.variance_px2
+        anew = [(max(u - u0, LEAST_NEW * u), max(q - q0, LEAST_NEW * q)) for u, q in variance]
+        match = _match(here.corners, seen, anew, free_px2=free)
+        if match.odds > AGREES:
+            return Settled(corners, *(2 * [sqrt(match.odds / SHAPES)]), agrees=False)
+        placed = here.variance_px2 + POSE * _pose_px2(match)
+        share = min(sqrt(placed) / sigma_px, 1.0)
+        return Settled(corners + np.array(_corner_moves(match.edges, match.moves)), share, share)
 
     def settle(self, corners: Points, variance: EdgeVariance, *, way: Way, slack_px: float) -> Settled | None:
         """The corners (4,) by their edges and the shape; None when it is not known.
@@ -75,24 +117,22 @@ class KnownShape:
         """
         seen = unsheared(corners, way=way, line_s=self._line_s)
         self._leave(seen)
-        shape, centre = self._shape, sum(seen) / 4
-        if shape is None or abs(centre - self._place) > FARTHEST_PX:
-            self._doubt = 1.0
+        shape, self._doubt = self._shape, 1.0
+        way_px = 0.0 if shape is None else _way_px(shape, seen)
+        if shape is None or way_px > FARTHEST_PX:
             return None
-        free = self._variance_px2 + self._lens2 * abs(centre - self._place) ** 2 + slack_px * slack_px
-        edges = _edges(seen)
-        spread = [(across + 0.5 * free, turned + 2.0 * free) for across, turned in variance]
-        apart = _apart(edges, seen, _laid(shape, seen, edges=edges, spread=spread))
-        odds = sum(a * a / v + b * b / w for (a, b), (v, w) in zip(apart, spread, strict=True))
-        self._doubt = max(odds / SHAPES, 1.0) if odds > AGREES else 1.0
-        if odds > AGREES:
+        free = self._variance_px2 + self._lens2 * way_px * way_px + slack_px * slack_px
+        match = _match(shape, seen, variance, free_px2=free)
+        if match.odds > AGREES:
+            self._doubt = match.odds / SHAPES
             return Settled(corners, sqrt(self._doubt), sqrt(self._doubt), agrees=False)
-        towards = [(u / v, q / w) for (u, q), (v, w) in zip(variance, spread, strict=True)]
-        moves = [(a * x, b * y) for (a, b), (x, y) in zip(apart, towards, strict=True)]
-        return Settled(corners + np.array(_corner_moves(edges, moves)), *_shares(variance, towards))
+        return Settled(corners + np.array(_corner_moves(match.edges, match.moves)), *_shares(variance, match.towards))
 
-    def learn(self, corners: Points, *, sigma_px: float, way: Way) -> None:
-        """Takes the corners (4,) that the edges alone tell in the frame that was settled last, and their sigma."""
+    def learn(self, corners: Points, *, sigma_px: float, noise_px: float, way: Way) -> None:
+        """Takes the corners (4,) that the edges alone tell in the frame that was settled last, and their sigma.
+
+        `noise_px`: the part of it that is another one in each frame of one place.
+        """
         seen = unsheared(corners, way=way, line_s=self._line_s)
         self._leave(seen)
         self._doubted = self._doubted + 1 if self._doubt > 1.0 else 0
@@ -100,26 +140,25 @@ class KnownShape:
             self._shape = None
         here = self._here
         if here is None:
-            self._here = _Here(seen, sigma_px * sigma_px, 1, self._doubt)
+            self._here = _Here(seen, sigma_px * sigma_px, noise_px * noise_px, 1, self._doubt)
             return
         frames = here.frames + 1
         laid = _onto(here.corners, seen)
         mean = [old + (new - old) / frames for old, new in zip(laid, seen, strict=True)]
-        self._here = here._replace(corners=mean, frames=frames)
+        self._here = here._replace(corners=mean, noise_px2=max(noise_px**2 / frames, SAMPLING_PX**2), frames=frames)
 
     def _leave(self, seen: Four) -> None:
         """Adds the present place to what is known once the mark has left it."""
         here = self._here
-        if here is not None and abs(sum(seen) - sum(here.corners)) > 4.0 * APART_PX:
+        if here is not None and _way_px(here.corners, seen) > APART_PX:
             self._take(here)
             self._here = None
 
     def _take(self, here: _Here) -> None:
         shape, seen, noise = self._shape, here.corners, here.variance_px2
-        centre = sum(seen) / 4
-        way2 = abs(centre - self._place) ** 2
+        way2 = 0.0 if shape is None else _way_px(shape, seen) ** 2
         if shape is None or way2 > FARTHEST_PX**2:
-            self._shape, self._place, self._variance_px2 = seen, centre, noise
+            self._shape, self._variance_px2 = seen, noise
             return
         laid = _onto(shape, seen)
         parted = sum(abs(new - old) ** 2 for old, new in zip(laid, seen, strict=True)) / (8.0 * FREE)
@@ -131,7 +170,30 @@ class KnownShape:
         self._lens2 = max(self._lens2, LEAST_LENS**2)
         share = expected / (expected + here.doubt * noise)
         self._shape = [old + share * (new - old) for old, new in zip(laid, seen, strict=True)]
-        self._place, self._variance_px2 = centre, (1.0 - share) * expected
+        self._variance_px2 = (1.0 - share) * expected
+
+
+def _way_px(corners: Four, others: Four) -> float:
+    """How far the corners have gone, by moving and turning."""
+    return sum(abs(b - a) for a, b in zip(corners, others, strict=True)) / 4
+
+
+def _match(shape: Four, seen: Four, variance: EdgeVariance, *, free_px2: float) -> _Match:
+    """`free_px2`: variance of a coordinate of the shape's corners."""
+    edges = _edges(seen)
+    spread = [(across + 0.5 * free_px2, turned + 2.0 * free_px2) for across, turned in variance]
+    apart = _apart(edges, seen, _laid(shape, seen, edges=edges, spread=spread))
+    odds = sum(a * a / v + b * b / w for (a, b), (v, w) in zip(apart, spread, strict=True))
+    towards = [(u / v, q / w) for (u, q), (v, w) in zip(variance, spread, strict=True)]
+    moves = [(a * x, b * y) for (a, b), (x, y) in zip(apart, towards, strict=True)]
+    return _Match(edges, spread, towards, moves, odds)
+
+
+def _pose_px2(match: _Match) -> float:
+    """Variance of a corner's coordinate by place and turn, as the edges tell them."""
+    across = sum(1.0 / (1.0 / match.spread[k][0] + 1.0 / match.spread[k + 2][0]) for k in (0, 1))
+    turned = sum(length * length / rise for (_, length), (_, rise) in zip(match.edges, match.spread, strict=True))
+    return 0.5 * across + sum(length * length for _, length in match.edges) / 16.0 / turned
 
 
 def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:

@@ -28,6 +28,7 @@ SEARCHED = 14  # profiles that a search reads on each edge
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
+NO_CHANGE = np.zeros(4)
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 
 
@@ -56,6 +57,7 @@ class Fit:
     path_px: float = 0.0
     edges: lines.EdgeVariance | None = None
     alone: "Fit | None" = None
+    recalled: bool = False
 
     @property
     def by_edges(self) -> "Fit":
@@ -112,15 +114,21 @@ def refine(
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
         if settled or left == 0:
-            fit = _fit(step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px))
+            sharper = np.minimum(look.blur - blur_px, 0.0) if blur_known else NO_CHANGE
+            fit = _fit(
+                step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px), sharper_px=sharper
+            )
             # From further away an edge seems to lie in uneven light that does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
                 return fit
     return None
 
 
-def _fit(step: Step, look: Look, *, even: bool, path_px: float) -> Fit:
-    """The fit of the last pass, with what is to be said about its doubts."""
+def _fit(step: Step, look: Look, *, even: bool, path_px: float, sharper_px: Floats) -> Fit:
+    """The fit of the last pass, with what is to be said about its doubts.
+
+    `sharper_px`: (4,) how much sharper (below 0) the edges seem than the lens was: uneven light can do that.
+    """
     found, line, expected, contrast = step.found, step.line, look.expected, step.contrast
     moves: Points | None = None
     if even:
@@ -128,7 +136,8 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float) -> Fit:
         scatter = lines.scatter_variance(line, expected)
         sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
-        pull, off_px = doubts.corner_pull(step.pull, line, expected), step.wider * look.blur * look.sharp
+        pull = doubts.corner_pull(step.pull, line, expected)
+        off_px = step.wider * look.blur * look.sharp + sharper_px
         sigma = doubts.grain_sigma(pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)
     agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
     return Fit(

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from pi_agent.tracking import identity, judge
 from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
-from pi_agent.tracking.known_shape import KnownShape
+from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.lines import EdgeVariance
 from pi_agent.tracking.motion import Motion, Way
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, refine, search_edges
-from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of
+from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, NOISE_PX, RestingShape, lean_of
 from pi_agent.tracking.smear import Smear
 
 Points = NDArray[np.complex128]
@@ -88,6 +88,8 @@ class Tracker:
         if fit is not None and verdict.rough:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
             self._learn_shape(fit.by_edges)
+            if self._blur_known and fit.path_px == 0.0:
+                self._blur_px += LEARNING * (float(fit.blur_px.sum()) / 4 - self._blur_px)  # or another lens is at work
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
@@ -177,14 +179,14 @@ class Tracker:
         return fit if fit is None or fit.edges is None else self._settled(fit, fit.edges, way)
 
     def _settled(self, fit: Fit, variance: EdgeVariance, way: Way) -> Fit:
-        """The fit with corners that agree with the shape which other places told."""
+        """The fit with corners that agree with how this place, and with the shape that other places told."""
+        recalled = self._known.recall(fit.corners, variance, sigma_px=fit.sigma_px, way=way)
+        if recalled is not None:
+            return replace(_agreed(fit, recalled), recalled=recalled.agrees)
         change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
         slack_px = 0.25 * change * self.config.shutter.line_s * abs(complex(fit.corners[2] - fit.corners[0]))
         settled = self._known.settle(fit.corners, variance, way=way, slack_px=slack_px)
-        if settled is None:
-            return fit
-        mean_px, worst_px = settled.mean_share * fit.sigma_px, settled.worst_share * fit.worst_px
-        return replace(fit, corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
+        return fit if settled is None else _agreed(fit, settled)
 
     def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
         """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
@@ -324,12 +326,18 @@ class Tracker:
             self._blur_known = True
 
     def _learn_shape(self, alone: Fit) -> None:
-        if alone.edges is not None and self._motion.has_velocity:
-            self._known.learn(alone.corners, sigma_px=alone.sigma_px, way=self._motion.way)
+        if alone.edges is not None and (self._motion.has_velocity or self.config.shutter.line_ns == 0):
+            noise_px = NOISE_PX / alone.contrast
+            self._known.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise_px, way=self._motion.way)
 
 
 def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
     return fit is None or (verdict.reason != "" and not verdict.tip_rad)
+
+
+def _agreed(fit: Fit, settled: Settled) -> Fit:
+    mean_px, worst_px = settled.mean_share * fit.sigma_px, settled.worst_share * fit.worst_px
+    return replace(fit, corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
 
 
 def _inside(corners: Points, reader: PixelReader) -> bool:

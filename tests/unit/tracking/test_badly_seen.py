@@ -9,7 +9,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
-from tests.benchmarks.tracking_rivals.conditions import sliding_tape
+from tests.benchmarks.tracking_rivals.conditions import ADVERSE_TAPE, sliding_tape
 from tests.benchmarks.tracking_rivals.scores import aligned, lower_share, upper_share
 
 Floats = NDArray[np.float64]
@@ -107,6 +107,22 @@ def test_a_covered_corner_is_no_tipping(wood: NDArray[np.float32]) -> None:
     assert error <= WRONG_PX
 
 
+def test_bare_tape_in_dim_light_is_found_where_it_was_seen_before() -> None:
+    """At first sight it is declared; at its place half of such frames and more are answered for, and rightly."""
+    found, first, errors = 0, 0, []
+    for number in range(12):
+        trial = ADVERSE_TAPE["dim, tape"](np.random.default_rng([47, number]))
+        tracker = Tracker(trial.config)
+        first += Tracker(trial.config).track(trial.frames[1], capture_ns=0).found
+        tracker.track(trial.frames[0], capture_ns=trial.capture_ns(0))
+        seen = tracker.track(trial.frames[1], capture_ns=trial.capture_ns(1))
+        if seen.found:
+            found += 1
+            errors.append(np.linalg.norm(aligned(seen.corners_px, trial.corners[1]), axis=1).max())
+    assert found > 5 > first
+    assert max(errors) <= WRONG_PX
+
+
 def test_bare_tape_in_a_slide_is_declared_at_first_sight_and_then_read_through_its_smear() -> None:
     errors, found, normalised = [], 0, []
     for number in range(12):
@@ -120,7 +136,7 @@ def test_bare_tape_in_a_slide_is_declared_at_first_sight_and_then_read_through_i
             errors.append(np.linalg.norm(error, axis=1))
             normalised.append(float(np.mean(error**2)) / seen[-1].sigma_px ** 2)
     assert found >= 10
-    assert float(np.sqrt(np.mean(np.square(errors)))) <= 0.065
+    assert float(np.sqrt(np.mean(np.square(errors)))) <= 0.05
     assert 0.3 < float(np.mean(normalised)) < 1.8
 
 

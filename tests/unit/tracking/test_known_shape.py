@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 
 from pi_agent.rendering import Pose, Scene, surface
 from pi_agent.rendering.projection import corners_px
-from pi_agent.tracking.known_shape import KnownShape, unsheared
+from pi_agent.tracking.known_shape import KnownShape, Settled, unsheared
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.motion import STILL, Way
 from pi_agent.tracking.shutter import Shutter
 
 Points = NDArray[np.complex128]
 MARK = 45.0 * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
-SIGMA_PX = 0.04
+SIGMA_PX, NOISE_PX = 0.04, 0.01
 VARIANCE = [(0.5 * SIGMA_PX**2, 2.0 * SIGMA_PX**2)] * 4
 LINE_S = 17e-6
 
@@ -28,7 +28,7 @@ def _slid(rng: np.random.Generator, *, places: int, growth: float = 0.0) -> tupl
     for place in range(places):
         corners = _at(place, growth) + _noise(rng)
         known.settle(corners, VARIANCE, way=STILL, slack_px=0.0)
-        known.learn(corners, sigma_px=SIGMA_PX, way=STILL)
+        known.learn(corners, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
     return known, _at(places, growth)
 
 
@@ -56,7 +56,7 @@ def test_corners_by_edges_and_shape_are_as_much_better_as_is_said() -> None:
 def test_at_one_place_nothing_is_known_of_the_shape_however_many_frames_there_are() -> None:
     known = KnownShape(line_s=0.0)
     for _ in range(50):
-        known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, way=STILL)
+        known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
     assert known.settle(MARK + 300 + 300j, VARIANCE, way=STILL, slack_px=0.0) is None
 
 
@@ -75,10 +75,52 @@ def test_a_mark_that_keeps_disagreeing_has_another_shape() -> None:
     told = []
     for _ in range(15):
         told.append(known.settle(other, VARIANCE, way=STILL, slack_px=0.0))
-        known.learn(other, sigma_px=SIGMA_PX, way=STILL)
+        known.learn(other, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
     assert told[5] is not None
     assert not told[5].agrees
     assert told[-1] is None
+
+
+def _recalled(known: KnownShape, corners: Points, worse: float) -> Settled | None:
+    variance = [(worse**2 * across, worse**2 * turned) for across, turned in VARIANCE]
+    return known.recall(corners, variance, sigma_px=worse * SIGMA_PX, way=STILL)
+
+
+def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> None:
+    rng = np.random.default_rng(4)
+    errors, told_px = [], []
+    for _ in range(150):
+        truth = MARK + 300 + 300j
+        grain = _noise(rng)
+        known = KnownShape(line_s=0.0)
+        known.learn(truth + grain, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+        told = _recalled(known, truth + grain + 1.5 * _noise(rng), 1.8)
+        assert told is not None
+        if told.agrees:
+            errors.append(told.corners - truth)
+            told_px.append(told.mean_share * 1.8 * SIGMA_PX)
+    assert len(errors) > 130
+    assert _rms(errors) < 1.5 * SIGMA_PX
+    # What counts for half is what moves opposite edges apart; plain noise moves the mark as well.
+    assert _rms(errors) == pytest.approx(float(np.mean(told_px)), rel=0.25)
+
+
+def test_a_covered_edge_is_not_explained_by_how_the_mark_was_seen_before() -> None:
+    known = KnownShape(line_s=0.0)
+    known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    told = _recalled(known, MARK + 300 + 300j + np.array([0.0, 0.5, 0.0, 0.0]), 1.5)
+    assert told is not None
+    assert not told.agrees
+    assert told.worst_share > 2.0
+
+
+@pytest.mark.parametrize(("worse", "moved_px"), [(1.0, 0.0), (1.8, 1.5)])
+def test_neither_a_mark_seen_as_well_as_before_nor_one_on_another_grain_is_recalled(
+    worse: float, moved_px: float
+) -> None:
+    known = KnownShape(line_s=0.0)
+    known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    assert _recalled(known, MARK + 300 + 300j + moved_px, worse) is None
 
 
 def test_what_was_told_far_away_says_nothing_here() -> None:
