@@ -13,6 +13,7 @@ What slides in φ meets the curve's support function (held.py).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -43,27 +44,28 @@ def grain(angle_rad: Array, values: Values) -> Array:
     return support_of(_Grain(size, _convex(values["shape"], size)), from_axis)
 
 
+@dataclass(frozen=True, slots=True)
 class _Grain:
     """The curve by its radius, angles counted from its larger extreme."""
 
-    def __init__(self, size: float, shape: float) -> None:
-        self.size, self.shape = size, shape
-        self.even, self.odd = math.cosh(shape * size), math.sinh(shape * size)
-        self.over_shape = self.odd / shape if abs(shape) > _FLAT else size
+    size: float
+    shape: float
+    folds: int = 2
 
     def radius(self, angle_rad: Array) -> Array:
         """r (n,) at angles (n,)."""
         wave = np.cos(2.0 * angle_rad)
         if abs(self.shape) <= _FLAT:
             return np.exp(0.5 * self.size * wave)
-        return (self.even + self.odd * wave) ** (0.5 / self.shape)
+        return (math.cosh(self.shape * self.size) + math.sinh(self.shape * self.size) * wave) ** (0.5 / self.shape)
 
     def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
         """d ln r / dψ and d² ln r / dψ² (n,)."""
         wave, across = cos_sin(2.0 * angle_rad)
-        base = self.even + self.odd * wave
-        bend = -2.0 * self.over_shape * (self.even * wave + self.odd) / base**2
-        return -self.over_shape * across / base, bend
+        even, odd = math.cosh(self.shape * self.size), math.sinh(self.shape * self.size)
+        over_shape = odd / self.shape if abs(self.shape) > _FLAT else self.size
+        base = even + odd * wave
+        return -over_shape * across / base, -2.0 * over_shape * (even * wave + odd) / base**2
 
 
 _FLAT = 1e-6

@@ -10,6 +10,7 @@ friction never drives.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -50,14 +51,17 @@ class OneWayFriction(Effect):
         along = contact.way_rad - grain - math.atan2(values["sin1"], values["cos1"])
         if values["pinch"] == 0.0 or size == 0.0:
             return 1.0 + size * np.cos(along)
-        return support_of(_Nap(size, min(values["pinch"], NEARLY_FLAT * ((1.0 - size) / size) ** 2)), along)
+        pinched = min(values["pinch"] * size**2, NEARLY_FLAT * (1.0 - size) ** 2)
+        return support_of(_Nap(size, size**2 - pinched), along)
 
 
+@dataclass(frozen=True, slots=True)
 class _Nap:
-    """The curve by its radius, angles counted from its larger extreme."""
+    """The curve by its radius, angles counted from its larger extreme; `round` is (1 − p) a²."""
 
-    def __init__(self, size: float, pinch: float) -> None:
-        self.size, self.round = size, (1.0 - pinch) * size**2
+    size: float
+    round: float
+    folds: int = 1
 
     def radius(self, angle_rad: Array) -> Array:
         """r (n,) at angles (n,)."""
