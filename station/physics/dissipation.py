@@ -14,7 +14,7 @@ from station.physics.contact import Array, Contact
 from station.physics.model import Model
 from station.physics.narrowing import Bracket
 
-STEP_RAD = 0.02
+STEP_RAD = 0.01
 """Of the central differences of h: their error is h''' / 15 000, far below any scatter."""
 
 _STEPS = 20
