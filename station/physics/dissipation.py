@@ -15,7 +15,7 @@ from station.physics.model import Model
 from station.physics.narrowing import Bracket
 
 STEP_RAD = 0.01
-"""Of the central differences of h: their error is h''' / 15 000, far below any scatter."""
+"""Of the central differences of h: their error is h''' / 60 000, far below any scatter."""
 
 _STEPS = 20
 _SETTLED_RAD = 1e-4
