@@ -11,7 +11,7 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,22 +19,13 @@ from ruckig import ControlInterface, InputParameter, Result, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
 from shared.errors import UserError
+from station.arm.profile import Profile, profile_of
 from station.arm.tilt_path import TiltPath
 from station.rig.arm_model import ArmModel
 
 Array = NDArray[np.float64]
 PERIOD_NS = 10_000_000
 _SMALLEST_STEP_RAD = 1e-6
-
-
-class Profile(Protocol):
-    """The tilt angle over time, as ruckig gives it."""
-
-    duration: float
-
-    def at_time(self, time: float, /) -> tuple[list[float], list[float], list[float]]:
-        """Angle, rate and acceleration, each in a list of one, at a time in seconds."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,11 +130,11 @@ class TiltMotion:
 
     def state(self, elapsed_ns: int) -> TiltState:
         """Where the tilt is at a time after the start."""
-        seconds = max(elapsed_ns * 1e-9, 0.0)
-        if seconds >= self.profile.duration:
+        seconds = elapsed_ns * 1e-9
+        if seconds >= self.profile.duration_s:
             return self.goal
-        angle, rate, acceleration = self.profile.at_time(seconds)
-        return TiltState(angle_rad=angle[0], rate_rad_s=rate[0], acceleration_rad_s2=acceleration[0])
+        angle, rate, acceleration = self.profile.at(seconds)
+        return TiltState(angle_rad=float(angle), rate_rad_s=float(rate), acceleration_rad_s2=float(acceleration))
 
 
 def plan_tilt(
@@ -175,7 +166,7 @@ def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMo
     request.control_interface = ControlInterface.Velocity
     request.target_velocity = [0.0]
     profile = _calculate(request)
-    goal = TiltState(angle_rad=profile.at_time(profile.duration)[0][0])
+    goal = TiltState(angle_rad=float(profile.at(profile.duration_s)[0]))
     return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile, goal=goal)
 
 
@@ -225,20 +216,18 @@ def _request(start: TiltState, rate: float, acceleration: float, jerk: float) ->
 
 
 def _calculate(request: Any) -> Profile:
-    profile: Any = RuckigTrajectory(1)
-    result = Ruckig(1).calculate(request, profile)
+    trajectory = RuckigTrajectory(1)
+    result = Ruckig(1).calculate(request, trajectory)
     if result not in (Result.Working, Result.Finished):
         raise UserError(f"No smooth motion was found from the arm's present state ({result}).")
-    return profile
+    return profile_of(trajectory)
 
 
 def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
     """The profile sampled every `PERIOD_NS` and mapped to joints; the last sample is at rest."""
-    count = max(1, math.ceil(profile.duration * 1e9 / PERIOD_NS)) + 1
+    count = max(1, math.ceil(profile.duration_s * 1e9 / PERIOD_NS)) + 1
     times_ns = np.arange(count, dtype=np.int64) * PERIOD_NS
-    samples = [profile.at_time(min(i * PERIOD_NS * 1e-9, profile.duration)) for i in range(count)]
-    angles = np.array([sample[0][0] for sample in samples])
-    rates = np.array([sample[1][0] for sample in samples])
+    angles, rates, _ = profile.at(times_ns * 1e-9)
     rates[-1] = 0.0  # ruckig ends with a rounding error
     position, slope = path.at(angles)
     return JointTrajectory(times_ns=times_ns, position_rad=position, velocity_rad_s=slope * rates[:, None])

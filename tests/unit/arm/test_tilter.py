@@ -59,4 +59,4 @@ def test_what_is_taken_over_in_mid_motion_begins_there(tilter: Tilter) -> None:
 def test_a_motion_ends_exactly_where_it_was_to(tilter: Tilter) -> None:
     motion = carried_out(tilter, 0.1234).motion
     assert motion.state(motion.trajectory.duration_ns).angle_rad == 0.1234
-    assert motion.profile.at_time(motion.profile.duration)[0][0] == pytest.approx(0.1234, abs=1e-12)
+    assert float(motion.profile.at(motion.profile.duration_s)[0]) == pytest.approx(0.1234, abs=1e-12)
