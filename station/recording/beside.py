@@ -63,7 +63,6 @@ class RecordingBeside:
         recording.let_go()
         self._news = select.poll()
         self._news.register(self._pipe, select.POLLIN)
-        self._waiting: list[Received] = []
         self._taking = _TakingApart()
         self._closed = False
 
@@ -77,13 +76,8 @@ class RecordingBeside:
 
     def write(self, received: Received) -> None:
         """Records one message as it came."""
-        self._waiting.append(received)
-        if len(self._waiting) >= BATCH:
-            self._send_waiting()
-
-    def _send_waiting(self) -> None:
-        waiting, self._waiting = self._waiting, []
-        self._send(self._taking.batch(waiting))
+        if self._taking.add(received) >= BATCH:
+            self._send(self._taking.batch())
 
     def _send(self, data: bytes) -> None:
         """Raises UserError when the other process is gone."""
@@ -101,7 +95,7 @@ class RecordingBeside:
         if not self._closed:
             self._closed = True
             try:
-                self._send_waiting()
+                self._send(self._taking.batch())
                 self._send(_OVER)
             finally:
                 self._process.join()
@@ -129,24 +123,33 @@ def _write_all(pipe: Connection, other_end: Connection, recording: Recording) ->
 
 
 class _TakingApart:
-    """Turns messages into numbers and texts. What makes them crosses once, when it is new, and then by its number."""
+    """Turns messages into numbers and texts. What makes them crosses once, when it is new, and then by its number.
+
+    It does so when they come: they have just been made, and a processor still has them at hand.
+    """
 
     def __init__(self) -> None:
         self._known: dict[Make, tuple[int, Read]] = {}
         self._new: list[Make] = []
+        self._rows: list[Row] = []
 
-    def batch(self, waiting: list[Received]) -> bytes:
-        """Messages as they cross the pipe."""
-        rows, known = list[Row](), self._known
-        for one in waiting:
-            if one.recipe is not None:
-                rows.append((one.topic, one.receive_ns, *self._recipe(one.recipe)))
-                continue
-            message = one.message
-            number, read = known.get(type(message)) or self._learn(type(message), _reader(type(message)))
-            rows.append((one.topic, one.receive_ns, number, read(message)))
-        new, self._new = self._new, []
-        return pickle.dumps((new, rows), pickle.HIGHEST_PROTOCOL)
+    def add(self, received: Received) -> int:
+        """Takes a message apart; gives how many wait."""
+        rows = self._rows
+        if received.recipe is not None:
+            rows.append((received.topic, received.receive_ns, *self._recipe(received.recipe)))
+        else:
+            message = received.message
+            cls = type(message)
+            number, read = self._known.get(cls) or self._learn(cls, _reader(cls))
+            rows.append((received.topic, received.receive_ns, number, read(message)))
+        return len(rows)
+
+    def batch(self) -> bytes:
+        """What waits, as it crosses the pipe."""
+        batch = self._new, self._rows
+        self._new, self._rows = [], []
+        return pickle.dumps(batch, pickle.HIGHEST_PROTOCOL)
 
     def _recipe(self, recipe: Recipe) -> tuple[int, Values]:
         """A recipe; its own messages are taken apart as well, each with the number of its class."""
