@@ -19,6 +19,8 @@ Points = NDArray[np.complex128]
 # not the other edges'. Found by maximum likelihood from rendered frames of all kinds, other ones than the benchmark's.
 GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR = 0.59, 0.44, 0.088, 1.4
 SEEN_IN_PART = 1.4  # what the variance of its points is times then
+WHOLE_EDGE = 0.85  # share of its profiles that agree, beyond which nothing covers an edge
+OTHER_CONTRAST = 0.25  # difference from the other edges', in shares, of one that the plate's own shades do not make
 IN_PART = 0.7  # sum of the weights, in profiles, below which an edge is seen in part
 WHOLE = 0.75  # share of an edge that must be seen for a disagreement along it to be a shadow's
 IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, that a shadow makes
@@ -85,6 +87,27 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
     beside = np.sign(line.residual) * disagree
     total = np.add.accumulate(beside, axis=1)
     return bool(np.abs(total[:, run:] - total[:, :-run]).max() >= run)
+
+
+def another(line: lines.LineFit, *, contrast: Matrix, dark: Matrix) -> bool:
+    """Whether an edge that is seen in part has another contrast than the others, beside a textured plate.
+
+    It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `contrast`, `dark`
+    (4, n): of the profiles.
+    """
+    agreeing = np.add.reduce(line.weight > AGREES, axis=1)
+    whole = WHOLE_EDGE * line.weight.shape[1]
+    if int(agreeing.min()) > whole:
+        return False
+    differs, shaded = _beside_usual(line, contrast), _beside_usual(line, dark)
+    return bool(np.any((agreeing <= whole) & (differs > OTHER_CONTRAST) & (shaded < 0.5 * differs)))
+
+
+def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
+    """How far the mean of each edge (4,) lies from that of the middle two, in shares."""
+    own = np.add.reduce(line.weight * values, axis=1) / line.moments[:, 0]
+    _, low, high, _ = sorted(own.tolist())
+    return np.abs(own / max(0.5 * (low + high), 0.5) - 1.0)
 
 
 def corner_pull(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> Points:

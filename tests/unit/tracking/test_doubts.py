@@ -103,3 +103,27 @@ def test_a_shadow_a_highlight_and_even_light_leave_the_margin_what_it_is(
     light = belief.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight)
     assert light == pytest.approx(uneven)
     assert weight.all()
+
+
+def _seen_in_part(seed: int) -> tuple[lines.LineFit, Floats]:
+    weight = np.ones((4, COUNT))
+    weight[2, :12] = 0.0
+    return _line(_noise(seed), weight), np.random.default_rng(seed).normal(0.0, 0.5, (4, COUNT))
+
+
+@pytest.mark.parametrize(("contrast", "dark", "another"), [(0.6, 1.0, True), (1.0, 1.0, False), (0.6, 0.6, False)])
+def test_an_edge_seen_in_part_is_a_covers_if_its_contrast_is_another_and_no_shadow_makes_it(
+    contrast: float, dark: float, another: bool
+) -> None:
+    line, noise = _seen_in_part(7)
+    levels = np.ones((2, 4, 1))
+    levels[0, 2], levels[1, 2] = contrast, dark
+    shown, below = (90.0 * levels[0] + noise).astype(np.float32), (13.5 * levels[1] + noise).astype(np.float32)
+    assert doubts.another(line, contrast=shown, dark=below) is another
+
+
+def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
+    line = _line(_noise(8), np.ones((4, COUNT)))
+    contrast = np.full((4, COUNT), 90.0, dtype=np.float32)
+    contrast[1] = 50.0
+    assert not doubts.another(line, contrast=contrast, dark=np.full((4, COUNT), 13.5, dtype=np.float32))
