@@ -13,6 +13,10 @@ from station.prove.said import Said, number
 Values = Mapping[str, float]
 
 
+CONVEX = 0.4
+"""The largest ln of the extremes' ratio at which a radius 1 + a cos 2ψ is convex: a = 1/5."""
+
+
 @dataclass(frozen=True)
 class Map:
     """How an effect's parameters are called and scaled in the tool; None where this case has no exact map."""
@@ -27,18 +31,28 @@ def _same(**names: str) -> Callable[[Values, Truth, RigConfig], Values | None]:
 
 def _twice(where: str) -> Callable[[Values, Truth, RigConfig], Values | None]:
     def to_tool(true: Values, _truth: Truth, _rig: RigConfig) -> Values | None:
-        if true[f"grain_{where}_shape"] != 0.0:
-            return None
         size, axis = true[f"grain_{where}"], true[f"grain_{where}_axis"]
+        if true[f"grain_{where}_shape"] != 0.0 and abs(size) > CONVEX:
+            return None
         return {"cos2": size * math.cos(2 * axis), "sin2": size * math.sin(2 * axis)}
 
     return to_tool
+
+
+def _nap(true: Values, _truth: Truth, _rig: RigConfig) -> Values | None:
+    where = "object" if true.get("nap_object", 0.0) else "plate"
+    size, axis = true[f"nap_{where}"], true[f"nap_{where}_axis"]
+    return {"cos1": size * math.cos(axis), "sin1": size * math.sin(axis)}
 
 
 def _shape0(shape: str, **names: str) -> Callable[[Values, Truth, RigConfig], Values | None]:
     return lambda true, _truth, _rig: (
         {name: true[of] for name, of in names.items()} if true.get(shape, 0.0) == 0.0 else None
     )
+
+
+def _rate(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
+    return {"per_e_fold": true["rate_gain"], "slower_decades": -1.0 - math.log10(true["rate_speed"])}
 
 
 def _viscous(true: Values, truth: Truth, rig: RigConfig) -> Values | None:
@@ -55,10 +69,12 @@ def _sag(true: Values, _truth: Truth, rig: RigConfig) -> Values:
 EXACT: Mapping[str, Map] = {
     "kinetic_drop": Map(_same(drop="drop"), "the same share"),
     "stribeck": Map(_shape0("fall_shape", drop="fall", speed_m_s="fall_speed"), "exponential; not the Lorentzian"),
+    "rate_strengthening": Map(_rate, "the same law; the cut-off in decades below 0.1 m/s"),
     "viscous": Map(_viscous, "per mass in the generator: the same law only where the mass is one"),
     "wear": Map(_shape0("wear_shape", fall="wear", runs="wear_runs"), "exponential; not the straight drift"),
-    "object_anisotropy": Map(_twice("object"), "an ellipse's ratio at twice its angle; not the cosine"),
-    "plate_anisotropy": Map(_twice("plate"), "an ellipse's ratio at twice its angle; not the cosine"),
+    "object_anisotropy": Map(_twice("object"), "the extremes' ratio at twice the angle; a cosine where it is convex"),
+    "plate_anisotropy": Map(_twice("plate"), "the extremes' ratio at twice the angle; a cosine where it is convex"),
+    "one_way_friction": Map(_nap, "the same share, in the plate's grain or the block's"),
     "adhesion": Map(_same(force_n="adhesion_n"), "the same force"),
     "load_dependence": Map(_same(exponent="load_power"), "the same exponent; the reference load is in mu"),
     "com_offset": Map(_same(x_m="com_x", y_m="com_y"), "the same point in the block's frame"),
@@ -80,8 +96,6 @@ EXACT: Mapping[str, Map] = {
 }
 INEXACT: Mapping[str, str] = {
     "contact_aging": "reference time and cutoff differ, and the power law is another law",
-    "rate_strengthening": "the cutoff speed is drawn, the tool's is fixed",
-    "one_way_friction": "a radius of the friction set there, a support function here",
     "friction_patch": "a spot or waves there, a polynomial here",
     "presliding": "another law of the load",
     "border_contact": "another depth: the generator's lip has a width",

@@ -139,10 +139,14 @@ def test_stribeck_goes_from_static_to_kinetic() -> None:
     assert fast == pytest.approx(said("kinetic_drop", "friction", state, drop=0.3)[0])
 
 
-def test_rate_is_neutral_at_its_reference_and_grows_by_e_folds() -> None:
-    """a for each factor e of the speed."""
-    state = contacts(2, moving=True, speed_m_s=np.array([0.1, 0.1 * np.e]) - 1e-3)
-    np.testing.assert_allclose(said("rate_strengthening", "friction", state, per_e_fold=0.02), [1.0, 1.02])
+def test_rate_begins_at_the_static_friction_and_grows_by_e_folds() -> None:
+    """ln(1 + v / v0): nothing at rest, ln 2 at the cut-off, a for each e-fold far above it."""
+    cut_off = 0.1 * 10.0**-2.5
+    speeds = np.array([1e-12, cut_off, 1e3 * cut_off, np.e * 1e3 * cut_off])
+    state = contacts(4, moving=True, speed_m_s=speeds)
+    factor = said("rate_strengthening", "friction", state, per_e_fold=0.02, slower_decades=2.5)
+    np.testing.assert_allclose(factor[:2], [1.0, 1.0 + 0.02 * np.log(2.0)], atol=1e-9)
+    assert factor[3] - factor[2] == pytest.approx(0.02, rel=1e-3)
 
 
 def test_only_contacts_at_rest_age_and_only_sliding_ones_drop() -> None:
