@@ -39,7 +39,6 @@ AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
 BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
-RUN = 3  # neighbouring profiles without an edge that something covers
 COVERED_BLURS = 2.5  # how far, in blur deviations, a thing's own blurred edge spoils the profiles beside it
 _OPPOSITE = np.array([2, 3, 0, 1])
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
@@ -62,12 +61,19 @@ def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> 
 
     At the end of an edge a single such profile would turn the whole line.
     """
-    gap = (line.weight < AGREES).astype(np.uint8)
-    if int(np.add.reduce(gap, axis=1).max()) < RUN:
+    gap = line.weight < AGREES
+    runs = _three_on_end(gap)
+    if not runs.any():
         return None
-    covered = cv2.morphologyEx(gap, cv2.MORPH_OPEN, np.ones((1, RUN), dtype=np.uint8))
     reach = ceil(COVERED_BLURS * blur_px * gap.shape[1] / shortest_px)
-    return np.asarray(cv2.dilate(covered, np.ones((1, 2 * reach + 1), dtype=np.uint8))) > 0
+    covered = np.zeros(gap.shape, dtype=np.uint8)
+    covered[:, 1:-1] = runs
+    return np.asarray(cv2.dilate(covered, np.ones((1, 2 * reach + 3), dtype=np.uint8))) > 0
+
+
+def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Where a profile and both its neighbours are marked, without the first and the last (4, n − 2)."""
+    return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
 def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
@@ -81,6 +87,8 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
         return False
     # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
     disagree = (believed > 0) & beside_line & (np.abs(line.residual) > BENT_LEAST_PX)
+    if not _three_on_end(disagree).any():
+        return False
     at_ends = line.residual[:, _ENDS] * disagree[:, _ENDS]
     if max(at_ends.min(axis=2).max(), -at_ends.max(axis=2).min()) > BENT_END_PX:
         return True
@@ -110,10 +118,11 @@ def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
     return np.abs(own / max(0.5 * (low + high), 0.5) - 1.0)
 
 
-def corner_pull(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> Points:
-    """How far the corners (4,) move by the disagreement `pull` (4, n) of two estimators on each edge."""
+def pulled_px2(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> float:
+    """Mean square by which the ends of the edges move by the disagreement `pull` (4, n) of two estimators."""
     pulled = _pulled_lines(pull, line)
-    return lines.intersect(expected, pulled[:, 0], pulled[:, 1]) - expected.start
+    pulled[:, 1] *= 0.5 * expected.length / expected.free
+    return float(np.vdot(pulled, pulled)) / 4
 
 
 def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
@@ -179,7 +188,7 @@ def _sigmas(variance: Floats) -> Sigmas:
 
 
 def grain_sigma(
-    pull: Points,
+    pull: Floats,
     line: lines.LineFit,
     expected: lines.Edges,
     *,
@@ -187,23 +196,21 @@ def grain_sigma(
     contrast: float,
     path_px: float,
 ) -> Sigmas:
-    """Sigma beside a textured plate.
+    """Sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
 
     Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use.
     """
     slow, own = _slow(line), lines.point_variance(line)
-    points = GRAIN_SLOW * 0.5 * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
+    points = (0.5 * GRAIN_SLOW) * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
     in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
     if in_part.any():
         points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
-    normal = 1j * np.conj(expected.tangent)
-    across = np.concatenate([(pull * normal).real, (pull[lines.NEXT] * normal).real])
-    pulled, blurred = float(np.vdot(across, across)) / 8, float(np.vdot(blur_off_px, blur_off_px)) / 4
+    blurred = float(np.vdot(blur_off_px, blur_off_px)) / 4
     always = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
-    everywhere = GRAIN_PULL * pulled + GRAIN_BLUR * blurred + always
-    sigmas = _sigmas(lines.at_corners(points, line, expected) + everywhere)
-    return sigmas._replace(edges=lines.of_edges(points, line, expected, everywhere=everywhere))
+    everywhere = GRAIN_PULL * pulled_px2(pull, line, expected) + GRAIN_BLUR * blurred + always
+    corners, edges = lines.at_corners_and_edges(points, line, expected, everywhere=everywhere)
+    return Sigmas(sqrt(sum(corners) / 4), sqrt(max(corners)), edges=edges)
 
 
 def _slow(line: lines.LineFit) -> Floats:

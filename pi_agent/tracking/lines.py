@@ -195,31 +195,26 @@ def scatter_variance(fit: LineFit, edges: Edges) -> Floats:
 
 
 def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
-    """Variance (4,) of a coordinate of each corner when each point of an edge has the variance (4,) of its own.
+    """Variance (4,) of a coordinate of each corner when each point of an edge has the variance (4,) of its own."""
+    return np.array(at_corners_and_edges(variance, fit, edges, everywhere=0.0)[0])
 
-    A corner moves with the ends of the two lines that meet there, each across itself.
+
+def at_corners_and_edges(
+    variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float
+) -> tuple[list[float], EdgeVariance]:
+    """As `at_corners`, and the variances of each edge's offset at its middle and of its rise from corner to corner.
+
+    A corner moves with the ends of the two lines that meet there, each across itself. `everywhere`: what is added to
+    the variance of every corner.
     """
-    ends = []
+    ends, told = [], []
     parts = (fit.moments, 0.5 * edges.length / edges.free, variance)
     for (s0, s1, s2), half, each in zip(*(part.tolist() for part in parts), strict=True):
         mean = s1 / s0
         middle, spread = each / s0, each / (s2 - s1 * mean)
         ends.append((middle + (half + mean) ** 2 * spread, middle + (half - mean) ** 2 * spread))
-    return np.array([0.5 * (ends[edge][0] + ends[edge - 1][1]) for edge in range(4)])
-
-
-def of_edges(variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float) -> EdgeVariance:
-    """Variance of each edge's offset at its middle, and of its rise from corner to corner; see `at_corners`.
-
-    `everywhere`: what is added to the variance of every corner.
-    """
-    told = []
-    parts = (fit.moments, edges.length / edges.free, variance)
-    for (s0, s1, s2), whole, each in zip(*(part.tolist() for part in parts), strict=True):
-        mean = s1 / s0
-        spread = each / (s2 - s1 * mean)
-        told.append((each / s0 + mean * mean * spread + 0.5 * everywhere, whole * whole * spread + 2.0 * everywhere))
-    return told
+        told.append((middle + mean * mean * spread + 0.5 * everywhere, 4.0 * half * half * spread + 2.0 * everywhere))
+    return [0.5 * (ends[edge][0] + ends[edge - 1][1]) + everywhere for edge in range(4)], told
 
 
 def point_variance(fit: LineFit) -> Floats:

@@ -18,6 +18,8 @@ DIM = 20.0, 12.0, 7.0  # contrasts (of 255) below which the noise of the pixels 
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
 ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
+READ = 0.75  # share of an edge's profiles that must be believed for a plain fit
+MOSTLY = 0.7  # weight of those, in shares, from which a plain fit is one of most of them
 FAR = 0.6  # in blur deviations
 BLUR_RANGE_PX = (0.55, 4.0)
 
@@ -170,21 +172,24 @@ def _straightened(
     found: edges.Profiles, look: Look, *, smear: Smear | None, turn_per_row_rad: float
 ) -> tuple[Floats, Floats]:
     """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
-    model, offset, pull = look.model, found.offset, found.pull
-    away = bend(look.expected, turn_per_row_rad=turn_per_row_rad) if turn_per_row_rad else None
+    if smear is None and turn_per_row_rad == 0.0:
+        return found.offset, found.pull
+    terms = np.zeros((8, 3))
     if smear is not None:
-        longer = smear.longer(look.expected, than=look.path)
-        pull = pull - lines.along((model.other_gain - model.smear_gain)[:, None] * longer, count=pull.shape[1])
-        moved = model.smear_gain[:, None] * longer
-        away = moved if away is None else away + moved
-    return offset if away is None else offset - lines.along(away, count=offset.shape[1]), pull
+        longer, gain = smear.longer(look.expected, than=look.path), look.model.smear_gain
+        terms[:4, :2] = gain[:, None] * longer
+        terms[4:, :2] = (look.model.other_gain - gain)[:, None] * longer
+    if turn_per_row_rad != 0.0:
+        terms[:4] += bend(look.expected, turn_per_row_rad=turn_per_row_rad)
+    away = lines.along(terms, count=found.offset.shape[1])
+    return found.offset - away[:4], found.pull - away[4:]
 
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:
     """Plain robust fits where nearly all profiles are good; where not, from the line that most of them agree with."""
-    if counted.min() > 0.9 * PROFILES:
+    if counted.min() > READ * PROFILES:
         fit = lines.fit_lines(offset, weight, start=None, floor_px=FLOOR_PX, rounds=2)
-        if fit.moments[:, 0].min() > 0.7 * PROFILES:
+        if (fit.moments[:, 0] > MOSTLY * counted).all():
             return fit
     some = slice(None, None, 2)
     start = lines.vote(offset[:, some], weight[:, some], tolerance=0.4, largest_rise=0.15 * expected.free)

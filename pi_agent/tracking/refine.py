@@ -1,7 +1,7 @@
 """From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
 
-from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +32,7 @@ NO_CHANGE = np.zeros(4)
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(NamedTuple):
     """The refined quadrilateral.
 
     Corners (4,) x + i y, sigma of one coordinate, of all corners and of the worst, RMS distance of the edge points,
@@ -136,9 +135,8 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, sharper_px: Floa
         scatter = lines.scatter_variance(line, expected)
         sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
-        pull = doubts.corner_pull(step.pull, line, expected)
         off_px = step.wider * look.blur * look.sharp + sharper_px
-        sigma = doubts.grain_sigma(pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)
+        sigma = doubts.grain_sigma(step.pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)
     agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
     return Fit(
         corners=step.corners if moves is None else step.corners + moves,

@@ -10,8 +10,6 @@ from pi_agent.tracking.lines import Edges
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-NO_TERM = np.zeros(4)
-
 
 @dataclass(frozen=True)
 class Smear:
@@ -26,14 +24,17 @@ class Smear:
         return np.abs(self._at_middles(edges))
 
     def longer(self, edges: Edges, *, than: Floats) -> Floats:
-        """How much further than `than` (4,) the edges move across themselves, in px: terms (4, 3) by the place.
+        """How much further than `than` (4,) the edges move across themselves, in px: terms (4, 2) by the place.
 
         An edge that turns about a place on itself moves both ways; there its smear is next to nothing.
         """
-        way = self._at_middles(edges)
-        return np.array(
-            [np.abs(way) - than, np.where(way < 0.0, -self.turn_rad, self.turn_rad) * edges.free, NO_TERM]
-        ).T
+        terms = []
+        for way, expected, free in zip(
+            self._at_middles(edges).tolist(), than.tolist(), edges.free.tolist(), strict=True
+        ):
+            turn = self.turn_rad * free
+            terms.append((abs(way) - expected, -turn if way < 0.0 else turn))
+        return np.array(terms)
 
     def _at_middles(self, edges: Edges) -> Floats:
         way = self.path_px + (1j * self.turn_rad) * (edges.middle - self.centre)
@@ -47,8 +48,8 @@ def bend(edges: Edges, *, turn_per_row_rad: float) -> Floats:
     are wanted where and when their own rows saw them, lie on the bent edge, and the bend is counted from the line
     between them. What is even or linear in the rows only moves the corners, and is left in them.
     """
-    terms = np.zeros((4, 3))
-    terms[:, 2] = (-turn_per_row_rad) * edges.tangent.imag * edges.free * edges.free
-    half = 0.5 * edges.length / edges.free
-    terms[:, 0] = -half * half * terms[:, 2]
-    return terms
+    terms = []
+    for tangent, length, free in zip(edges.tangent.tolist(), edges.length.tolist(), edges.free.tolist(), strict=True):
+        square = -turn_per_row_rad * tangent.imag
+        terms.append((-0.25 * square * length * length, 0.0, square * free * free))
+    return np.array(terms)

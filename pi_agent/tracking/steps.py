@@ -112,31 +112,30 @@ class SmearedModels:
         ]
         self._solve = _between(np.stack([model.solve_and_misfit for model in models])).astype(np.float32)
         self._sloped = _between(np.stack([model.sloped_misfit for model in models])).astype(np.float32)
-        self._answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1).copy()
-        self._reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1).copy()
-        self._steps = _between(np.stack([model.steps for model in models]))
-        gains = [(model.smear_gain, model.other_gain, model.widening) for model in models]
-        self._gains = _between(np.array(gains, dtype=np.float64)).T.copy()
+        answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1)
+        reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1)
+        self._tables = np.stack([answers, reach])
+        gains = np.array([(model.smear_gain, model.other_gain, model.widening) for model in models], dtype=np.float64)
+        self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 
     def at(self, smear: Floats) -> tuple[StepModel, Floats]:
         """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
-        last = len(self._steps) - 1
+        last = len(self._small) - 1
         places = np.array([min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()])
-        answers = self._answers.take(places, axis=1)
-        answers += EDGES_APART
-        flat, reach = answers.reshape(3, -1), self._reach.take(places, axis=1).reshape(3, -1)
-        table, other, sloped = (Table(flat[at], reach[at], EDGES_APART) for at in range(3))
-        smear_gain, other_gain, widening = self._gains.take(places, axis=1)
+        tables = self._tables.take(places, axis=2)
+        tables[0] += EDGES_APART
+        answers, reach = tables.reshape(2, 3, -1)
+        small = self._small.take(places, axis=0)
         model = StepModel(
-            self._steps.take(places, axis=0),
+            small[:, 3:],
             self._solve.take(places, axis=0),
             self._sloped.take(places, axis=0),
-            table,
-            other,
-            sloped,
-            smear_gain,
-            other_gain,
-            widening,
+            Table(answers[0], reach[0], EDGES_APART),
+            Table(answers[1], reach[1], EDGES_APART),
+            Table(answers[2], reach[2], EDGES_APART),
+            small[:, 0],
+            small[:, 1],
+            small[:, 2],
         )
         return model, places * (SMEAR_STEP / BETWEEN)
 

@@ -4,7 +4,6 @@ In steady state only pixels near the predicted outline are read. When that fails
 band, then about the last place, then the whole frame is looked through.
 """
 
-from dataclasses import replace
 from math import degrees, hypot, sqrt
 
 import numpy as np
@@ -182,7 +181,7 @@ class Tracker:
         """The fit with corners that agree with how this place, and with the shape that other places told."""
         recalled = self._known.recall(fit.corners, variance, sigma_px=fit.sigma_px, way=way)
         if recalled is not None:
-            return replace(_agreed(fit, recalled), recalled=recalled.agrees)
+            return _agreed(fit, recalled)._replace(recalled=recalled.agrees)
         change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
         slack_px = 0.25 * change * self.config.shutter.line_s * abs(complex(fit.corners[2] - fit.corners[0]))
         settled = self._known.settle(fit.corners, variance, way=way, slack_px=slack_px)
@@ -337,7 +336,7 @@ def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
 
 def _agreed(fit: Fit, settled: Settled) -> Fit:
     mean_px, worst_px = settled.mean_share * fit.sigma_px, settled.worst_share * fit.worst_px
-    return replace(fit, corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
+    return fit._replace(corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
 
 
 def _inside(corners: Points, reader: PixelReader) -> bool:
@@ -346,8 +345,7 @@ def _inside(corners: Points, reader: PixelReader) -> bool:
 
 
 def _turned(fit: Fit, turn: int) -> Fit:
-    return replace(
-        fit,
+    return fit._replace(
         corners=np.roll(fit.corners, -turn),
         alone=None if fit.alone is None else _turned(fit.alone, turn),
         agreement=np.roll(fit.agreement, -turn),
