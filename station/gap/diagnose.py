@@ -154,7 +154,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=next_experiment(found, effects, catalogue),
+        next_experiment=next_experiment(evidence, found, effects, catalogue),
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(

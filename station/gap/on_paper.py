@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,30 +21,76 @@ from station.physics.model import Model
 
 TRIAL_RUNS = 120
 SLIDE_POINTS = 4
+FEWEST_RECORDED = 20
+STANDARD_RATE_RAD_S, LEAST_RATE_RAD_S = math.radians(5.0), math.radians(0.5)
 Draw = dict[str, Array]
 Vary = Callable[[np.random.Generator, int, Draw], None]
 """Changes a protocol's numbers (runs,) by name."""
 
 
-def trial(vary: Vary, noise: Noise | None, mu_s: float) -> tuple[Evidence, Fit]:
-    """A session of `TRIAL_RUNS` runs with what `vary` changes of the standard protocol, and its plain model's fit.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bench:
+    """The rig of a session on paper: its friction, its noise (a usual one by default), and how it is run now.
 
-    `noise` is the rig's, or a usual one.
+    `protocol` says that by a function, the standard one by default: a plan changes one thing of it, and what goes
+    together in what else it does (a dwell that falls with the runs) goes on doing so.
     """
-    rng = np.random.default_rng(7)
-    runs = TRIAL_RUNS
+
+    mu_s: float = 0.4
+    noise: Noise | None = None
+    protocol: Callable[[np.random.Generator, int], Draw] = field(default_factory=lambda: standard)
+
+
+def standard(rng: np.random.Generator, runs: int) -> Draw:
+    """The paper's protocol: four directions, one dwell, one rate, the block always turned alike."""
     quarter = rng.integers(0, 4, runs)
-    draw: Draw = {
+    return {
         "down": quarter * math.pi / 2,
         "x": rng.normal(0, 0.012, runs),
         "y": rng.normal(0, 0.012, runs),
         "yaw": rng.normal(0, 0.03, runs),
         "mount": np.zeros(runs),
         "mass_kg": np.full(runs, 0.008),
-        "rate": np.full(runs, math.radians(5.0)),
+        "rate": np.full(runs, STANDARD_RATE_RAD_S),
         "rest_s": np.full(runs, 8.0) * np.exp(rng.normal(0, 0.02, runs)),
         "number": np.arange(runs, dtype=np.float64),
     }
+
+
+def as_recorded(evidence: Evidence) -> Callable[[np.random.Generator, int], Draw]:
+    """The protocol that a recording's onsets show, its runs in their order; the standard one where it has too few."""
+    onset = evidence.channel("onset")
+    if not isinstance(onset, Onsets) or len(onset.moments) < FEWEST_RECORDED:
+        return standard
+    at = onset.moments.reported
+
+    def protocol(rng: np.random.Generator, runs: int) -> Draw:
+        del rng
+        chosen = np.linspace(0, len(at) - 1, runs).round().astype(np.int64)
+        order = np.argsort(at.run, kind="stable")[chosen]
+        rate = np.linalg.norm(at.rate_rad_s[order], axis=1)
+        known = {
+            "down": at.down_rad[order],
+            "x": at.x_m[order],
+            "y": at.y_m[order],
+            "yaw": at.yaw_rad[order],
+            "mount": at.mount_rad[order],
+            "mass_kg": at.mass_kg[order],
+            # A plate that holds at the onset tells no rate.
+            "rate": np.where(rate > LEAST_RATE_RAD_S, rate, STANDARD_RATE_RAD_S),
+            "rest_s": at.rest_s[order],
+            "number": at.run[order],
+        }
+        return {name: np.nan_to_num(values) for name, values in known.items()}
+
+    return protocol
+
+
+def trial(vary: Vary, bench: Bench) -> tuple[Evidence, Fit]:
+    """A session of `TRIAL_RUNS` runs with what `vary` changes of the bench's protocol, and its plain model's fit."""
+    rng = np.random.default_rng(7)
+    runs, mu_s = TRIAL_RUNS, bench.mu_s
+    draw = bench.protocol(rng, runs)
     vary(rng, runs, draw)
     facts = RunFacts(
         number=draw["number"],
@@ -56,7 +103,7 @@ def trial(vary: Vary, noise: Noise | None, mu_s: float) -> tuple[Evidence, Fit]:
     )
     channels = (_onsets(draw, facts, mu_s), *_slides(draw, facts, mu_s))
     trial = Evidence(channels=channels, run_number=draw["number"], facts=facts, total_runs=runs)
-    return trial, fit(trial, Model(mu_s=mu_s), (), noise=_noise(noise), refine=False, steps=1)
+    return trial, fit(trial, Model(mu_s=mu_s), (), noise=_noise(bench.noise), refine=False, steps=1)
 
 
 def _noise(noise: Noise | None) -> Noise:

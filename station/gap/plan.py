@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.gap.on_paper import TRIAL_RUNS, Draw, Vary, trial
+from station.gap.evidence.evidence import Evidence
+from station.gap.on_paper import TRIAL_RUNS, Bench, Draw, Vary, as_recorded, trial
 from station.gap.result import EffectFound, NextExperiment
 from station.gap.search import Search
 from station.gap.statistics.columns import scores
-from station.gap.statistics.noise import Noise
 from station.physics.contact import Array
 from station.physics.effect import Effect
 
@@ -27,6 +27,9 @@ FEWEST, MOST = 20, 5000
 USUAL_RUNS = 200
 LAWS = 0.05
 """The share of an effect's own information below which what is left of it rests on laws being exact."""
+
+SHOWS = 0.5
+"""The share of the best shape's information from which another shape would show as well."""
 
 
 @dataclass(frozen=True)
@@ -92,21 +95,23 @@ DESIGNS = (
 
 
 def next_experiment(
-    found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]
+    evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]
 ) -> NextExperiment | None:
     """What would settle the main finding, or else the strongest suspicion; None if there is neither.
 
     A finding is tried against what it could not be told from here; one that stands alone, against what is known to
     look like it.
     """
+    fitted = found.model
+    bench = Bench(mu_s=fitted.model.mu_s, noise=fitted.noise, protocol=as_recorded(evidence))
     named = [effect for effect in effects if set(effect.class_ids) & catalogue.keys()]
     if named:
         main = max(named, key=lambda effect: _gained(found, effect))
         members = [catalogue[name] for name in main.class_ids if name in catalogue]
         rivals = members if len(members) > 1 else [members[0], *_alike(members[0], catalogue)]
-        return separate(rivals, sizes=_sizes(found), noise=found.model.noise, mu_s=found.model.model.mu_s)
+        return separate(rivals, sizes=_sizes(found), bench=bench)
     suspicion = _suspicion(found)
-    return None if suspicion is None else _confirm(suspicion, found, catalogue)
+    return None if suspicion is None else _confirm(suspicion, bench, catalogue)
 
 
 def more_runs() -> NextExperiment:
@@ -135,18 +140,14 @@ def _alike(effect: Effect, catalogue: Mapping[str, Effect]) -> list[Effect]:
 
 
 def separate(
-    effects: Sequence[Effect],
-    *,
-    sizes: Mapping[str, float] | None = None,
-    noise: Noise | None = None,
-    mu_s: float = 0.4,
+    effects: Sequence[Effect], *, sizes: Mapping[str, float] | None = None, bench: Bench | None = None
 ) -> NextExperiment:
     """The cheapest design that separates the first effect from the others.
 
-    `sizes` by id are the effects' expected sizes in their typical ones (1 by default); `noise` the rig's.
+    `sizes` by id are the effects' expected sizes in their typical ones (1 by default); `bench` the rig.
     """
     ids = tuple(effect.id for effect in effects)
-    tried = [(_runs_needed(effects, design, sizes or {}, noise, mu_s), design) for design in DESIGNS]
+    tried = [(_runs_needed(effects, design, sizes or {}, bench or Bench()), design) for design in DESIGNS]
     # What a person has to do costs as much as twice the runs.
     needed, design = min(tried, key=lambda pair: pair[0] * (2.0 if pair[1].by_hand else 1.0))
     runs = _rounded(needed)
@@ -177,9 +178,8 @@ def _suspicion(found: Search) -> Effect | None:
     return max(singles, key=lambda one: one.bic).effects[0] if singles and last.global_p < 0.5 else None
 
 
-def _confirm(effect: Effect, found: Search, catalogue: Mapping[str, Effect]) -> NextExperiment:
-    noise, mu_s = found.model.noise, found.model.model.mu_s
-    plan = separate([effect, *_alike(effect, catalogue)], noise=noise, mu_s=mu_s)
+def _confirm(effect: Effect, bench: Bench, catalogue: Mapping[str, Effect]) -> NextExperiment:
+    plan = separate([effect, *_alike(effect, catalogue)], bench=bench)
     return NextExperiment(
         separates=((effect.id, "none"),),
         plan=plan.plan,
@@ -212,17 +212,24 @@ def _toml(design: Design, runs: int) -> str:
     return f"# {design.name}\n{by_hand}samples = {runs}\n\n{design.plan}"
 
 
-def _runs_needed(
-    effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], noise: Noise | None, mu_s: float
-) -> float:
-    """Runs for the first of the effects, the others and mu being free; infinitely many if never."""
-    session, null = trial(design.vary, noise, mu_s)
+def _runs_needed(effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], bench: Bench) -> float:
+    """Runs for the first of the effects, the others and mu being free; infinitely many if never.
+
+    What no recording has told yet is the first one's shape: of the shapes that would show, the one that shows least of
+    itself beside the others counts.
+    """
+    session, null = trial(design.vary, bench)
     scored = scores(session, null, effects)
     first = effects[0]
-    own = [column for variant in scored.variants if variant.effect is first for column in variant.columns]
     others = [column for variant in scored.variants if variant.effect is not first for column in variant.columns]
-    information = _left(scored.information, own, others) - LAWS * _left(scored.information, own, [])
-    sharp = sizes.get(first.id, 1.0) ** 2 * information / TRIAL_RUNS
+    own = [variant.columns for variant in scored.variants if variant.effect is first]
+    alone = [_left(scored.information, columns, []) for columns in own]
+    left = min(
+        _left(scored.information, columns, others) - LAWS * shown
+        for columns, shown in zip(own, alone, strict=True)
+        if shown >= SHOWS * max(alone)
+    )
+    sharp = sizes.get(first.id, 1.0) ** 2 * left / TRIAL_RUNS
     return POWER**2 / sharp if sharp > 1e-12 else math.inf
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
+from station.gap.on_paper import Bench
 from station.gap.plan import separate
 from station.physics.catalogue import Catalogue, catalogue_of_table
 from station.physics.effect import Effect
@@ -36,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     if not 0.0 < options.mu < 5.0:
         raise UserError(f"Expected a friction coefficient between 0 and 5 after --mu, got {options.mu:g}")
     table = load_rig(options.rig).physics if options.rig else Table({})
-    plan = separate(chosen(options.separate, catalogue_of_table(table)), mu_s=options.mu)
+    plan = separate(chosen(options.separate, catalogue_of_table(table)), bench=Bench(mu_s=options.mu))
     print(f"{plan.runs} runs: {plan.why}")
     if options.out is None:
         print(f"\n{plan.plan}", end="")

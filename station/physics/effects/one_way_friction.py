@@ -21,6 +21,9 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.held import NEARLY_FLAT, support_of
 from station.physics.parameter import Parameter
 
+TURNED_RAD = 0.05
+"""The scatter of the block's yaw on the plate from which the frames of a nap differ."""
+
 
 class OneWayFriction(Effect):
     """Friction differs between one direction and the opposite one."""
@@ -43,6 +46,12 @@ class OneWayFriction(Effect):
     separated_by: ClassVar[str] = (
         "the plate turned by 180° in its mount: the grain turns with it, the level error does not"
     )
+
+    def idle(self, contact: Contact) -> frozenset[str]:
+        """Where the block always lies alike on the plate, its nap and the plate's are one."""
+        turned = np.exp(1j * (contact.yaw_rad - contact.mount_rad))
+        alike = len(contact) == 0 or float(np.abs(np.mean(turned))) > 1.0 - 0.5 * TURNED_RAD**2
+        return frozenset({"with_block"}) if alike else frozenset()
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

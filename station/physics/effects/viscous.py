@@ -38,7 +38,7 @@ class Viscous(Effect):
 
     def idle(self, contact: Contact) -> frozenset[str]:
         """With one mass the exponent and the drag are one number."""
-        return frozenset({"by_load"}) if np.ptp(contact.mass_kg) == 0.0 else frozenset()
+        return frozenset({"by_load"}) if len(contact) == 0 or np.ptp(contact.mass_kg) == 0.0 else frozenset()
 
     def push(self, contact: Contact, values: Values) -> Array | None:
         """See the module."""

@@ -1,0 +1,36 @@
+"""The next experiment changes what the recording leaves together, and not what it already keeps apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.gap.on_paper import Bench, Draw, standard
+from station.gap.plan import separate
+from station.physics.catalogue import catalogue
+
+KNOWN = catalogue()
+
+
+def falling_dwell(rng: np.random.Generator, runs: int) -> Draw:
+    """The standard protocol, each run resting less than the one before: wear and ageing go together."""
+    return standard(rng, runs) | {"rest_s": np.geomspace(6.0, 0.3, runs)}
+
+
+def test_a_plan_undoes_what_the_protocol_ties_together() -> None:
+    rivals = [KNOWN["wear"], KNOWN["contact_aging"]]
+    tied, free = (separate(rivals, bench=bench) for bench in (Bench(protocol=falling_dwell), Bench()))
+    assert "[dwell]" in tied.plan
+    assert "[dwell]" not in free.plan
+    assert tied.separates == (("wear", "contact_aging"),)
+
+
+def test_a_nap_whose_frame_nobody_knows_is_told_from_a_level_error_by_turning_the_plate() -> None:
+    """A block that is turned tells only the block's nap from it."""
+    plan = separate([KNOWN["one_way_friction"], KNOWN["platform_level"]])
+    assert "mount" in plan.plan
+
+
+def test_a_grain_of_the_plate_is_told_from_the_blocks_by_turning_either() -> None:
+    plan = separate([KNOWN["plate_anisotropy"], KNOWN["object_anisotropy"]])
+    assert "turned" in plan.why
+    assert plan.separates == (("plate_anisotropy", "object_anisotropy"),)
