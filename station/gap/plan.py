@@ -66,6 +66,11 @@ def _yaw(rng: np.random.Generator, runs: int, draw: Draw) -> None:
     draw["yaw"] = rng.uniform(-math.pi, math.pi, runs)
 
 
+def _both(rng: np.random.Generator, runs: int, draw: Draw) -> None:
+    _mount(rng, runs, draw)
+    _yaw(rng, runs, draw)
+
+
 def _starts(rng: np.random.Generator, runs: int, draw: Draw) -> None:
     draw["x"], draw["y"] = rng.uniform(-0.03, 0.03, runs), rng.uniform(-0.03, 0.03, runs)
 
@@ -89,6 +94,12 @@ DESIGNS = (
     ),
     Design("plate turned in its mount", "", "turn the plate by 45°, 90° and 180° in its mount every quarter", _mount),
     Design("block turned", "", "turn the block by a random angle every few runs", _yaw),
+    Design(
+        "plate and block turned",
+        "",
+        "turn the plate by 45°, 90° and 180° in its mount every quarter, and the block by a random angle every few runs",
+        _both,
+    ),
     Design("designed starts", "", "put the block back to a random place every few runs", _starts),
     Design("dwell at random, in one long session", "[dwell]\nmin_s = 1.0\nmax_s = 100.0\n", "", _order),
 )

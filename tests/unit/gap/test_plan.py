@@ -17,15 +17,24 @@ def falling_dwell(rng: np.random.Generator, runs: int) -> Draw:
 
 
 def test_a_plan_undoes_what_the_protocol_ties_together() -> None:
-    rivals = [KNOWN["wear"], KNOWN["contact_aging"]]
-    tied, free = (separate(rivals, bench=bench) for bench in (Bench(protocol=falling_dwell), Bench()))
-    assert "[dwell]" in tied.plan
-    assert "[dwell]" not in free.plan
-    assert tied.separates == (("wear", "contact_aging"),)
+    plan = separate([KNOWN["wear"], KNOWN["contact_aging"]], bench=Bench(protocol=falling_dwell))
+    assert "[dwell]" in plan.plan
+    assert plan.separates == (("wear", "contact_aging"),)
+
+
+def test_a_plan_keeps_what_the_protocol_does_well() -> None:
+    """Where the block already turns, both grains are apart: nothing needs to be done by hand."""
+
+    def turning(rng: np.random.Generator, runs: int) -> Draw:
+        return standard(rng, runs) | {"yaw": rng.uniform(-np.pi, np.pi, runs)}
+
+    rivals = [KNOWN["plate_anisotropy"], KNOWN["object_anisotropy"]]
+    assert "by hand" in separate(rivals).plan
+    assert "by hand" not in separate(rivals, bench=Bench(protocol=turning)).plan
 
 
 def test_a_nap_whose_frame_nobody_knows_is_told_from_a_level_error_by_turning_the_plate() -> None:
-    """A block that is turned tells only the block's nap from it."""
+    """A block that is turned alone tells only the block's nap from it."""
     plan = separate([KNOWN["one_way_friction"], KNOWN["platform_level"]])
     assert "mount" in plan.plan
 
