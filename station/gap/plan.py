@@ -97,7 +97,7 @@ DESIGNS = (
     Design(
         "plate and block turned",
         "",
-        "turn the plate by 45°, 90° and 180° in its mount every quarter, and the block by a random angle every few runs",
+        "turn the plate by 45°, 90° and 180° in its mount every quarter, the block by a random angle every few runs",
         _both,
     ),
     Design("designed starts", "", "put the block back to a random place every few runs", _starts),
