@@ -21,11 +21,12 @@ from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
-from station.physics.smooth import is_smooth
+from station.physics.smooth import is_of_the_air, is_smooth
 
 NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
 """Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared
-out evenly among all of its kind."""
+out evenly among all of its kind. A straight line against temperature or humidity counts as an effect: it has no name,
+but everybody expects it."""
 
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
@@ -107,9 +108,17 @@ def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
         known = best.get(variant.effect.id)
         if known is None or candidate.twice_gain > known[0].twice_gain:
             best[variant.effect.id] = (candidate, variant)
-    smooth = sum(candidate.smooth for candidate, _ in best.values())
-    priors = {True: OTHER / max(smooth, 1), False: SINGLE / max(len(best) - smooth, 1)}
-    return [(replace(candidate, prior=priors[candidate.smooth]), variant) for candidate, variant in best.values()]
+    kinds = [_is_unexpected(candidate) for candidate, _ in best.values()]
+    priors = {True: OTHER / max(sum(kinds), 1), False: SINGLE / max(len(kinds) - sum(kinds), 1)}
+    return [
+        (replace(candidate, prior=priors[unexpected]), variant)
+        for (candidate, variant), unexpected in zip(best.values(), kinds, strict=True)
+    ]
+
+
+def _is_unexpected(candidate: Candidate) -> bool:
+    """Whether it has no name and is no straight line against the air, with which friction is known to change."""
+    return candidate.smooth and not all(is_of_the_air(effect) for effect in candidate.effects)
 
 
 def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:

@@ -129,11 +129,11 @@ def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
 
 
 def _memory(evidence: Evidence) -> dict[str, ByRun]:
-    """What only the onset's rows know (the run before), by the run's number."""
+    """What only the onset's rows know (the run before), by the run's number as a contact counts it."""
     onset = evidence.channel("onset")
     if onset is None:
         return {}
-    number = evidence.run_number[onset.rows.run]
+    number = evidence.facts.number[onset.rows.run]
     order = np.argsort(number)
     known = onset.rows.covariates
     return {name: ByRun(number[order], known[name][order]) for name in MEMORY if name in known}

@@ -231,5 +231,13 @@ def is_smooth(effect: Effect) -> bool:
     return isinstance(effect, Unnamed)
 
 
+def is_of_the_air(effect: Effect) -> bool:
+    """Whether it is a straight line against temperature or humidity, onset and slide alike."""
+    return isinstance(effect, Smooth) and effect.covariate in AIR and effect.form.size == 1 and len(effect.at) > 1
+
+
+AIR = frozenset({"temperature", "humidity"})
+
+
 def _numbers(values: Values) -> Array:
     return np.array([values[f"a{number}"] for number in range(len(values))])
