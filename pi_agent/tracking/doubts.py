@@ -12,6 +12,7 @@ from pi_agent.tracking import lines
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float32]
+Integers = NDArray[np.intp]
 Points = NDArray[np.complex128]
 
 # Beside a textured plate: the variance of an edge's points by what varies slowly along it and by the scatter of all,
@@ -97,13 +98,12 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
     return bool(np.abs(total[:, run:] - total[:, :-run]).max() >= run)
 
 
-def another(line: lines.LineFit, *, contrast: Matrix, dark: Matrix) -> bool:
+def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
     """Whether an edge that is seen in part has another contrast than the others, beside a textured plate.
 
-    It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `contrast`, `dark`
-    (4, n): of the profiles.
+    It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `agreeing` (4,): how many
+    profiles agree with their line; `contrast`, `dark` (4, n): of the profiles.
     """
-    agreeing = np.add.reduce(line.weight > AGREES, axis=1)
     whole = WHOLE_EDGE * line.weight.shape[1]
     if int(agreeing.min()) > whole:
         return False
@@ -147,13 +147,15 @@ def out_of_shadow(
     """
     pulled = _pulled_lines(pull, line)
     offset, rise = pulled[:, 0], pulled[:, 1]
+    if not _light_differs(contrast, line.weight):
+        return None, lines.intersect(expected, offset, rise) - expected.start, line
     rest = pull - lines.along(pulled, count=pull.shape[1])
     scatter = np.add.reduce(line.weight * rest * rest, axis=1)
     total = line.moments[:, 0]
     told = offset * offset * total + rise * rise * line.moments[:, 2]
     shaded = told * total > SHADED * scatter
     shaded &= total > WHOLE * pull.shape[1]
-    if not shaded.any() or not _light_differs(contrast, line.weight):
+    if not shaded.any():
         return None, lines.intersect(expected, offset, rise) - expected.start, line
     moves = lines.intersect(expected, offset * shaded, rise * shaded) - expected.start
     left = lines.intersect(expected, offset * ~shaded, rise * ~shaded) - expected.start

@@ -114,7 +114,7 @@ class SmearedModels:
         self._sloped = _between(np.stack([model.sloped_misfit for model in models])).astype(np.float32)
         answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1)
         reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1)
-        self._tables = np.stack([answers, reach])
+        self._tables = np.ascontiguousarray(np.stack([answers, reach]))  # else `take` copies all of them
         gains = np.array([(model.smear_gain, model.other_gain, model.widening) for model in models], dtype=np.float64)
         self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 

@@ -36,7 +36,7 @@ UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before i
 OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
 SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows by its blur
-STILL_PX = 0.3  # a path within the exposure that is no smear
+STILL_PX = 0.3, 0.6  # a path within the exposure that is no smear: beside a textured plate, and beside a margin
 UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
 FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
@@ -149,7 +149,7 @@ class Tracker:
 
     def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
-        path_px = self._motion.speed_px_s(fit.corners, time_s) * self._exposure_s
+        path_px = self._smeared_px(self._motion.speed_px_s(fit.corners, time_s) * self._exposure_s)
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
         way = self._motion.way_to(fit.corners, time_s)
@@ -163,7 +163,7 @@ class Tracker:
     def _fitted(self, corners: Points, way: Way) -> Fit | None:
         path = way.velocity_px_s * self._exposure_s
         smear = None
-        if abs(path) >= STILL_PX:
+        if self._smeared_px(abs(path)) > 0.0:
             smear = Smear(complex(corners.sum()) / 4, path, way.yaw_rate_rad_s * self._exposure_s)
         fit = refine(
             self._reader,
@@ -194,8 +194,11 @@ class Tracker:
         return turn if abs(turn) * diagonal**2 / 8 > LEAST_BEND_PX else 0.0
 
     def _path_px(self) -> float:
-        """The mark's path within the exposure."""
-        return abs(self._motion.way.velocity_px_s) * self._exposure_s
+        """The mark's path within the exposure, as far as it is a smear."""
+        return self._smeared_px(abs(self._motion.way.velocity_px_s) * self._exposure_s)
+
+    def _smeared_px(self, path_px: float) -> float:
+        return path_px if path_px >= STILL_PX[self._task.even] else 0.0
 
     def _shear(self, way: Way) -> float:
         return way.velocity_px_s.real * self.config.shutter.line_s

@@ -119,11 +119,13 @@ def test_an_edge_seen_in_part_is_a_covers_if_its_contrast_is_another_and_no_shad
     levels = np.ones((2, 4, 1))
     levels[0, 2], levels[1, 2] = contrast, dark
     shown, below = (90.0 * levels[0] + noise).astype(np.float32), (13.5 * levels[1] + noise).astype(np.float32)
-    assert doubts.another(line, contrast=shown, dark=below) is another
+    agreeing = np.array([COUNT, COUNT, COUNT - 12, COUNT])
+    assert doubts.another(line, agreeing, contrast=shown, dark=below) is another
 
 
 def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
     line = _line(_noise(8), np.ones((4, COUNT)))
     contrast = np.full((4, COUNT), 90.0, dtype=np.float32)
     contrast[1] = 50.0
-    assert not doubts.another(line, contrast=contrast, dark=np.full((4, COUNT), 13.5, dtype=np.float32))
+    dark = np.full((4, COUNT), 13.5, dtype=np.float32)
+    assert not doubts.another(line, np.full(4, COUNT), contrast=contrast, dark=dark)
