@@ -6,6 +6,8 @@ The block is stepped in C, or in stages that turn the friction ellipse.
 from __future__ import annotations
 
 import math
+import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,16 +25,16 @@ FEET = 8
 class ArmEngine:
     """The arm with its plate, on which the block weighs as a part of it.
 
-    It can be read at any moment of its last time step. `commands`, (n, 2), are what the two actuators of each joint are
-    told; they, `act`, (n,), and what the bodies hold are MuJoCo's own memory.
+    It can be read at any moment of its last time step. What the bodies hold is MuJoCo's own memory.
     """
 
     def __init__(self, model: Any, *, joint_start_rad: FLOATS, damping: float) -> None:
         self.model = model
         self.data = mj.MjData(model)
         self._between = mj.MjData(model)
-        self.act: FLOATS = self.data.act
-        self.commands: FLOATS = self.data.ctrl.reshape(-1, 2)
+        self._act: FLOATS = self.data.act
+        self._ctrl: FLOATS = self.data.ctrl
+        self._pack = struct.Struct(f"{model.nu}d").pack_into
         self.plate, self.block = int(model.body("plate").id), int(model.body("block").id)
         self._position: FLOATS = self.data.qpos
         self._velocity: FLOATS = self.data.qvel
@@ -42,12 +44,18 @@ class ArmEngine:
         self._bodies_between = Bodies(self._between, plate=self.plate, block=self.block)
         self._position_between: FLOATS = self._between.qpos
         self._per_joint: FLOATS = np.empty((3, model.nv))
-        self._position[:] = self.act[:] = joint_start_rad
+        self._position[:] = self._act[:] = joint_start_rad
         self._now = self._before = self._position.copy(), self._velocity.copy()
         self._posed = False
 
-    def step(self) -> None:
-        """Advances by one time step."""
+    @property
+    def servo_rad(self) -> list[float]:
+        """Where the servos pull the joints to."""
+        return self._act.tolist()
+
+    def step(self, *, wanted_rad_s: Sequence[float]) -> None:
+        """Advances by one time step, in which the servos move at these velocities."""
+        self._pack(self._ctrl, 0, *wanted_rad_s, *wanted_rad_s)  # springs and dampers; numpy takes five times as long
         mj.mj_step(self.model, self.data)
         self._before, self._now = self._now, (self._position.copy(), self._velocity.copy())
         self._posed = False
@@ -99,7 +107,7 @@ class ArmEngine:
         mj.mj_kinematics(self.model, self._between)
         return self._bodies_between
 
-    def speed_of_block(self, joint_rad_s: FLOATS) -> float:
+    def speed_of_block(self, joint_rad_s: Sequence[float]) -> float:
         """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""
         mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
         x, y, z = self._per_joint.dot(joint_rad_s).tolist()

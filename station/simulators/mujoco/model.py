@@ -123,21 +123,28 @@ def _add_arm(spec: Any, scene: Scene) -> Any:
         hinge.actfrcrange = [-joint.max_effort_nm, joint.max_effort_nm]
         hinge.actgravcomp = True
         _add_capsule(body, joint.link_capsule, joint.link_mass_kg)
-        _add_servo(spec, joint.name)
+    for joint in arm.joints:
+        _add_spring(spec, joint.name)
+    for joint in arm.joints:
+        _add_damper(spec, joint.name)
     return body
 
 
-def _add_servo(spec: Any, joint: str) -> None:
-    """Two actuators, both driven by the wanted velocity.
+def _add_spring(spec: Any, joint: str) -> None:
+    """The first actuator of a servo: it integrates the wanted velocity, and pulls towards that position.
 
-    The first integrates it inside the C loop and pulls towards that position; the second damps the difference from
-    it. So a set-point stream becomes straight ramps without stairs, and a steady ramp is followed without lag.
+    With the damper, which is driven by the wanted velocity as well, a set-point stream becomes straight ramps without
+    stairs, and a steady ramp is followed without lag.
     """
     spring = spec.add_actuator(name=f"{joint} position", target=joint, trntype=mj.mjtTrn.mjTRN_JOINT)
     spring.dyntype = mj.mjtDyn.mjDYN_INTEGRATOR
     spring.gainprm[0] = SERVO_STIFFNESS
     spring.biastype = mj.mjtBias.mjBIAS_AFFINE
     spring.biasprm[1] = -SERVO_STIFFNESS
+
+
+def _add_damper(spec: Any, joint: str) -> None:
+    """The second actuator of a servo: it damps the difference from the wanted velocity."""
     damper = spec.add_actuator(name=f"{joint} velocity", target=joint, trntype=mj.mjtTrn.mjTRN_JOINT)
     damper.gainprm[0] = SERVO_DAMPING
     damper.biastype = mj.mjtBias.mjBIAS_AFFINE

@@ -107,8 +107,8 @@ class TwinWorld:
         self._moved = self._engines.arm
         self._loose: BlockEngine | None = None
         self._servo = Servo(start, now_ns=start_ns)
-        self._reach = model.reach_m(arm)
-        self._reach_m = float(np.linalg.norm(self._reach))
+        self._reach: list[float] = model.reach_m(arm).tolist()
+        self._reach_m = math.hypot(*self._reach)
         self._motion = grip.PlateMotion()
         self._rng, self._savings = rng, savings
         self._time_ns = self._asked_ns = start_ns
@@ -158,10 +158,10 @@ class TwinWorld:
     def _begin_look(self) -> None:
         """Commands the servos and moves the arm; a sudden command frees the block before it is carried out."""
         arm, servo = self._moved, self._servo
-        servo.command(arm.commands, arm.act, now_ns=self._time_ns)
+        wanted = servo.command(arm.servo_rad, now_ns=self._time_ns)
         if self._loose is None and not self._held and self._shoves(servo.jerk_rad_s):
             self._unweld()
-        arm.step()
+        arm.step(wanted_rad_s=wanted)
         self._time_ns += LOOK_NS
         self._steps_left = LOOK
         self._untaken += 1
@@ -278,18 +278,18 @@ class TwinWorld:
         """How much of the arm's last step lies before the time asked for."""
         return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
-    def _shoves(self, jerk_rad_s: FLOATS) -> bool:
-        """Whether a change of the joints' commanded velocities, (n,), could make the block slip within one look.
+    def _shoves(self, jerk_rad_s: Sequence[float]) -> bool:
+        """Whether a change of the joints' commanded velocities could make the block slip within one look.
 
         In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
         equally quick, so a share of their sum is allowed for.
         """
         allowed_m_s = self._slack * LOOK_S
         # A product of lengths is never less than the sum of products, and that never less than what joints do together.
-        at_most = (1 + UNEVEN) * self._reach_m * math.sqrt(jerk_rad_s.dot(jerk_rad_s))
+        at_most = (1 + UNEVEN) * self._reach_m * math.hypot(*jerk_rad_s)
         if at_most <= allowed_m_s:
             return False
-        apart = float(np.abs(jerk_rad_s).dot(self._reach))
+        apart = sum(abs(jerk) * reach for jerk, reach in zip(jerk_rad_s, self._reach, strict=True))
         if (1 + UNEVEN) * apart <= allowed_m_s:
             return False
         return self._moved.speed_of_block(jerk_rad_s) + UNEVEN * apart > allowed_m_s
