@@ -40,6 +40,8 @@ class Design:
     plan: str
     by_hand: str
     vary: Vary
+    effort: float = 1.0
+    """By how much what a person has to do makes each run dearer."""
 
 
 def _dwell(rng: np.random.Generator, runs: int, draw: Draw) -> None:
@@ -80,6 +82,9 @@ def _order(rng: np.random.Generator, runs: int, draw: Draw) -> None:
     _dwell(rng, runs, draw)
 
 
+BY_HAND = 2.0
+"""The effort of a run for which a person has to do something now and then."""
+
 DESIGNS = (
     Design("dwell at random", "[dwell]\nmin_s = 1.0\nmax_s = 100.0\n", "", _dwell),
     Design("free azimuths", '[direction]\nmode = "free"\n', "", _free),
@@ -88,19 +93,31 @@ DESIGNS = (
         "[tilt]\nrate_deg_s = 1.0\n",
         "repeat the plan with rate_deg_s = 5.0 and 20.0",
         _rates,
+        effort=BY_HAND,
     ),
     Design(
-        "masses over ten to one", "", "change the block's mass (×0.5, 1, 2, 5) every few runs, in random order", _masses
+        "masses over ten to one",
+        "",
+        "change the block's mass (×0.5, 1, 2, 5) every few runs, in random order",
+        _masses,
+        effort=BY_HAND,
     ),
-    Design("plate turned in its mount", "", "turn the plate by 45°, 90° and 180° in its mount every quarter", _mount),
-    Design("block turned", "", "turn the block by a random angle every few runs", _yaw),
+    Design(
+        "plate turned in its mount",
+        "",
+        "turn the plate by 45°, 90° and 180° in its mount every quarter",
+        _mount,
+        effort=BY_HAND,
+    ),
+    Design("block turned", "", "turn the block by a random angle every few runs", _yaw, effort=BY_HAND),
     Design(
         "plate and block turned",
         "",
         "turn the plate by 45°, 90° and 180° in its mount every quarter, the block by a random angle every few runs",
         _both,
+        effort=1.5 * BY_HAND,
     ),
-    Design("designed starts", "", "put the block back to a random place every few runs", _starts),
+    Design("designed starts", "", "put the block back to a random place every few runs", _starts, effort=BY_HAND),
     Design("dwell at random, in one long session", "[dwell]\nmin_s = 1.0\nmax_s = 100.0\n", "", _order),
 )
 
@@ -159,8 +176,7 @@ def separate(
     """
     ids = tuple(effect.id for effect in effects)
     tried = [(_runs_needed(effects, design, sizes or {}, bench or Bench()), design) for design in DESIGNS]
-    # What a person has to do costs as much as twice the runs.
-    needed, design = min(tried, key=lambda pair: pair[0] * (2.0 if pair[1].by_hand else 1.0))
+    needed, design = min(tried, key=lambda pair: max(pair[0], FEWEST) * pair[1].effort)
     runs = _rounded(needed)
     if not runs < MOST:
         reason = "; ".join(dict.fromkeys(effect.separated_by for effect in effects))
