@@ -10,9 +10,13 @@ from __future__ import annotations
 import argparse
 import atexit
 import gc
+import os
 import time
 from contextlib import ExitStack
 from pathlib import Path
+
+# A session's matrices are small; for them numpy would keep a second thread spinning, beside the one that records.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -21,7 +25,6 @@ from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app import assembly, recordings
-from station.app.live import LiveSession, StopRequest, await_processes, install_signals
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.summary import print_summary
@@ -89,7 +92,9 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
 
 
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
-    from shared.zenoh_bus import ZenohBus  # noqa: PLC0415 - a simulated session needs no network
+    # A simulated session needs no network.
+    from shared.zenoh_bus import ZenohBus  # noqa: PLC0415
+    from station.app.live import LiveSession, StopRequest, await_processes, install_signals  # noqa: PLC0415
 
     console = Console(stderr=True)
     clock, stop = SystemClock(), StopRequest()
