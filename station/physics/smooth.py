@@ -29,7 +29,7 @@ PLACE_M = 0.03
 
 Wave = Literal["cos", "sin"]
 When = Literal["onset", "sliding"]
-Direction = Literal["radial", "linear", "any"]
+Direction = Literal["radial", "linear", "any", "field"]
 
 
 class Form(ABC):
@@ -192,12 +192,15 @@ _WHEN: dict[frozenset[When], str] = {
 
 
 class SmoothPush(Unnamed):
-    """A push along the plate, m/s², by the place: from the centre, linear, or linear beside a constant part."""
+    """A push along the plate, m/s², by the place: from the centre, linear, linear beside a constant part, or a field.
+
+    A field is the slope of a hill, a polynomial of fourth degree of the place: a plate that is bent, or a magnet.
+    """
 
     family: ClassVar[Family] = "place"
 
     def __init__(self, direction: Direction) -> None:
-        """'radial' has one coefficient, 'linear' four, 'any' six."""
+        """'radial' has one coefficient, 'linear' four, 'any' six, 'field' fourteen."""
         self.direction: Direction = direction
         size, words = PUSHES[direction]
         super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
@@ -211,6 +214,9 @@ class SmoothPush(Unnamed):
         x, y = contact.x_m / PLACE_M, contact.y_m / PLACE_M
         if self.direction == "radial":
             return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
+        if self.direction == "field":
+            slopes = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in HILLS]
+            return np.stack([np.stack([*each, np.zeros(len(contact))], axis=1) for each in slopes], axis=2)
         functions = (x, y) if self.direction == "linear" else (np.ones(len(contact)), x, y)
         found = np.zeros((len(contact), 3, 2 * len(functions)))
         for place, function in enumerate(functions):
@@ -218,10 +224,14 @@ class SmoothPush(Unnamed):
         return found
 
 
+HILLS = tuple((degree - j, j) for degree in range(1, 5) for j in range(degree + 1))
+"""The powers of x and y in a field's hill."""
+
 PUSHES: dict[Direction, tuple[int, str]] = {
     "radial": (1, "radial push"),
     "linear": (4, "linear push"),
     "any": (6, "push"),
+    "field": (14, "field"),
 }
 """How many coefficients each kind of push has, and what it is called."""
 

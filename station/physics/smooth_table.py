@@ -18,7 +18,7 @@
     swings = { low = 0.0, width = 149.0, often = 2.5 }
     coefficients = [0.1, 0.05]
 
-    [[smooth]]                          # a push in m/s² by the place: "radial", "linear" or "any"
+    [[smooth]]                          # a push in m/s² by the place: "radial", "linear", "any" or "field"
     covariate = "position"
     push = "radial"
     coefficients = [-0.2]

@@ -152,7 +152,7 @@ def test_the_examples_can_be_read() -> None:
         ({"colour": 1}, "got colour"),
         ({"runs": [1, 2], "values": [0.1]}, "as many runs as values .*, got 2 and 1"),
         ({"runs": [1, 2]}, "a list of numbers for values"),
-        ({"powers": None, "push": "up"}, "a push of radial, linear, any by position .*, got push = 'up'"),
+        ({"powers": None, "push": "up"}, "a push of radial, linear, any, field by position .*, got push = 'up'"),
     ],
 )
 def test_a_wrong_table_gives_one_sentence(changes: dict[str, Any], said: str) -> None:
@@ -166,3 +166,18 @@ def test_a_term_comes_once() -> None:
         model_of_table(twice, KNOWN)
     with pytest.raises(UserError, match=r"Expected tables \[\[smooth\]\]"):
         model_of_table(table() | {"smooth": {"covariate": "run"}}, KNOWN)
+
+
+def test_a_field_does_no_work_around_a_loop() -> None:
+    """The slope of a hill: what a block gains on one side it pays on the other, whatever the coefficients."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
+    place = np.column_stack([0.004 + 0.02 * np.cos(turn), -0.007 + 0.015 * np.sin(turn)])
+    state = replace(contacts(len(turn)), x_m=place[:, 0], y_m=place[:, 1])
+    field = SmoothPush("field")
+    values = dict(zip(field.neutral(), np.random.default_rng(1).normal(0.0, 0.1, 14), strict=True))
+    push = field.push(state, values)
+    assert push is not None
+    step = np.roll(place, -1, axis=0) - np.roll(place, 1, axis=0)
+    work = 0.5 * np.sum(push[:, :2] * step, axis=1)
+    assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
+    assert np.abs(work).sum() > 1e-4
