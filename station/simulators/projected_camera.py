@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from operator import add
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +20,7 @@ _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 _TIPPED_COSINE = math.cos(math.radians(4.0))
 _NOISE_BLOCK = 32
 Shift = tuple[float, float]
+Corners = tuple[float, float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +90,12 @@ class ProjectedCamera:
             width_px=size_px[0], height_px=size_px[1], K=frames.pinhole_of(geometry), stamp_ns=0
         )
         self._noise: list[list[float]] = []
+        self._stray_px = 0.0
+        """How far sag and the noise at hand can move a corner."""
         self._pose: Placed | None = None
-        self._outline: tuple[float, ...] = ()
+        self._corners: Corners = (0.0,) * 8
+        self._room_px = 0.0
+        """How far the corners are from the picture's edges, without sag and noise."""
         self._tipped = False
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
@@ -109,9 +113,12 @@ class ProjectedCamera:
         self._seq += 1
         pose = self._world.block_pose()
         if pose is not self._pose:
-            self._pose, self._outline, self._tipped = pose, self._outline_of(pose), _tipped(pose)
-        corners = tuple(map(add, self._shifted(sag_px), self._next_noise()))
-        inside = self._inside(corners)
+            self._pose, self._corners, self._tipped = pose, self._corners_of(pose), _tipped(pose)
+            self._room_px = self._room_of(self._corners)
+        a, b, c, d, e, f, g, h = self._next_noise()
+        (u, v), (x0, y0, x1, y1, x2, y2, x3, y3) = sag_px, self._corners
+        corners = x0 + u + a, y0 + v + b, x1 + u + c, y1 + v + d, x2 + u + e, y2 + v + f, x3 + u + g, y3 + v + h
+        inside = self._room_px > self._stray_px or self._room_of(corners) > 0.0
         settings = self._settings
         return MarkerCorners(
             now_ns,
@@ -126,30 +133,23 @@ class ProjectedCamera:
             tipped=self._tipped,
         )
 
-    def _inside(self, corners: tuple[float, ...]) -> bool:
+    def _room_of(self, corners: Corners) -> float:
+        """How far the nearest corner is from the picture's edges; negative beyond them."""
         width, height = self._size_px
-        if min(corners) < 0:
-            return False
-        return max(corners) < min(width, height) or (max(corners[0::2]) < width and max(corners[1::2]) < height)
+        across, down = corners[0::2], corners[1::2]
+        return min(*across, width - max(across), *down, height - max(down))
 
-    def _outline_of(self, pose: Placed) -> tuple[float, ...]:
-        """The mark's centre in the picture from the plate's centre, and its half sides turned by the yaw, in pixels."""
-        (x, y, _), (qw, qx, qy, qz), (half_x, half_y) = pose.position, pose.quaternion, self._half
-        yaw, scale = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)), self._scale
-        cosine, sine = scale * math.cos(yaw), scale * math.sin(yaw)
-        return scale * x, scale * y, cosine * half_x, sine * half_y, sine * half_x, cosine * half_y
-
-    def _shifted(self, sag_px: Shift) -> tuple[float, ...]:
-        """Where the corners are without noise, x0 y0 … x3 y3.
+    def _corners_of(self, pose: Placed) -> Corners:
+        """Where the corners are without sag and noise, x0 y0 … x3 y3, in pixels.
 
         They lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
         """
-        x, y, a, b, c, d = self._outline
-        u0, v0 = sag_px[0] + self._centre[0] + x, sag_px[1] + self._centre[1] - y
-        return (
-            *(u0 - a - b, v0 + c - d, u0 + a - b, v0 - c - d),
-            *(u0 + a + b, v0 - c + d, u0 - a + b, v0 + c + d),
-        )
+        (x, y, _), (qw, qx, qy, qz), (half_x, half_y) = pose.position, pose.quaternion, self._half
+        yaw, scale = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)), self._scale
+        cosine, sine = scale * math.cos(yaw), scale * math.sin(yaw)
+        a, b, c, d = cosine * half_x, sine * half_y, sine * half_x, cosine * half_y
+        u, v = self._centre[0] + scale * x, self._centre[1] - scale * y
+        return u - a - b, v + c - d, u + a - b, v - c - d, u + a + b, v - c + d, u - a + b, v + c + d
 
     def _sag(self) -> Shift:
         """The picture's shift: the camera sinks along gravity, so what it sees moves the other way."""
@@ -179,7 +179,8 @@ class ProjectedCamera:
 
     def _next_noise(self) -> list[float]:
         if not self._noise:
-            self._noise = (self._settings.sigma_px * self._rng.standard_normal((_NOISE_BLOCK, 8))).tolist()
+            noise = self._settings.sigma_px * self._rng.standard_normal((_NOISE_BLOCK, 8))
+            self._noise, self._stray_px = noise.tolist(), abs(self._settings.sag_px) + float(np.abs(noise).max())
         return self._noise.pop()
 
     def _report(self, now_ns: int) -> None:

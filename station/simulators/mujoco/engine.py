@@ -47,6 +47,9 @@ class ArmEngine:
         self._position[:] = self._act[:] = joint_start_rad
         self._now = self._before = self._position.copy(), self._velocity.copy()
         self._posed = False
+        self._turned: list[float] | None = None
+        self._turned_before: list[float] | None = None
+        """world_from_plate at the end and at the beginning of the last step, once somebody has asked for it."""
 
     @property
     def servo_rad(self) -> list[float]:
@@ -58,7 +61,7 @@ class ArmEngine:
         self._pack(self._ctrl, 0, *wanted_rad_s, *wanted_rad_s)  # springs and dampers; numpy takes five times as long
         mj.mj_step(self.model, self.data)
         self._before, self._now = self._now, (self._position.copy(), self._velocity.copy())
-        self._posed = False
+        self._turned_before, self._turned, self._posed = self._turned, None, False
 
     def halt(self, *, below_rad_s: float) -> bool:
         """Brings the joints to rest where they are, if none is quicker than that; whether they rest."""
@@ -106,6 +109,19 @@ class ArmEngine:
         between += before
         mj.mj_kinematics(self.model, self._between)
         return self._bodies_between
+
+    def plate_quaternion_at(self, share: float) -> list[float]:
+        """world_from_plate at that share of the last step, as the mean of its two ends (the same within 1e-6)."""
+        if self._turned is None:
+            self._turned = self.bodies.plate_quaternion.tolist()
+        if share == 1.0:
+            return self._turned
+        if self._turned_before is None:
+            self._turned_before = self.bodies_at(0.0).plate_quaternion.tolist()
+        (a, b, c, d), (e, f, g, h) = self._turned_before, self._turned
+        w, x, y, z = a + share * (e - a), b + share * (f - b), c + share * (g - c), d + share * (h - d)
+        length = math.sqrt(w * w + x * x + y * y + z * z)
+        return [w / length, x / length, y / length, z / length]
 
     def speed_of_block(self, joint_rad_s: Sequence[float]) -> float:
         """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""

@@ -268,7 +268,7 @@ class TwinWorld:
 
     def plate_quaternion(self) -> Sequence[float]:
         """world_from_plate now, (w, x, y, z), when nothing else of the plate is wanted."""
-        return self._moved.bodies_at(self._share()).plate_quaternion.tolist()
+        return self._moved.plate_quaternion_at(self._share())
 
     def block_pose(self) -> Pose:
         """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
