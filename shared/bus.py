@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from shared import topics, wire
+from shared.frozen import quicken
 from shared.messages import Message
 
 
@@ -18,8 +19,8 @@ from shared.messages import Message
 class Recipe:
     """A message that is made when somebody looks at it: `make(**values)`.
 
-    `make` is a function of a module, and the values are messages, numbers, texts or None: so another process, the one
-    that writes a recording, can make it as well.
+    `make` is a function of a module, and the values are messages, numbers, texts, bytes, tuples of them, or None: so
+    another process, the one that writes a recording, can make it as well.
     """
 
     make: Callable[..., Message]
@@ -28,6 +29,9 @@ class Recipe:
     def made(self) -> Message:
         """The message."""
         return self.make(**self.values)
+
+
+quicken(Recipe)
 
 
 class Received:

@@ -34,8 +34,10 @@ Make = Callable[..., Message]
 """What makes a message: its class, or the function of a recipe."""
 Read = Callable[[Message], tuple[Any, ...]]
 """What takes a message apart."""
-Values = tuple[Any, ...] | dict[str, Any]
-"""The fields of a message, nested ones as tuples again; or the values of a recipe by name."""
+Apart = tuple[int, tuple[Any, ...] | None]
+"""A message within a recipe: the number of its class and its fields, or none of them where the newest one is meant."""
+Values = tuple[Any, ...]
+"""The fields of a message, nested ones as tuples again; or a recipe's values by name, those that are messages apart."""
 Row = tuple[str, int, int, Values]
 """Topic, time of receipt, the number of what makes the message, and of what."""
 
@@ -132,6 +134,7 @@ class _TakingApart:
         self._known: dict[Make, tuple[int, Read]] = {}
         self._new: list[Make] = []
         self._rows: list[Row] = []
+        self._newest: dict[type[Message], Message] = {}
 
     def add(self, received: Received) -> int:
         """Takes a message apart; gives how many wait."""
@@ -143,6 +146,7 @@ class _TakingApart:
             cls = type(message)
             number, read = self._known.get(cls) or self._learn(cls, _reader(cls))
             rows.append((received.topic, received.receive_ns, number, read(message)))
+            self._newest[cls] = message
         return len(rows)
 
     def batch(self) -> bytes:
@@ -152,17 +156,20 @@ class _TakingApart:
         return pickle.dumps(batch, pickle.HIGHEST_PROTOCOL)
 
     def _recipe(self, recipe: Recipe) -> tuple[int, Values]:
-        """A recipe; its own messages are taken apart as well, each with the number of its class."""
+        """A recipe; its own messages are taken apart as well, unless the other process has them already."""
         number, _ = self._known.get(recipe.make) or self._learn(recipe.make, _nothing)
-        values = dict[str, Any]()
+        plain, apart = dict[str, Any](), dict[str, Apart]()
         for name, value in recipe.values.items():
             if isinstance(value, Message):
-                cls = type(value)
-                inner, read = self._known.get(cls) or self._learn(cls, _reader(cls))
-                values[name] = inner, read(value)
+                apart[name] = self._apart(value)
             else:
-                values[name] = value
-        return number, values
+                plain[name] = value
+        return number, (plain, apart)
+
+    def _apart(self, message: Message) -> Apart:
+        cls = type(message)
+        number, read = self._known.get(cls) or self._learn(cls, _reader(cls))
+        return number, None if self._newest.get(cls) is message else read(message)
 
     def _learn(self, make: Make, read: Read) -> tuple[int, Read]:
         self._known[make] = known = len(self._known), read
@@ -180,6 +187,7 @@ class _PuttingTogether:
 
     def __init__(self) -> None:
         self._makers: list[Callable[[Any], Message]] = []
+        self._newest: dict[int, Message] = {}
 
     def batch(self, data: bytes) -> Iterator[Received]:
         """The messages of a batch, in its order."""
@@ -188,13 +196,16 @@ class _PuttingTogether:
         for make in new:
             is_class = isinstance(make, type)
             self._makers.append(_maker(cast("type[Message]", make)) if is_class else partial(self._cook, make))
-        makers = self._makers
+        makers, newest = self._makers, self._newest
         for topic, receive_ns, number, values in rows:
-            yield Received(topic, receive_ns, makers[number](values))
+            newest[number] = message = makers[number](values)
+            yield Received(topic, receive_ns, message)
 
-    def _cook(self, make: Make, values: dict[str, Any]) -> Message:
-        apart = {name: value for name, value in values.items() if isinstance(value, tuple)}
-        return make(**values | {name: self._makers[number](parts) for name, (number, parts) in apart.items()})
+    def _cook(self, make: Make, values: tuple[dict[str, Any], dict[str, Apart]]) -> Message:
+        plain, apart = values
+        for name, (number, parts) in apart.items():
+            plain[name] = self._newest[number] if parts is None else self._makers[number](parts)
+        return make(**plain)
 
 
 @cache

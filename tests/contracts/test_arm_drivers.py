@@ -61,6 +61,9 @@ def test_readings_come_in_the_model_s_order_and_units(end: End, stage: TiltStage
     assert reading.names == stage.model.joint_names
     np.testing.assert_allclose(reading.position_rad, stage.home_rad, atol=1e-6)
     assert reading.velocity_rad_s.shape == reading.effort_nm.shape == (6,)
+    assert {part.dtype for part in (reading.position_rad, reading.velocity_rad_s, reading.effort_nm)} == {
+        np.dtype(float)
+    }
     assert end.driver.fault() == ""
 
 
