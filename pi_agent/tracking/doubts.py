@@ -34,7 +34,7 @@ ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike f
 ROUNDING_ON_GRAIN_PX = (
     0.27  # the same beside a textured plate, where dim light's noise is not all in the scatter either
 )
-SMEARED = 0.0027  # what a path within the exposure adds to a corner's sigma, in shares of the path
+SMEARED = 0.001  # what a path within the exposure adds to a corner's sigma, in shares of the path
 SMEARED_ON_GRAIN = 0.004  # the same beside a textured plate, where a smeared edge is no Gaussian one
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
