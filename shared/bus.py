@@ -19,8 +19,8 @@ from shared.messages import Message
 class Recipe:
     """A message that is made when somebody looks at it: `make(**values)`.
 
-    `make` is a function of a module, and the values are messages, numbers, texts, bytes, tuples of them, or None: so
-    another process, the one that writes a recording, can make it as well.
+    `make` is a function of a module, and the values are messages, numbers, texts or None: so another process, the one
+    that writes a recording, can make it as well.
     """
 
     make: Callable[..., Message]

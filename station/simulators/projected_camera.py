@@ -93,7 +93,7 @@ class ProjectedCamera:
         self._stray_px = 0.0
         """How far sag and the noise at hand can move a corner."""
         self._pose: Placed | None = None
-        self._corners: Corners = (0.0,) * 8
+        self._corners: Corners = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self._room_px = 0.0
         """How far the corners are from the picture's edges, without sag and noise."""
         self._tipped = False

@@ -33,7 +33,7 @@ class ArmEngine:
         self.data = mj.MjData(model)
         self._between = mj.MjData(model)
         self._act: FLOATS = self.data.act
-        self._ctrl: FLOATS = self.data.ctrl
+        self._ctrl: Any = self.data.ctrl
         self._pack = struct.Struct(f"{model.nu}d").pack_into
         self.plate, self.block = int(model.body("plate").id), int(model.body("block").id)
         self._position: FLOATS = self.data.qpos
@@ -112,13 +112,13 @@ class ArmEngine:
 
     def plate_quaternion_at(self, share: float) -> list[float]:
         """world_from_plate at that share of the last step, as the mean of its two ends (the same within 1e-6)."""
-        if self._turned is None:
-            self._turned = self.bodies.plate_quaternion.tolist()
+        after: list[float] = self._turned or self.bodies.plate_quaternion.tolist()
+        self._turned = after
         if share == 1.0:
-            return self._turned
-        if self._turned_before is None:
-            self._turned_before = self.bodies_at(0.0).plate_quaternion.tolist()
-        (a, b, c, d), (e, f, g, h) = self._turned_before, self._turned
+            return after
+        before: list[float] = self._turned_before or self.bodies_at(0.0).plate_quaternion.tolist()
+        self._turned_before = before
+        (a, b, c, d), (e, f, g, h) = before, after
         w, x, y, z = a + share * (e - a), b + share * (f - b), c + share * (g - c), d + share * (h - d)
         length = math.sqrt(w * w + x * x + y * y + z * z)
         return [w / length, x / length, y / length, z / length]
