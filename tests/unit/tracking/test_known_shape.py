@@ -12,14 +12,19 @@ from pi_agent.tracking.motion import STILL, Way
 from pi_agent.tracking.shutter import Shutter
 
 Points = NDArray[np.complex128]
-MARK = 45.0 * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
+MARK: Points = 45.0 * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j], dtype=np.complex128)
+PLACED = np.asarray(MARK + (300 + 300j), dtype=np.complex128)
 SIGMA_PX, NOISE_PX = 0.04, 0.01
 VARIANCE = [(0.5 * SIGMA_PX**2, 2.0 * SIGMA_PX**2)] * 4
 LINE_S = 17e-6
 
 
+def _complex(points: NDArray[np.float64]) -> Points:
+    return np.asarray(points[:, 0] + 1j * points[:, 1], dtype=np.complex128)
+
+
 def _noise(rng: np.random.Generator) -> Points:
-    return np.asarray(rng.normal(0.0, SIGMA_PX, (4, 2)) @ np.array([1.0, 1j]))
+    return _complex(rng.normal(0.0, SIGMA_PX, (4, 2)))
 
 
 def _slid(rng: np.random.Generator, *, places: int, growth: float = 0.0) -> tuple[KnownShape, Points]:
@@ -56,8 +61,8 @@ def test_corners_by_edges_and_shape_are_as_much_better_as_is_said() -> None:
 def test_at_one_place_nothing_is_known_of_the_shape_however_many_frames_there_are() -> None:
     known = KnownShape(line_s=0.0)
     for _ in range(50):
-        known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    assert known.settle(MARK + 300 + 300j, VARIANCE, way=STILL, slack_px=0.0) is None
+        known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    assert known.settle(PLACED, VARIANCE, way=STILL, slack_px=0.0) is None
 
 
 def test_an_edge_that_disagrees_with_the_shape_makes_the_corners_doubtful_and_does_not_move_them() -> None:
@@ -90,7 +95,7 @@ def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> 
     rng = np.random.default_rng(4)
     errors, told_px = [], []
     for _ in range(150):
-        truth = MARK + 300 + 300j
+        truth = PLACED
         grain = _noise(rng)
         known = KnownShape(line_s=0.0)
         known.learn(truth + grain, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
@@ -107,8 +112,8 @@ def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> 
 
 def test_a_covered_edge_is_not_explained_by_how_the_mark_was_seen_before() -> None:
     known = KnownShape(line_s=0.0)
-    known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    told = _recalled(known, MARK + 300 + 300j + np.array([0.0, 0.5, 0.0, 0.0]), 1.5)
+    known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    told = _recalled(known, np.asarray(PLACED + 0.5 * np.eye(4)[1], dtype=np.complex128), 1.5)
     assert told is not None
     assert not told.agrees
     assert told.worst_share > 2.0
@@ -119,8 +124,8 @@ def test_neither_a_mark_seen_as_well_as_before_nor_one_on_another_grain_is_recal
     worse: float, moved_px: float
 ) -> None:
     known = KnownShape(line_s=0.0)
-    known.learn(MARK + 300 + 300j, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
-    assert _recalled(known, MARK + 300 + 300j + moved_px, worse) is None
+    known.learn(PLACED, sigma_px=SIGMA_PX, noise_px=NOISE_PX, way=STILL)
+    assert _recalled(known, PLACED + moved_px, worse) is None
 
 
 def test_what_was_told_far_away_says_nothing_here() -> None:
@@ -149,12 +154,12 @@ def test_a_rolling_shutter_shears_a_slide_by_what_is_undone() -> None:
     for direction in np.arange(0.0, 6.0, 0.7):
         vx, vy = (300.0 * np.array([np.cos(direction), np.sin(direction)])).tolist()
         first, second = (
-            corners_px(scene, Pose(vx * time, vy * time, 0.3 + 2.0 * time, vx, vy, 2.0)) @ np.array([1.0, 1j])
+            _complex(corners_px(scene, Pose(vx * time, vy * time, 0.3 + 2.0 * time, vx, vy, 2.0)))
             for time in (0.0, 1 / 90)
         )
         way = Way(complex(second.mean() - first.mean()) * 90, 2.0)
         seen = np.array(unsheared(second, way=way, line_s=LINE_S))
-        still = corners_px(scene, Pose(yaw_rad=0.3)) @ np.array([1.0, 1j])
+        still = _complex(corners_px(scene, Pose(yaw_rad=0.3)))
         arms, wanted = seen - seen.mean(), still - still.mean()
         turn = np.vdot(wanted, arms)
         assert np.abs(wanted * turn / abs(turn) - arms).max() < 0.01

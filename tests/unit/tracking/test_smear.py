@@ -39,7 +39,7 @@ def test_a_rolling_shutter_bends_an_edge_away_from_the_line_between_its_corners(
     scene = Scene(surface("plain", rng=np.random.default_rng(0)), mark=Mark(side_mm=20.0), shutter=shutter)
     speed = 300.0 * np.array([np.cos(direction_rad), np.sin(direction_rad)])
     pose = Pose(2.0, -3.0, 0.5, float(speed[0]), float(speed[1]), yaw_rate_rad_s)
-    corners = corners_px(scene, pose) @ np.array([1.0, 1j])
+    corners = _complex(corners_px(scene, pose))
     edges = expected_edges(corners, clear_px=4.0)
     told = along(bend(edges, turn_per_row_rad=yaw_rate_rad_s * shutter.line_s), count=COUNT)
     start_mm = scene.mark.corners_mm()
@@ -62,4 +62,8 @@ def _at_own_rows(scene: Scene, pose: Pose, points_mm: NDArray[np.float64]) -> ND
         views = project(points_mm, pose, optics=scene.optics, height_mm=0.0, dt_s=times)
         seen = views[np.arange(len(rows)), np.arange(len(rows))]
         rows = seen[:, 1]
-    return seen @ np.array([1.0, 1j])
+    return _complex(seen)
+
+
+def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:
+    return np.asarray(points[:, 0] + 1j * points[:, 1], dtype=np.complex128)
