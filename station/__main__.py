@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import gc
 import importlib
 import os
 import re
@@ -33,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
             name, help=_constant(path, "HELP"), formatter_class=argparse.ArgumentDefaultsHelpFormatter
         )
         if words and words[0] == name:
-            modules[name] = importlib.import_module(f"station.app.commands.{path.stem}")
+            modules[name] = _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
             modules[name].add_arguments(sub)
     options = parser.parse_args(words)
@@ -49,6 +50,16 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("Stopped.", file=sys.stderr)
         return 130
+
+
+def _imported(module: str) -> ModuleType:
+    """Imports a command without searching for garbage meanwhile, and leaves what it loads, which stays, unsearched."""
+    gc.disable()
+    try:
+        return importlib.import_module(module)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def _constant(path: Path, name: str) -> str:
