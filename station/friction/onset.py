@@ -4,10 +4,12 @@ A block that starts from rest at t0 on a plate of tilt θ(t) follows, along its 
 
     x″ = g (c sin θ(t) − mu_k cos θ(t)),    x(t0) = x′(t0) = 0,
 
-with c the cosine between the slide and the steepest line. Every term is a double time integral of the measured tilt,
-so that only t0 is not linear. Two models are fitted: mu_k = c tan θ(t0) (the plain slider, whose displacement grows as
-t³ on a ramp), and mu_k free below that (kinetic friction is lower, x grows as t²); the second is taken only when the
-data demand it. A constant and a term in sin θ stand for the reference's error and for a camera that sags.
+with c the cosine between the slide and the steepest line. A plate that turns faster or slower about its middle also
+presses a block that lies d down the slope less or more, by d θ″. Every term is a double time integral of the measured
+tilt (that of d θ″ is d θ itself), so that only t0 is not linear. Two models are fitted: mu_k = c tan θ(t0) (the plain
+slider, whose displacement grows as t³ on a ramp), and mu_k free below that (kinetic friction is lower, x grows as t²);
+the second is taken only when the data demand it. A constant and a term in sin θ stand for the reference's error and for
+a camera that sags.
 
 A displacement threshold reads late (physics: 0.4° at 1°/s, 1.2° at 5°/s for 2 mm); this does not.
 """
@@ -58,9 +60,9 @@ class _Twice:
 
 
 class _Integrals:
-    """∫ and ∫∫ of g sin θ and g cos θ over time, on a fine grid, to be evaluated from any time to each frame's."""
+    """∫ and ∫∫ of what drives and presses, on a fine grid of time, to be evaluated from any time to each frame's."""
 
-    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array) -> None:
+    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: float) -> None:
         self.frames_s = frames_s
         self.readings_s, self.readings_rad = tilt_s, tilt_rad
         self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
@@ -69,11 +71,18 @@ class _Integrals:
         slopes = np.gradient(tilt_rad, tilt_s)
         self.theta = hermite(tilt_s, tilt_rad, slopes, at=self.grid)
         step = self.grid[1] - self.grid[0]
+        rate = np.gradient(self.theta, step)
         self.drive = self._twice(GRAVITY_M_S2 * np.sin(self.theta), step)
-        self.drag = self._twice(GRAVITY_M_S2 * np.cos(self.theta), step)
+        # The plate falls away from under a block on its lower side while the tilt accelerates.
+        lifted = (-ahead_m * rate, -ahead_m * self.theta)
+        self.drag = self._twice(GRAVITY_M_S2 * np.cos(self.theta), step, beside=lifted)
 
-    def _twice(self, values: Array, step: float) -> _Twice:
-        once, twice = _integral(values, step), _integral(_integral(values, step), step)
+    def _twice(self, values: Array, step: float, *, beside: tuple[Array, Array] | None = None) -> _Twice:
+        """Integrals of values (n,) on the grid; `beside` are the ∫ and ∫∫ of what is known without integrating."""
+        once = _integral(values, step)
+        twice = _integral(once, step)
+        if beside is not None:
+            once, twice = once + beside[0], twice + beside[1]
         return _Twice(once, twice, np.interp(self.frames_s, self.grid, twice))
 
     def since(self, what: _Twice, t0: ArrayLike) -> Array:
@@ -141,6 +150,7 @@ def estimate_onset(
     tilt_rad: ArrayLike,
     sigma_m: float,
     along: float = 1.0,
+    ahead_m: float = 0.0,
 ) -> Onset | None:
     """Fits the onset of one slide.
 
@@ -151,6 +161,7 @@ def estimate_onset(
         tilt_rad: tilt (m) against gravity.
         sigma_m: standard deviation of one displacement.
         along: cosine of the angle between the slide and the steepest line.
+        ahead_m: how far the block lies down the steepest line from the axis about which the plate turns.
 
     Returns:
         The onset, or None when there are too few frames or no slide in them.
@@ -164,7 +175,7 @@ def estimate_onset(
         return None
     origin = int(times[0])
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
-    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt, frames_s=t)
+    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt, frames_s=t, ahead_m=ahead_m)
     fit = _Fit(t, path, integrals, along=along, sigma_m=max(sigma_m, 1e-7))
     t0, mu_k, chi2, plain = fit.best()
     if fit.without_slide() - chi2 < _SLIDE_CHI2:

@@ -115,4 +115,5 @@ class Tracks:
             # The centre is the mean of four corners.
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
             along=max(0.2, float(direction @ np.asarray(downhill))),
+            ahead_m=float(path[0] @ np.asarray(downhill)),
         )

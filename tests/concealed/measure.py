@@ -103,6 +103,7 @@ def _fit(run: RunRecord, world: World, sigma_px: float) -> tuple[int, float, flo
         tilt_rad=done.tilt[attitudes],
         sigma_m=0.5 * sigma_px / world.px_per_m,
         along=max(0.2, float(direction @ down)),
+        ahead_m=float(path[0] @ down),
     )
     return None if found is None else (found.slip_ns, found.angle_rad, found.angle_sigma_rad)
 
