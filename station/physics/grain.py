@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -76,7 +77,12 @@ def _convex(shape: float, size: float) -> float:
     """The nearest shape for which a grain of this size is convex; an ellipse always is."""
     if NEARLY_FLAT * _largest(shape) >= size:
         return shape
-    return float(brentq(lambda p: NEARLY_FLAT * _largest(p) - size, ELLIPSE, shape, xtol=1e-9))
+
+    def room(other: float) -> float:
+        return NEARLY_FLAT * _largest(other) - size
+
+    root: Any = brentq(room, ELLIPSE, shape, xtol=1e-9)
+    return float(root)
 
 
 def _largest(shape: float) -> float:
