@@ -6,7 +6,7 @@ Most of a session nothing slips, and the world does not compute what cannot happ
 - while the block sticks below `LETS_GO` it is a part of the plate, above it is held by contact;
 - a part of the plate that is far from letting go is looked at less often;
 - a loose block that lies still makes fewer and longer steps, and is asked less often whether it holds;
-- one that the foam presses on, which creeps as the plate tilts, is stepped in every third look;
+- one that the foam presses on, which creeps as the plate tilts, is stepped in every fifth look;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
 
@@ -50,7 +50,7 @@ UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
-PRESSED_M_S2, DOZES = 0.3, 2
+PRESSED_M_S2, DOZES = 0.3, 4
 """The foam's push per mass from which on a block that lies still is left alone for so many looks at a time."""
 LEANING = 0.95
 """The same two, times this, for a block that leans on the foam, whose force is known less exactly.

@@ -98,6 +98,28 @@ def test_the_foam_keeps_the_block_within_the_cutout() -> None:
     assert np.linalg.norm(back.place_m[-1] - seen.place_m[-1]) < 2e-3
 
 
+def departure_from_the_foam(*, savings: bool) -> tuple[float, float]:
+    """A block is driven into the foam, levelled and tilted away: how far it crept, and at which tilt it slid."""
+    world = hinge_world(SURE, savings=savings)
+    settle(world)
+    ride(world, ramp(0.5, top_rad=0.9), seconds=4)
+    ride(world, lambda time: (max(0.9 - 0.5 * time, 0.0), 0.0), seconds=3)
+    up = ramp(math.radians(5), top_rad=0.6)
+    away = ride(world, lambda time: (-up(time)[0], -up(time)[1]), seconds=7, stop_m=3e-3)
+    before = away.tilt_rad < 0.34
+    crept_m = np.linalg.norm(away.place_m[before][-1] - away.place_m[0])
+    return float(crept_m), math.degrees(away.crossing(threshold_m=1e-3)[1])
+
+
+def test_the_savings_do_not_move_a_block_that_the_foam_presses_on() -> None:
+    (crept_m, slid_deg), (crept_exactly_m, slid_exactly_deg) = (
+        departure_from_the_foam(savings=savings) for savings in (True, False)
+    )
+    assert crept_exactly_m > 5e-5  # the foam pushes it along as the plate tilts
+    assert crept_m == pytest.approx(crept_exactly_m, rel=0.1)
+    assert slid_deg == pytest.approx(slid_exactly_deg, abs=0.1)
+
+
 def test_the_arm_follows_with_a_small_lag_and_does_not_shake() -> None:
     tilter = jaco()
     world = arm_world(tilter, SURE)
