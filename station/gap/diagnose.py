@@ -20,7 +20,7 @@ from station.gap.plan import more_runs, next_experiment
 from station.gap.quality import both_held_out, compared
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
 from station.gap.search import Progress, Search, search
-from station.gap.statistics.fit import Fit
+from station.gap.statistics.fit import Fit, as_simulated
 from station.gap.statistics.systematic import without_nuisances
 from station.gap.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
@@ -144,7 +144,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         used_runs=evidence.used(),
         held_out_runs=evidence.used(),
         simulator="planar",
-        mu_s=_mu(found.null),
+        mu_s=_mu(evidence, found.null),
         scatter=found.null.noise.scatter,
         # Of two looks the smaller p, times two.
         global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
@@ -172,7 +172,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_tipping(without_nuisances(found.model.model), tall, tips)),
+        model=table_of_model(_with_tipping(as_simulated(evidence, found.model), tall, tips)),
     )
 
 
@@ -229,10 +229,10 @@ def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
     return "supported" if clear else "indistinguishable"
 
 
-def _mu(null: Fit) -> Value:
-    return Value(
-        value=null.model.mu_s, sd=null.model.mu_s * math.sqrt(max(float(null.covariance[0, 0]), 0.0)), unit="1"
-    )
+def _mu(evidence: Evidence, null: Fit) -> Value:
+    """The level of the plain model, and how far its runs' scatter leaves it open."""
+    mu_s = as_simulated(evidence, null).mu_s
+    return Value(value=mu_s, sd=mu_s * null.noise.scatter / math.sqrt(max(evidence.used(), 1)), unit="1")
 
 
 def _refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:

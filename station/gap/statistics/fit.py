@@ -17,7 +17,7 @@ from station.gap.statistics.noise import Noise, estimate_noise
 from station.gap.statistics.parameters import Free, free_numbers, model_of, vector_of
 from station.gap.statistics.slopes import residuals, slopes
 from station.gap.statistics.student import fitted_tail, log_density, pulls
-from station.gap.statistics.systematic import is_nuisance, nuisances
+from station.gap.statistics.systematic import is_nuisance, nuisances, without_nuisances
 from station.gap.statistics.whitening import Whitening, stack
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -111,6 +111,14 @@ def levelled(evidence: Evidence, start: Model) -> Model:
     channel = evidence.channel("onset") or evidence.channel("along")
     known = channel.residual(start)[~channel.rows.limit] if channel else np.zeros(0)
     return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
+
+
+def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
+    """The model without what is only allowed for, at the recorded level: what a simulator takes.
+
+    With one mass a law of the load is another mu: what is allowed for took a part of the level with it.
+    """
+    return levelled(evidence, without_nuisances(fitted.model))
 
 
 class _Search:
