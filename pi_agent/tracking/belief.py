@@ -19,6 +19,8 @@ SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
 BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
 GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
 GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
+MOSTLY_LIT = 1.4  # the usual share of the dark in that of the least lit places, beyond what texture makes of it
+LEAST_LIT = 2  # so many groups of profiles seem less lit than any is, by chance or by what covers them
 GLOW_LIT = 0.65, 1.5  # contrasts, in shares of the typical one, of an edge that light was added to
 LEAST_GLOW = 2.0  # nor is this, of 255
 GROUP = 8  # neighbouring profiles of which the light is compared
@@ -45,8 +47,8 @@ def level(
     Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight` is
     set to 0.
     """
-    glowing = _glowing(found, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
-    if not glowing.any():
+    glowing = _glowing(found, weight, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
+    if glowing is None:
         return found
     bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
     contrast = found.sloped[:, :, 0]
@@ -58,21 +60,39 @@ def level(
     return found._replace(
         offset=np.where(glowing, offset, found.offset),
         pull=np.where(glowing, doubt, found.pull),
-        blur_change=np.where(glowing, 0.0, found.blur_change),
+        glowing=glowing,
     )
 
 
-def _glowing(found: edges.Profiles, allowed: float) -> NDArray[np.bool_]:
+def _glowing(found: edges.Profiles, weight: Floats, allowed: float) -> NDArray[np.bool_] | None:
     """Profiles (4, n) whose dark side is brighter than elsewhere, though the light is not: a highlight lies on them.
 
-    More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes.
+    More light brightens the dark in proportion to the contrast; a highlight is added to it, and slopes. None when it
+    lies on no profile.
     """
-    ordered = np.sort(found.dark.ravel())
-    excess = found.dark - ordered[len(ordered) // 4]
-    if float(excess.max()) < allowed:
-        return np.zeros(excess.shape, dtype=np.bool_)
-    in_proportion = np.median(found.dark / found.contrast) * found.contrast
-    return (excess > allowed) & (found.dark - in_proportion > allowed)
+    if float(found.dark.max()) - float(found.dark.min()) < allowed:
+        return None
+    level, share = _unlit(found, weight)
+    glowing = (found.dark > level + allowed) & (found.dark - share * found.contrast > allowed)
+    return glowing if glowing.any() else None
+
+
+def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
+    """The dark where no highlight lies, and its share of the contrast: what is usual along the outline.
+
+    Where the usual share is larger than in some places by more than the plate's texture makes of it, most of the
+    outline lies in a highlight: then it is that of the least lit places, told by the means of neighbours.
+    """
+    usual = float(np.median(found.dark / found.contrast))
+    seen = np.add.reduce(weight.reshape(-1, GROUP), axis=1)
+    enough = seen > 0.5 * GROUP
+    if np.count_nonzero(enough) > LEAST_LIT:
+        dark = np.add.reduce((found.dark * weight).reshape(-1, GROUP), axis=1)[enough]
+        contrast = np.add.reduce((found.contrast * weight).reshape(-1, GROUP), axis=1)[enough]
+        share = float(np.sort(dark / contrast)[LEAST_LIT])
+        if usual > MOSTLY_LIT * share:
+            return float(np.sort(dark / seen[enough])[LEAST_LIT]), share
+    return float(np.sort(found.dark.ravel())[found.dark.size // 4]), usual
 
 
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:

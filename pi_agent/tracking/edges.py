@@ -21,7 +21,8 @@ class Profiles(NamedTuple):
     The edge's offset from where it was expected (px), how much further out it seems to an estimator that leans
     on neither side (px), contrast and contrast × e (4, n, 2) as one tells that allows for a slope in the light, the
     light in the dark, contrast, relative error of the blur, misfit (RMS), whether a pixel was saturated (None: none
-    was), and the light itself (4, n, m).
+    was), the light itself (4, n, m), and whether a highlight lies on them (None: on none), so that they do not tell
+    the blur.
     """
 
     offset: Floats
@@ -33,6 +34,7 @@ class Profiles(NamedTuple):
     misfit: Matrix
     saturated: NDArray[np.bool_] | None
     light: Light
+    glowing: NDArray[np.bool_] | None = None
 
 
 def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, model: StepModel) -> Profiles:

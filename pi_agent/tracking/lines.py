@@ -185,13 +185,14 @@ def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
     return np.array(corners)
 
 
-def scatter_variance(fit: LineFit, edges: Edges) -> Floats:
+def scatter_variance(fit: LineFit, edges: Edges, *, variance: Floats | None = None) -> Floats:
     """Variance (4,) of a coordinate of each corner (px²), from the scatter of the edge points about their lines.
 
     Neighbouring points share pixels and texture: their correlation, taken from the residuals of all edges together,
-    enlarges the scatter of a line.
+    enlarges the scatter of a line. `variance` (4,): of the points, None for that of each edge's own.
     """
-    return _inflation(fit) * at_corners(point_variance(fit), fit, edges)
+    own = point_variance(fit) if variance is None else variance
+    return _inflation(fit) * at_corners(own, fit, edges)
 
 
 def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:

@@ -95,8 +95,8 @@ class Step(NamedTuple):
 
     The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
     the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
-    two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), and whether the
-    light differs along the outline.
+    two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), whether the light
+    differs along the outline, and the share of the profiles that told the blur.
     """
 
     corners: Points
@@ -110,6 +110,7 @@ class Step(NamedTuple):
     line: lines.LineFit
     wider: Floats
     uneven: bool
+    telling: float
 
 
 def one_pass(
@@ -144,11 +145,12 @@ def one_pass(
     if line.moments[:, 0].min() < PROFILES / 6:
         return None
     refined = lines.intersect(expected, line.offset, line.rise)
-    wider, change = _blur_change(found, line, look, shared_blur=shared_blur)
+    wider, change, telling = blur_change(found, line, look, shared_blur=shared_blur)
     blur = within(look.blur * (1.0 + within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, unevenness > belief.UNEVEN)
+    uneven = unevenness > belief.UNEVEN
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven, telling)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
@@ -156,16 +158,28 @@ def within(values: Floats, low: float, high: float) -> Floats:
     return np.minimum(np.maximum(values, low), high)
 
 
-def _blur_change(found: edges.Profiles, line: lines.LineFit, look: Look, *, shared_blur: bool) -> tuple[Floats, Floats]:
-    """How much wider (4,) each edge seems, and by how much its blur is to be changed; both in shares of the blur."""
-    total = line.moments[:, 0]
-    wider = np.add.reduce(line.weight * found.blur_change, axis=1) / total
+def blur_change(
+    found: edges.Profiles, line: lines.LineFit, look: Look, *, shared_blur: bool
+) -> tuple[Floats, Floats, float]:
+    """How much wider (4,) each edge seems, and by how much its blur is to be changed; both in shares of the blur.
+
+    Told by the profiles on which no highlight lies: a few among many that tell nothing count as much as if they were
+    alone. Their share is the third answer.
+    """
+    total, weight, sharp, share = line.moments[:, 0], line.weight, look.sharp, 1.0
+    told = total
+    if found.glowing is not None:
+        weight = weight * ~found.glowing
+        told = np.add.reduce(weight, axis=1)
+        sharp = sharp * told
+        share = float(told.sum() / total.sum())
+    wider = np.add.reduce(weight * found.blur_change, axis=1) / np.maximum(told, 1.0)
     # Further away the blur cannot be told, and there will be another pass.
     far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) < (FAR * look.width) * total
     change = wider * far
     if shared_blur:
-        change.fill(float(np.vdot(look.sharp, change)) / float(look.sharp.sum()))
-    return wider, change
+        change.fill(float(np.vdot(sharp, change)) / max(float(sharp.sum()), 1e-9))
+    return wider, change, share
 
 
 def _straightened(

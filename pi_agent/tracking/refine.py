@@ -28,7 +28,8 @@ SEARCHED = 14  # profiles that a search reads on each edge
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
-NO_CHANGE = np.zeros(4)
+BLUR_TOLD = 0.0055  # relative error of a blur that all profiles tell; few lie together: over their share, not its root
+LEAST_TELLING = 0.01  # share of the profiles below which none tells the blur
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
 
 
@@ -113,29 +114,41 @@ def refine(
         if not known and float(blur.max()) < (1.0 + BLUR_ALIKE) * float(blur.min()):
             blur, known, settled = np.full(4, blur.mean()), True, False
         if settled or left == 0:
-            sharper = np.minimum(look.blur - blur_px, 0.0) if blur_known else NO_CHANGE
-            fit = _fit(
-                step, look, even=task.even, path_px=0.0 if smear is None else abs(smear.path_px), sharper_px=sharper
-            )
+            doubt_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
+            path_px = 0.0 if smear is None else abs(smear.path_px)
+            fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px)
             # From further away an edge seems to lie in uneven light that does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
                 return fit
     return None
 
 
-def _fit(step: Step, look: Look, *, even: bool, path_px: float, sharper_px: Floats) -> Fit:
+def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
+    """The least share of an edge's profiles that agree and lie in no highlight; `agreeing` (4,): how many agree."""
+    if step.found.glowing is not None:
+        agreeing = np.add.reduce((step.line.weight > doubts.AGREES) & ~step.found.glowing, axis=1)
+    return float(agreeing.min()) / PROFILES
+
+
+def _blur_error_px(step: Step, look: Look) -> Floats:
+    """Error (4,) of a blur that was found in this frame alone, beyond that of one which a whole outline tells."""
+    return (BLUR_TOLD * (1.0 / max(step.telling, LEAST_TELLING) - 1.0)) * look.blur
+
+
+def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: Floats) -> Fit:
     """The fit of the last pass, with what is to be said about its doubts.
 
-    `sharper_px`: (4,) how much sharper (below 0) the edges seem than the lens was: uneven light can do that.
+    `blur_doubt_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
+    how wrong the blur may be that the few profiles told on which no highlight lies.
     """
     found, line, expected, contrast = step.found, step.line, look.expected, step.contrast
     moves: Points | None = None
     if even:
         moves, pull, line = doubts.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
-        scatter = lines.scatter_variance(line, expected)
+        scatter = lines.scatter_variance(line, expected, variance=doubts.margin_variance(line))
         sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
-        off_px = step.wider * look.blur * look.sharp + sharper_px
+        off_px = step.wider * look.blur * look.sharp + blur_doubt_px
         sigma = doubts.grain_sigma(step.pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)
     agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
     return Fit(
@@ -144,7 +157,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, sharper_px: Floa
         worst_px=sigma.worst_px,
         residual_px=sqrt(float(np.vdot(line.weight, line.residual * line.residual)) / sum(line.moments[:, 0].tolist())),
         agreement=agreeing / belief.readable(found),
-        whole=float(agreeing.min()) / PROFILES,
+        whole=_whole(step, agreeing),
         contrast=step.contrast,
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pi_agent.tracking import belief, doubts, lines
+from pi_agent.tracking import belief, doubts, lines, passes
 from pi_agent.tracking.edges import Profiles
+from pi_agent.tracking.steps import step_model
 
 Floats = NDArray[np.float64]
 COUNT = 48
@@ -129,3 +130,72 @@ def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
     contrast[1] = 50.0
     dark = np.full((4, COUNT), 13.5, dtype=np.float32)
     assert not doubts.another(line, np.full(4, COUNT), contrast=contrast, dark=dark)
+
+
+@pytest.mark.parametrize("seen", [8, 10, 14])
+def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_other_edges(seen: int) -> None:
+    """Of the points of an edge those that were left for agreeing: their own scatter tells too little."""
+    told = []
+    for seed in range(200):
+        offset, weight = _noise(seed), np.ones((4, COUNT))
+        weight[1, :-20] = 0.0
+        line = _line(offset, weight)
+        weight[1, np.argsort(np.abs(line.residual[1]) + (weight[1] == 0) * 9.0)[seen:]] = 0.0
+        line = _line(offset, weight)
+        own, taken = lines.point_variance(line), doubts.margin_variance(line)
+        told.append((own[1], taken[1], own[[0, 2, 3]].mean()))
+        np.testing.assert_array_equal(np.delete(taken, 1), np.delete(own, 1))
+    own_px2, taken_px2, others_px2 = np.mean(told, axis=0)
+    assert own_px2 < 0.7 * others_px2
+    assert taken_px2 > others_px2
+
+
+def test_a_whole_edges_points_scatter_as_they_do() -> None:
+    line = _line(_noise(9) * np.array([[1.0], [3.0], [1.0], [1.0]]), np.ones((4, COUNT)))
+    np.testing.assert_array_equal(doubts.margin_variance(line), lines.point_variance(line))
+
+
+def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
+    """On which profiles beside bare tape a highlight is taken to lie."""
+    found = _profiles(dark, contrast)
+    size = len(step_model(textured=True).steps)
+    found = found._replace(
+        light=np.repeat(found.dark[:, :, None], size, axis=2), sloped=np.zeros((4, COUNT, 2), np.float32)
+    )
+    read = belief.level(
+        found, np.ones((4, COUNT)), step_model(textured=True), blur=np.full(4, 0.8), typical=90.0, even=False
+    )
+    return np.zeros((4, COUNT), dtype=np.bool_) if read.glowing is None else read.glowing
+
+
+def test_a_highlight_over_nearly_all_of_the_outline_is_not_what_is_usual() -> None:
+    """What it lights least, an eighth of the outline, tells it; without that most of it would count as unlit."""
+    added = np.full((4, COUNT), 50.0)
+    added[0, :24] = 0.0
+    added[2] += np.linspace(0.0, 30.0, COUNT)
+    glowing = _glowing(14.0 + added, np.full((4, COUNT), 90.0))
+    assert not glowing[0, :24].any()
+    assert glowing[0, 24:].all()
+    assert glowing[1:].all()
+
+
+def test_neither_a_shadow_nor_the_plates_shades_are_a_highlight_on_the_rest() -> None:
+    light, shades = np.ones((4, COUNT)), np.ones((4, COUNT))
+    light[:2] = 0.3
+    shades[2] = 0.8
+    shades[3, :24] = 1.25
+    assert not _glowing(14.0 * light, 90.0 * light * shades).any()
+
+
+def test_a_blur_is_told_by_the_profiles_on_which_no_highlight_lies() -> None:
+    glowing = np.ones((4, COUNT), dtype=np.bool_)
+    glowing[:, :6] = False
+    found = _profiles(*_lit(slice(0), dark=1.0, contrast=1.0))._replace(
+        blur_change=np.where(glowing, -0.4, 0.03), glowing=glowing
+    )
+    corners, blur = CORNERS, np.full(4, 0.8)
+    look = passes.Look(corners, blur, EXPECTED, step_model(textured=True), np.zeros(4), blur, np.ones(4))
+    wider, change, share = passes.blur_change(found, _line(_noise(5), np.ones((4, COUNT))), look, shared_blur=True)
+    np.testing.assert_allclose(wider, 0.03)
+    np.testing.assert_allclose(change, 0.03)
+    assert share == pytest.approx(1.0 / 8.0, abs=0.01)
