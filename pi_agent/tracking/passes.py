@@ -96,7 +96,8 @@ class Step(NamedTuple):
     The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
     the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
     two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), whether the light
-    differs along the outline, and the share of the profiles that told the blur.
+    differs along the outline, the share of the profiles that told the blur, and whether three profiles on end
+    disagreed with the first lines: without that no edge is bent.
     """
 
     corners: Points
@@ -111,6 +112,7 @@ class Step(NamedTuple):
     wider: Floats
     uneven: bool
     telling: float
+    broken: bool
 
 
 def one_pass(
@@ -139,6 +141,7 @@ def one_pass(
     offset, pull = _straightened(found, look, smear=smear, turn_per_row_rad=turn_per_row_rad)
     line = _robust_lines(offset, weight, counted, expected)
     spoiled = doubts.beside_a_gap(line, blur_px=float(look.blur.max()), shortest_px=float(expected.free.min()))
+    broken = spoiled is not None
     if spoiled is not None:
         kept = np.where(spoiled, 0.0, weight)
         line = _robust_lines(offset, kept, np.add.reduce(kept, axis=1), expected)
@@ -150,7 +153,7 @@ def one_pass(
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
     uneven = unevenness > belief.UNEVEN
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven, telling)
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven, telling, broken)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:

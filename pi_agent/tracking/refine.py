@@ -161,7 +161,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         contrast=step.contrast,
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        bent=doubts.bent(line, step.believed, shortest_px=float(expected.free.min()))
+        bent=(step.broken and doubts.bent(line, step.believed, shortest_px=float(expected.free.min())))
         or (not even and doubts.another(line, agreeing, contrast=found.contrast, dark=found.dark)),
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,
