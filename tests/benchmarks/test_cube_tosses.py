@@ -53,7 +53,7 @@ def test_how_often_anything_is_claimed_of_permuted_tosses(tmp_path: Path) -> Non
     tosses = tosses_of(REAL)
     print(f"\n{len(tosses)} tosses, {sum(toss.slide.stop > 0 for toss in tosses)} of which slide flat")
     print(said("recorded", diagnosed(tosses, tmp_path, "recorded")))
-    copies = [permuted(tosses, np.random.default_rng([20261124, number])) for number in range(COPIES)]
+    copies = [permuted(tosses, np.random.default_rng([20261127, number])) for number in range(COPIES)]
     work = (delayed(diagnosed)(copy, tmp_path, f"copy {number}") for number, copy in enumerate(copies, start=1))
     made: Any = Parallel(n_jobs=JOBS, return_as="generator")(work)
     claimed = 0
