@@ -141,10 +141,15 @@ def _middle(values: Floats) -> float:
     return float(np.sort(values)[len(values) // 2])
 
 
-def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> None:
-    """Sets the weights (4, n) to 0 where a part of each edge is none (a notch): `gap` (4, 2), in sides."""
+def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
+    """Sets the weights (4, n) to 0 where a part of each edge is none (a notch): `gap` (4, 2), in sides.
+
+    Returns how many profiles of each edge are left (4,).
+    """
     place = 0.5 + np.multiply.outer(expected.free / expected.length, lines.places(weight.shape[1]))
-    weight[(place > gap[:, :1]) & (place < gap[:, 1:])] = 0.0
+    none = (place > gap[:, :1]) & (place < gap[:, 1:])
+    weight[none] = 0.0
+    return weight.shape[1] - np.add.reduce(none, axis=1)
 
 
 def readable(found: edges.Profiles) -> Floats | float:

@@ -169,22 +169,17 @@ def _light_differs(contrast: Matrix, weight: Floats) -> bool:
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())
 
 
-def margin_variance(line: lines.LineFit) -> Floats:
+def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
     """Variance (4,) of the points of each edge beside an even margin.
 
     Few points that were chosen for agreeing with each other scatter less than those that they were chosen from: of an
     edge that is seen in part it is that of all edges, if that is larger.
     """
     own = lines.point_variance(line)
-    in_part = _in_part(line)
+    in_part = line.moments[:, 0] < IN_PART * profiles
     if not in_part.any():
         return own
     return np.where(in_part, SEEN_IN_PART * np.maximum(own, float(np.add.reduce(own)) / 4), own)
-
-
-def _in_part(line: lines.LineFit) -> NDArray[np.bool_]:
-    """Which edges (4,) are seen in part."""
-    return line.moments[:, 0] < IN_PART * line.weight.shape[1]
 
 
 def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: float, uneven: bool) -> Sigmas:
@@ -223,7 +218,7 @@ def grain_sigma(
     """
     slow, own = _slow(line), lines.point_variance(line)
     points = (0.5 * GRAIN_SLOW) * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
-    in_part = _in_part(line)
+    in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
     if in_part.any():
         points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
     blurred = float(np.vdot(blur_off_px, blur_off_px)) / 4

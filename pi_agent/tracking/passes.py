@@ -16,6 +16,7 @@ Points = NDArray[np.complex128]
 PROFILES = 48  # read on each edge
 DIM = 20.0, 12.0, 7.0  # contrasts (of 255) below which the noise of the pixels counts more than the texture
 LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
+ALL_PROFILES = np.full(4, float(PROFILES))
 ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
 FLOOR_PX = 0.012  # scatter of the edge points that is always believed
 READ = 0.75  # share of an edge's profiles that must be believed for a plain fit
@@ -96,8 +97,8 @@ class Step(NamedTuple):
     The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
     the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
     two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), whether the light
-    differs along the outline, the share of the profiles that told the blur, and whether three profiles on end
-    disagreed with the first lines: without that no edge is bent.
+    differs along the outline, the share of the profiles that told the blur, whether three profiles on end disagreed
+    with the first lines (without that no edge is bent), and how many profiles each edge has but for a notch (4,).
     """
 
     corners: Points
@@ -113,6 +114,7 @@ class Step(NamedTuple):
     uneven: bool
     telling: float
     broken: bool
+    profiles: Floats
 
 
 def one_pass(
@@ -133,8 +135,9 @@ def one_pass(
         unevenness = belief.beside_another(found, weight)
         if unevenness > belief.EVEN:
             found = belief.through_shadow(found, weight, typical)
+    profiles = ALL_PROFILES
     if task.left_out is not None:
-        belief.leave_out(weight, expected, task.left_out)
+        profiles = belief.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
     if counted.min() < PROFILES // 4:
         return None
@@ -153,7 +156,8 @@ def one_pass(
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
     uneven = unevenness > belief.UNEVEN
-    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, wider, uneven, telling, broken)
+    told = wider, uneven, telling, broken, profiles
+    return Step(refined, blur, typical, moved, largest, found, weight, pull, line, *told)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:

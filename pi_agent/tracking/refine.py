@@ -145,7 +145,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
     moves: Points | None = None
     if even:
         moves, pull, line = doubts.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
-        scatter = lines.scatter_variance(line, expected, variance=doubts.margin_variance(line))
+        scatter = lines.scatter_variance(line, expected, variance=doubts.margin_variance(line, profiles=step.profiles))
         sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
         off_px = step.wider * look.blur * look.sharp + blur_doubt_px

@@ -10,6 +10,7 @@ from pi_agent.tracking.steps import step_model
 
 Floats = NDArray[np.float64]
 COUNT = 48
+WHOLE = np.full(4, float(COUNT))
 CORNERS = np.array([0, 100, 100 + 100j, 100j], dtype=np.complex128)
 EXPECTED = lines.expected_edges(CORNERS, clear_px=4.0)
 
@@ -142,7 +143,7 @@ def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_ot
         line = _line(offset, weight)
         weight[1, np.argsort(np.abs(line.residual[1]) + (weight[1] == 0) * 9.0)[seen:]] = 0.0
         line = _line(offset, weight)
-        own, taken = lines.point_variance(line), doubts.margin_variance(line)
+        own, taken = lines.point_variance(line), doubts.margin_variance(line, profiles=WHOLE)
         told.append((own[1], taken[1], own[[0, 2, 3]].mean()))
         np.testing.assert_array_equal(np.delete(taken, 1), np.delete(own, 1))
     own_px2, taken_px2, others_px2 = np.mean(told, axis=0)
@@ -152,7 +153,17 @@ def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_ot
 
 def test_a_whole_edges_points_scatter_as_they_do() -> None:
     line = _line(_noise(9) * np.array([[1.0], [3.0], [1.0], [1.0]]), np.ones((4, COUNT)))
-    np.testing.assert_array_equal(doubts.margin_variance(line), lines.point_variance(line))
+    np.testing.assert_array_equal(doubts.margin_variance(line, profiles=WHOLE), lines.point_variance(line))
+
+
+def test_an_edge_with_a_notch_is_not_seen_in_part() -> None:
+    weight, gap = np.ones((4, COUNT)), np.array([[0.3, 0.7]] * 4)
+    left = belief.leave_out(weight, EXPECTED, gap)
+    np.testing.assert_array_equal(left, np.add.reduce(weight, axis=1))
+    assert left.max() < 0.7 * COUNT
+    line = _line(_noise(10), weight)
+    np.testing.assert_array_equal(doubts.margin_variance(line, profiles=left), lines.point_variance(line))
+    assert (doubts.margin_variance(line, profiles=WHOLE) > lines.point_variance(line)).all()
 
 
 def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
