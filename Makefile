@@ -13,7 +13,8 @@ run: setup
 # Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed; which of
 # them may run side by side is said in tests/system/conftest.py.
 test: setup lint
-	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/system
+	# The small proof takes longest: it goes first.
+	$(BIN)/pytest -n 2 --dist loadfile tests/recovery/test_prove.py tests --ignore=tests/system
 	$(BIN)/pytest -n 2 --dist loadgroup tests/system
 
 lint: setup

@@ -215,13 +215,27 @@ class SmoothPush(Unnamed):
         if self.direction == "radial":
             return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
         if self.direction == "field":
-            slopes = [(i * x ** max(i - 1, 0) * y**j, j * x**i * y ** max(j - 1, 0)) for i, j in HILLS]
-            return np.stack([np.stack([*each, np.zeros(len(contact))], axis=1) for each in slopes], axis=2)
+            return _hill_slopes(x, y)
         functions = (x, y) if self.direction == "linear" else (np.ones(len(contact)), x, y)
         found = np.zeros((len(contact), 3, 2 * len(functions)))
         for place, function in enumerate(functions):
             found[:, 0, 2 * place] = found[:, 1, 2 * place + 1] = function
         return found
+
+
+def _hill_slopes(x: Array, y: Array) -> Array:
+    """The slopes of each hill (n, 3, k) at places (n,)."""
+    found = np.zeros((len(x), 3, len(HILLS)))
+    of_x, of_y = [np.ones(len(x)), x], [np.ones(len(y)), y]
+    for powers, base in ((of_x, x), (of_y, y)):
+        while len(powers) < 5:
+            powers.append(powers[-1] * base)
+    for k, (i, j) in enumerate(HILLS):
+        if i > 0:
+            found[:, 0, k] = i * of_x[i - 1] * of_y[j]
+        if j > 0:
+            found[:, 1, k] = j * of_x[i] * of_y[j - 1]
+    return found
 
 
 HILLS = tuple((degree - j, j) for degree in range(1, 5) for j in range(degree + 1))
