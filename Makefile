@@ -11,10 +11,9 @@ run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 
 # Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed; which of
-# them may run side by side is said in tests/system/conftest.py.
+# them may run side by side is said in tests/system/conftest.py. The small proof takes longest, and begins first.
 test: setup lint
-	# The small proof takes longest: it goes first.
-	$(BIN)/pytest -n 2 --dist loadfile tests/recovery/test_prove.py tests --ignore=tests/system
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py tests --ignore=tests/system
 	$(BIN)/pytest -n 2 --dist loadgroup tests/system
 
 lint: setup
