@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,21 +24,11 @@ SLIDE_POINTS = 4
 FEWEST_RECORDED = 20
 STANDARD_RATE_RAD_S, LEAST_RATE_RAD_S = math.radians(5.0), math.radians(0.5)
 Draw = dict[str, Array]
+Protocol = Callable[[np.random.Generator, int], Draw]
+"""The numbers of so many runs, as a session lays them out."""
+
 Vary = Callable[[np.random.Generator, int, Draw], None]
 """Changes a protocol's numbers (runs,) by name."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Bench:
-    """The rig of a session on paper: its friction, its noise (a usual one by default), and how it is run now.
-
-    `protocol` says that by a function, the standard one by default: a plan changes one thing of it, and what goes
-    together in what else it does (a dwell that falls with the runs) goes on doing so.
-    """
-
-    mu_s: float = 0.4
-    noise: Noise | None = None
-    protocol: Callable[[np.random.Generator, int], Draw] = field(default_factory=lambda: standard)
 
 
 def standard(rng: np.random.Generator, runs: int) -> Draw:
@@ -57,7 +47,20 @@ def standard(rng: np.random.Generator, runs: int) -> Draw:
     }
 
 
-def as_recorded(evidence: Evidence) -> Callable[[np.random.Generator, int], Draw]:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bench:
+    """The rig of a session on paper: its friction, its noise (a usual one by default), and how it is run now.
+
+    `protocol` says that by a function, the standard one by default: a plan changes one thing of it, and what goes
+    together in what else it does (a dwell that falls with the runs) goes on doing so.
+    """
+
+    mu_s: float = 0.4
+    noise: Noise | None = None
+    protocol: Protocol = standard
+
+
+def as_recorded(evidence: Evidence) -> Protocol:
     """The protocol that a recording's onsets show, its runs in their order; the standard one where it has too few."""
     onset = evidence.channel("onset")
     if not isinstance(onset, Onsets) or len(onset.moments) < FEWEST_RECORDED:

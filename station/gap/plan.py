@@ -17,6 +17,7 @@ from station.gap.on_paper import TRIAL_RUNS, Bench, Draw, Vary, as_recorded, tri
 from station.gap.result import EffectFound, NextExperiment
 from station.gap.search import Search
 from station.gap.statistics.columns import scores
+from station.gap.statistics.fit import as_simulated
 from station.physics.contact import Array
 from station.physics.effect import Effect
 
@@ -130,8 +131,8 @@ def next_experiment(
     A finding is tried against what it could not be told from here; one that stands alone, against what is known to
     look like it.
     """
-    fitted = found.model
-    bench = Bench(mu_s=fitted.model.mu_s, noise=fitted.noise, protocol=as_recorded(evidence))
+    level = as_simulated(evidence, found.model).mu_s
+    bench = Bench(mu_s=level, noise=found.model.noise, protocol=as_recorded(evidence))
     named = [effect for effect in effects if set(effect.class_ids) & catalogue.keys()]
     if named:
         main = max(named, key=lambda effect: _gained(found, effect))

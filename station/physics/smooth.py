@@ -226,10 +226,7 @@ class SmoothPush(Unnamed):
 def _hill_slopes(x: Array, y: Array) -> Array:
     """The slopes of each hill (n, 3, k) at places (n,)."""
     found = np.zeros((len(x), 3, len(HILLS)))
-    of_x, of_y = [np.ones(len(x)), x], [np.ones(len(y)), y]
-    for powers, base in ((of_x, x), (of_y, y)):
-        while len(powers) < 5:
-            powers.append(powers[-1] * base)
+    of_x, of_y = (np.vander(one, HIGHEST + 1, increasing=True).T for one in (x, y))
     for k, (i, j) in enumerate(HILLS):
         if i > 0:
             found[:, 0, k] = i * of_x[i - 1] * of_y[j]
@@ -238,14 +235,15 @@ def _hill_slopes(x: Array, y: Array) -> Array:
     return found
 
 
-HILLS = tuple((degree - j, j) for degree in range(1, 5) for j in range(degree + 1))
+HIGHEST = 4
+HILLS = tuple((degree - j, j) for degree in range(1, HIGHEST + 1) for j in range(degree + 1))
 """The powers of x and y in a field's hill."""
 
 PUSHES: dict[Direction, tuple[int, str]] = {
     "radial": (1, "radial push"),
     "linear": (4, "linear push"),
     "any": (6, "push"),
-    "field": (14, "field"),
+    "field": (len(HILLS), "field"),
 }
 """How many coefficients each kind of push has, and what it is called."""
 
