@@ -7,15 +7,12 @@ The agent goes on watching, holding and levelling when the station is gone.
 from __future__ import annotations
 
 import math
-import struct
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from shared.bus import Bus, Received, Recipe
+from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.foxglove import Log, Timestamp
 from shared.messages import REPLACED, ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
@@ -252,22 +249,9 @@ class ArmAgent:
         self._driver.close()
 
 
-def _joint_state(reading: JointReading) -> Recipe:
-    """The message of a reading, whose numbers nobody in a simulated session looks at before they are in the file."""
-    packed = reading.position_rad.tobytes() + reading.velocity_rad_s.tobytes() + reading.effort_nm.tobytes()
-    return Recipe(joint_state, {"stamp_ns": reading.stamp_ns, "name": reading.names, "packed": packed})
-
-
-def joint_state(*, stamp_ns: int, name: tuple[str, ...], packed: bytes) -> JointState:
-    """The message of n joints; `packed` are their positions, velocities and efforts (if any), eight bytes each."""
-    n = len(name)
-    numbers = _fractions(len(packed) // 8)(packed)
-    return JointState(stamp_ns, name, numbers[:n], numbers[n : 2 * n], numbers[2 * n :])
-
-
-@cache
-def _fractions(count: int) -> Callable[[bytes], tuple[float, ...]]:
-    return struct.Struct(f"={count}d").unpack
+def _joint_state(reading: JointReading) -> JointState:
+    position, velocity = tuple(reading.position_rad.tolist()), tuple(reading.velocity_rad_s.tolist())
+    return JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
 
 
 _REST_RAD_S = math.radians(0.5)
