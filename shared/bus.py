@@ -35,9 +35,14 @@ quicken(Recipe)
 
 
 class Received:
-    """A message as it arrived: payload and object are derived from each other, or made, when first asked for."""
+    """A message as it arrived: of `message` and `payload` (the bytes as they were sent) one is given, or a recipe.
 
-    __slots__ = ("_message", "_payload", "receive_ns", "recipe", "topic")
+    The other is derived when it is first asked for; that raises UserError when a payload does not parse.
+    """
+
+    __slots__ = ("message", "payload", "receive_ns", "recipe", "topic")
+    message: Message
+    payload: bytes
 
     def __init__(
         self,
@@ -51,25 +56,23 @@ class Received:
         self.topic = topic
         self.receive_ns = receive_ns
         self.recipe = recipe
-        self._payload = payload
-        self._message = message
+        if message is not None:
+            self.message = message
+        if payload is not None:
+            self.payload = payload
 
-    @property
-    def message(self) -> Message:
-        """The message; raises UserError when the payload does not parse."""
-        if self._message is None:
-            if self.recipe is not None:
-                self._message = self.recipe.made()
-            else:
-                self._message = wire.decode(topics.topic(self.topic).message, self._payload or b"")
-        return self._message
-
-    @property
-    def payload(self) -> bytes:
-        """The bytes as they were sent."""
-        if self._payload is None:
-            self._payload = wire.encode(self.message)
-        return self._payload
+    def __getattr__(self, name: str) -> Message | bytes:
+        """What was not given; Python asks here only while the slot is empty."""
+        if name == "payload":
+            self.payload = wire.encode(self.message)
+            return self.payload
+        if name != "message":
+            raise AttributeError(name)
+        if self.recipe is not None:
+            self.message = self.recipe.made()
+        else:
+            self.message = wire.decode(topics.topic(self.topic).message, self.payload)
+        return self.message
 
 
 @dataclass(frozen=True, slots=True)

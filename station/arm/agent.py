@@ -155,14 +155,14 @@ class ArmAgent:
         verdict = self._gate.watch(now_ns=self._now_ns, reading=self._reading, commanded=self._commanded())
         if fault := self._driver.fault():
             self._halt(fault)
+        elif verdict.action is Action.NONE:
+            self._said = ""
         elif verdict.action is Action.HALT:
             self._halt(verdict.reason)
         elif verdict.action is Action.HOLD:
             self._hold(verdict.reason)
-        elif verdict.action is Action.LEVEL:
-            self._level(verdict.reason)
         else:
-            self._said = ""
+            self._level(verdict.reason)
 
     def _halt(self, reason: str) -> None:
         """Stop the motion under way at once, where it is, and say why; nothing if nothing moves."""

@@ -65,7 +65,9 @@ class RecordingBeside:
         recording.let_go()
         self._news = select.poll()
         self._news.register(self._pipe, select.POLLIN)
-        self._taking = _TakingApart()
+        self._taking = _TakingApart(self._send)
+        self.write = self._taking.add
+        """Records one message as it came."""
         self._closed = False
 
     def __enter__(self) -> RecordingBeside:
@@ -75,11 +77,6 @@ class RecordingBeside:
     def __exit__(self, *_: object) -> None:
         """Closes the recording."""
         self.close()
-
-    def write(self, received: Received) -> None:
-        """Records one message as it came."""
-        if self._taking.add(received) >= BATCH:
-            self._send(self._taking.batch())
 
     def _send(self, data: bytes) -> None:
         """Raises UserError when the other process is gone."""
@@ -97,7 +94,7 @@ class RecordingBeside:
         if not self._closed:
             self._closed = True
             try:
-                self._send(self._taking.batch())
+                self._taking.send()
                 self._send(_OVER)
             finally:
                 self._process.join()
@@ -130,30 +127,32 @@ class _TakingApart:
     It does so when they come: they have just been made, and a processor still has them at hand.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, send: Callable[[bytes], None]) -> None:
+        self._send_bytes = send
         self._known: dict[Make, tuple[int, Read]] = {}
         self._new: list[Make] = []
         self._rows: list[Row] = []
         self._newest: dict[type[Message], Message] = {}
 
-    def add(self, received: Received) -> int:
-        """Takes a message apart; gives how many wait."""
-        rows = self._rows
-        if received.recipe is not None:
-            rows.append((received.topic, received.receive_ns, *self._recipe(received.recipe)))
-        else:
+    def add(self, received: Received) -> None:
+        """Takes a message apart, and sends off those that wait when they are enough."""
+        rows, recipe = self._rows, received.recipe
+        if recipe is None:
             message = received.message
             cls = type(message)
             number, read = self._known.get(cls) or self._learn(cls, _reader(cls))
-            rows.append((received.topic, received.receive_ns, number, read(message)))
             self._newest[cls] = message
-        return len(rows)
+            rows.append((received.topic, received.receive_ns, number, read(message)))
+        else:
+            rows.append((received.topic, received.receive_ns, *self._recipe(recipe)))
+        if len(rows) >= BATCH:
+            self.send()
 
-    def batch(self) -> bytes:
-        """What waits, as it crosses the pipe."""
+    def send(self) -> None:
+        """Sends off what waits."""
         batch = self._new, self._rows
         self._new, self._rows = [], []
-        return pickle.dumps(batch, pickle.HIGHEST_PROTOCOL)
+        self._send_bytes(pickle.dumps(batch, pickle.HIGHEST_PROTOCOL))
 
     def _recipe(self, recipe: Recipe) -> tuple[int, Values]:
         """A recipe; its own messages are taken apart as well, unless the other process has them already."""

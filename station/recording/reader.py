@@ -15,6 +15,7 @@ from bisect import bisect_left
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 from typing import BinaryIO
 
@@ -314,8 +315,12 @@ class RecordingReader:
 
     def samples(self) -> tuple[Sample, ...]:
         """The session's samples in the order in which they were taken."""
-        found = (item.message for item in self.messages({"session/sample"}))
-        return tuple(message for message in found if isinstance(message, Sample))
+        found = list[tuple[int, bytes]]()
+        for channels, batch in self.batches({"session/sample"}):
+            for number, (channel, log_ns) in enumerate(zip(batch.channel.tolist(), batch.log_ns.tolist(), strict=True)):
+                if channels[channel].message is Sample:
+                    found.append((log_ns, batch.payloads.bytes(number)))
+        return tuple(wire.decode(Sample, payload) for _, payload in sorted(found, key=itemgetter(0)))
 
 
 def attachment_of(content: bytes) -> Attachment:

@@ -45,7 +45,9 @@ class ArmEngine:
         self._position_between: FLOATS = self._between.qpos
         self._per_joint: FLOATS = np.empty((3, model.nv))
         self._position[:] = self._act[:] = joint_start_rad
-        self._now = self._before = self._position.copy(), self._velocity.copy()
+        self._n = int(model.nv)
+        self._now = self._before = np.concatenate((self._position, self._velocity))
+        """Positions and then velocities of the joints, (2 n,), at the two ends of the last step: never written to."""
         self._posed = False
         self._turned: list[float] | None = None
         self._turned_before: list[float] | None = None
@@ -60,16 +62,15 @@ class ArmEngine:
         """Advances by one time step, in which the servos move at these velocities."""
         self._pack(self._ctrl, 0, *wanted_rad_s, *wanted_rad_s)  # springs and dampers; numpy takes five times as long
         mj.mj_step(self.model, self.data)
-        self._before, self._now = self._now, (self._position.copy(), self._velocity.copy())
+        self._before, self._now = self._now, np.concatenate((self._position, self._velocity))
         self._turned_before, self._turned, self._posed = self._turned, None, False
 
     def halt(self, *, below_rad_s: float) -> bool:
         """Brings the joints to rest where they are, if none is quicker than that; whether they rest."""
-        position, velocity = self._now
-        if float(np.abs(velocity).max()) >= below_rad_s:
+        if float(np.abs(self._velocity).max()) >= below_rad_s:
             return False
         self._velocity[:] = 0.0
-        self._now = self._before = position, np.zeros_like(velocity)
+        self._now = self._before = np.concatenate((self._position, self._velocity))
         return True
 
     def joints(self, share: float = 1.0) -> tuple[FLOATS, FLOATS, FLOATS]:
@@ -77,12 +78,12 @@ class ArmEngine:
 
         The effort is the one that the step was made with: its damping acts on the velocity that the step ends with.
         """
-        (position, velocity), (before, velocity_before) = self._now, self._before
-        change = velocity - velocity_before
-        effort = self._explicit_effort - self._damping * change
-        if share == 1.0:
-            return position, velocity, effort
-        return before + share * (position - before), velocity_before + share * change, effort
+        n, state = self._n, self._now
+        change = state - self._before
+        effort = self._explicit_effort - self._damping * change[n:]
+        if share != 1.0:
+            state = self._before + share * change
+        return state[:n], state[n:], effort
 
     def carry(self, pose: Pose, *, mass_kg: float) -> None:
         """Makes the block a part of the plate at `pose`, with that mass."""
@@ -103,7 +104,8 @@ class ArmEngine:
         """The bodies as they were at that share of the last step."""
         if share == 1.0:
             return self.bodies
-        position, before, between = self._now[0], self._before[0], self._position_between
+        n, between = self._n, self._position_between
+        position, before = self._now[:n], self._before[:n]
         np.subtract(position, before, out=between)
         between *= share
         between += before
