@@ -5,13 +5,14 @@ import json
 import os
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pi_agent.diagnosis import light_fault
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Feature, Mark
 from pi_agent.tracking.observation import Observation
@@ -27,6 +28,7 @@ PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp"}
 FEATURES: tuple[Feature, ...] = ("none", "dot", "notch", "tag")
 DEFAULT_RATE_HZ = 90.0
 SMALLEST_FRAME_PX = 32
+MISCOUNTED = 0.02  # share of a video's frames by which its own count, often an estimate, may be too high
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Tracks every frame of every path; 0 when the mark was found in all, 1 when not.
 
-    A path that cannot be read is named on stderr and the others are still tracked; then the result is 2. A single such
-    path, or settings that make no sense, raise UserError.
+    A path that cannot be read, or a video that breaks off, is named on stderr and the others are still tracked; then
+    the result is 2. A single such path, or settings that make no sense, raise UserError.
     """
     config = tracker_config(args)
     _quieten_decoders()
@@ -133,10 +135,16 @@ def tracker_config(args: argparse.Namespace) -> TrackerConfig:
 def track_file(
     path: Path, *, config: TrackerConfig, rate_hz: float | None = None
 ) -> Iterator[tuple[Shot, Observation]]:
-    """What is seen in each frame of a picture or a video; raises UserError when it is neither."""
+    """What is seen in each frame of a picture or a video.
+
+    Raises:
+        UserError: when it is neither, or after the last frame that can be decoded when there should be more.
+    """
     tracker = Tracker(config)
     for shot in _shots(path, rate_hz):
-        yield shot, tracker.track(shot.frame, capture_ns=shot.capture_ns)
+        seen = tracker.track(shot.frame, capture_ns=shot.capture_ns)
+        dark_or_bright = "" if seen.found else light_fault(shot.frame)
+        yield shot, replace(seen, reason=dark_or_bright) if dark_or_bright else seen
 
 
 def _shots(path: Path, rate_hz: float | None) -> Iterator[Shot]:
@@ -159,6 +167,7 @@ def _picture(path: Path) -> Frame:
 def _video(path: Path, rate_hz: float | None) -> Iterator[Shot]:
     video = cv2.VideoCapture(str(path))
     rate = rate_hz or video.get(cv2.CAP_PROP_FPS) or DEFAULT_RATE_HZ
+    promised = video.get(cv2.CAP_PROP_FRAME_COUNT)
     number = 0
     try:
         while True:
@@ -173,6 +182,11 @@ def _video(path: Path, rate_hz: float | None) -> Iterator[Shot]:
         video.release()
     if number == 0:
         raise UserError(f"{path}: expected a picture or a video, but not one frame of it can be decoded")
+    if number + 1 < (1.0 - MISCOUNTED) * promised:
+        raise UserError(
+            f"{path}: {number} frames can be decoded where the file says that it holds {promised:.0f}; it is cut off "
+            "or damaged there"
+        )
 
 
 def _large_enough(path: Path, frame: Frame) -> Frame:

@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from pi_agent.__main__ import main
@@ -45,3 +49,16 @@ def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[s
     with pytest.raises(SystemExit):
         main(["run", "--help"])
     assert "video_file" in capsys.readouterr().out
+
+
+def test_a_reader_that_has_seen_enough_gets_no_traceback(tmp_path: Path):
+    picture = str(tmp_path / "grey.png")
+    cv2.imwrite(picture, np.full((64, 64), 90, dtype=np.uint8))
+    command = [sys.executable, "-m", "pi_agent", "track", *(500 * [picture])]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as track:
+        assert track.stdout is not None
+        assert track.stderr is not None
+        track.stdout.readline()
+        track.stdout.close()
+        assert track.stderr.read() == b""
+        assert track.wait(timeout=30) == 0

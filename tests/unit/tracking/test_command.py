@@ -69,6 +69,33 @@ def test_an_empty_scene_is_said_and_ends_with_1(tmp_path: Path, capsys: pytest.C
     assert "not found: no mark in this frame" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("light", "said"), [(0, "the picture is black"), (255, "the picture is saturated")])
+def test_too_little_and_too_much_light_are_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], light: int, said: str
+) -> None:
+    path = tmp_path / "light.png"
+    cv2.imwrite(str(path), np.full((600, 600), light, dtype=np.uint8))
+    assert _run(str(path), "--json") == 1
+    assert json.loads(capsys.readouterr().out)["reason"].lower().startswith(said)
+
+
+def test_a_video_that_breaks_off_is_said_after_its_frames(
+    frames: list[tuple[NDArray[np.uint8], NDArray[np.float64]]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "spoiled.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, (600, 600), False)
+    for frame, _ in 5 * frames:
+        writer.write(frame)
+    writer.release()
+    data = bytearray(path.read_bytes())
+    half = len(data) // 2
+    data[half : half + len(data) // 4] = np.random.default_rng(2).bytes(len(data) // 4)
+    path.write_bytes(data)
+    with pytest.raises(UserError, match=r"frames can be decoded where the file says that it holds 20"):
+        _run(str(path), *OPTIONS)
+    assert len(capsys.readouterr().out.splitlines()) >= 5
+
+
 @pytest.mark.parametrize("name", ["noise.png", "noise.mp4", "noise", "empty.jpg"])
 def test_garbage_is_one_clear_sentence(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
