@@ -16,9 +16,10 @@ Integers = NDArray[np.intp]
 Points = NDArray[np.complex128]
 
 # Beside a textured plate: the variance of an edge's points by what varies slowly along it and by the scatter of all,
-# that of the corners by the disagreement of two estimators that mind texture unlike each other, and by a blur that is
-# not the other edges'. Found by maximum likelihood from rendered frames of all kinds, other ones than the benchmark's.
-GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR = 0.59, 0.44, 0.088, 1.4
+# that of the corners by the disagreement of two estimators that mind texture unlike each other, by a blur that is
+# not the other edges', and by the noise of a blur that only this frame tells. Found by maximum likelihood from rendered
+# frames of all kinds, other ones than the benchmark's.
+GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR, GRAIN_BLUR_NOISE = 0.59, 0.44, 0.088, 1.07, 0.45
 SEEN_IN_PART = 1.4  # what the variance of its points is times then
 WHOLE_EDGE = 0.85  # share of its profiles that agree, beyond which nothing covers an edge
 OTHER_CONTRAST = 0.25  # difference from the other edges', in shares, of one that the plate's own shades do not make
@@ -32,7 +33,10 @@ HIDDEN = 1.5  # what a shadow hides in the noise, with the scatter itself
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
 ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
 ROUNDING_ON_GRAIN_PX = (
-    0.27  # the same beside a textured plate, where dim light's noise is not all in the scatter either
+    0.34  # the same beside a textured plate, where dim light's noise is not all in the scatter either
+)
+NOISY = (
+    20.0  # contrast (of 255) above which light's own noise spreads the levels there, so that rounding is in the scatter
 )
 SMEARED = 0.001  # what a path within the exposure adds to a corner's sigma, in shares of the path
 SMEARED_ON_GRAIN = 0.004  # the same beside a textured plate, where a smeared edge is no Gaussian one
@@ -208,22 +212,27 @@ def grain_sigma(
     expected: lines.Edges,
     *,
     blur_off_px: Floats,
+    blur_known: bool,
     contrast: float,
     path_px: float,
 ) -> Sigmas:
     """Sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
 
     Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
-    how much each edge's own blur differs from the one in use.
+    how much each edge's own blur differs from the one in use; `blur_known`: from earlier frames. One that was found in
+    this frame is that of its own edges, whose difference from it shows no error that they share.
     """
     slow, own = _slow(line), lines.point_variance(line)
     points = (0.5 * GRAIN_SLOW) * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
     in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
     if in_part.any():
         points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
-    blurred = float(np.vdot(blur_off_px, blur_off_px)) / 4
-    always = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 + (SMEARED_ON_GRAIN * path_px) ** 2
-    everywhere = GRAIN_PULL * pulled_px2(pull, line, expected) + GRAIN_BLUR * blurred + always
+    blurred = GRAIN_BLUR * float(np.vdot(blur_off_px, blur_off_px)) / 4
+    if not blur_known:
+        blurred += GRAIN_BLUR_NOISE * float(np.add.reduce(own / line.moments[:, 0])) / 4
+    rounded = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 / (1.0 + (contrast / NOISY) ** 2)
+    always = rounded + (SMEARED_ON_GRAIN * path_px) ** 2
+    everywhere = GRAIN_PULL * pulled_px2(pull, line, expected) + blurred + always
     corners, edges = lines.at_corners_and_edges(points, line, expected, everywhere=everywhere)
     return Sigmas(sqrt(sum(corners) / 4), sqrt(max(corners)), edges=edges)
 

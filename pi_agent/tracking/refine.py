@@ -116,7 +116,7 @@ def refine(
         if settled or left == 0:
             doubt_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
             path_px = 0.0 if smear is None else abs(smear.path_px)
-            fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px)
+            fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px, blur_known=blur_known)
             # From further away an edge seems to lie in uneven light that does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
                 return fit
@@ -135,7 +135,7 @@ def _blur_error_px(step: Step, look: Look) -> Floats:
     return (BLUR_TOLD * (1.0 / max(step.telling, LEAST_TELLING) - 1.0)) * look.blur
 
 
-def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: Floats) -> Fit:
+def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: Floats, blur_known: bool) -> Fit:
     """The fit of the last pass, with what is to be said about its doubts.
 
     `blur_doubt_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
@@ -149,7 +149,15 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
         off_px = step.wider * look.blur * look.sharp + blur_doubt_px
-        sigma = doubts.grain_sigma(step.pull, line, expected, blur_off_px=off_px, contrast=contrast, path_px=path_px)
+        sigma = doubts.grain_sigma(
+            step.pull,
+            line,
+            expected,
+            blur_off_px=off_px,
+            blur_known=blur_known,
+            contrast=contrast,
+            path_px=path_px,
+        )
     agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
     return Fit(
         corners=step.corners if moves is None else step.corners + moves,

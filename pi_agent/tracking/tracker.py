@@ -100,7 +100,7 @@ class Tracker:
             return verdict
         arms, seen, way_px = compared
         departure = float(np.abs(seen - arms).max())
-        limit = self._resting.limit_px(way_px=way_px, contrast=fit.contrast, sigma_px=fit.worst_px)
+        limit = self._resting.limit_px(way_px=way_px, contrast=fit.contrast, sigma_px=fit.by_edges.worst_px)
         if departure < limit:
             self._departed = 0
             return verdict

@@ -37,7 +37,7 @@ SLIDING_PX = 0.050
 
 WRONG_SHARE = 0.001
 MISSED_SHARE = 0.001
-VARIANCE = (0.6, 1.5)
+VARIANCE = (0.7, 1.3)
 ENOUGH = 30  # answers from which a variance is told
 
 Measured = tuple[Scores, Scores]

@@ -210,3 +210,22 @@ def test_a_blur_is_told_by_the_profiles_on_which_no_highlight_lies() -> None:
     np.testing.assert_allclose(wider, 0.03)
     np.testing.assert_allclose(change, 0.03)
     assert share == pytest.approx(1.0 / 8.0, abs=0.01)
+
+
+def test_a_blur_that_only_this_frame_tells_adds_its_noise_to_sigma_and_light_that_is_noisy_is_not_rounded() -> None:
+    line, nothing = _line(_noise(8), np.ones((4, COUNT))), np.zeros((4, COUNT))
+
+    def variance(*, blur_known: bool, contrast: float) -> float:
+        sigma = doubts.grain_sigma(
+            nothing, line, EXPECTED, blur_off_px=np.zeros(4), blur_known=blur_known, contrast=contrast, path_px=0.0
+        )
+        return sigma.mean_px**2
+
+    points = float(np.mean(lines.point_variance(line) / line.moments[:, 0]))
+    gained = variance(blur_known=False, contrast=100.0) - variance(blur_known=True, contrast=100.0)
+    assert gained == pytest.approx(doubts.GRAIN_BLUR_NOISE * points)
+    # A level of 255 is the twelfth part of a dim edge: that shows. Of a bright one it is the noise that counts.
+    dim = variance(blur_known=True, contrast=12.0) - variance(blur_known=True, contrast=1e6)
+    bright = variance(blur_known=True, contrast=100.0) - variance(blur_known=True, contrast=1e6)
+    assert dim > 0.02**2
+    assert bright < 0.001**2
