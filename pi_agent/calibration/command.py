@@ -95,7 +95,7 @@ def _exposed(context: CameraContext, exposure_ms: float) -> CameraContext:
 
 
 def _lens(folder: Path | None, board: BoardSpec) -> Lens | None:
-    return None if folder is None else calibrate_lens(open_pictures(folder)[0], board)
+    return None if folder is None else calibrate_lens(open_pictures(folder, setting="--lens")[0], board)
 
 
 def _print_board(board: BoardSpec, file: Path) -> int:

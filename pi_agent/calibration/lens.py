@@ -113,9 +113,13 @@ def calibrate_lens(pictures: Iterable[Image], spec: BoardSpec) -> Lens:
             known.append(np.asarray(objects, dtype=np.float32).reshape(-1, 3))
             seen.append(np.asarray(images, dtype=np.float32).reshape(-1, 2))
     if len(seen) < FEWEST_VIEWS:
+        what = (
+            f"is --board {spec.columns}x{spec.rows}x{spec.square_mm:g} what was printed, is it sharp and wholly lit?"
+            if len(seen) < total
+            else "take more of them (--take)"
+        )
         raise UserError(
-            f"Expected the board in at least {FEWEST_VIEWS} pictures, got it in {len(seen)} of {total}: is --board "
-            f"{spec.columns}x{spec.rows}x{spec.square_mm:g} what was printed, is it sharp and wholly lit?"
+            f"Expected the board in at least {FEWEST_VIEWS} pictures, got it in {len(seen)} of {total}: {what}"
         )
     lens = _fit(known, seen, size)
     _refuse(lens)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,10 @@ GREEN: Colour = (80, 220, 80)
 RED: Colour = (60, 60, 255)
 GREY: Colour = (150, 150, 150)
 WHITE: Colour = (240, 240, 240)
-PANEL_PX = 460
+PANEL_PX = 580
+FONT_SIZE = 0.36
+COLUMNS_PX = (20, 95, 155, 250, 350)
+"""Where the columns of the table of exposures begin."""
 
 
 def draw(result: Result, rig: RigConfig) -> NDArray[np.uint8]:
@@ -70,11 +75,25 @@ def _panel(result: Result, height_px: int) -> NDArray[np.uint8]:
     for line in _wrapped(f"red: residuals x {MAGNIFIED}; green: the plate every {GRID_STEP_MM} mm\n" + result.notes):
         if row > height_px - 10:
             break
-        cv2.putText(panel, line, (12, row), cv2.FONT_HERSHEY_SIMPLEX, 0.36, WHITE, 1, cv2.LINE_AA)
+        for cell, place in _cells(line) or [(line, 12)]:
+            _write(panel, cell, (place, row))
         row += 16
-    if result.tone is not None and row + 160 < height_px:
+    if result.tone is not None and row + 180 < height_px:
         _curve(panel[row + 10 : row + 160, 12:162], result)
+        _write(panel, "0 ... light ... 1", (50, row + 174))
+        _write(panel, "tone curve: the pixel's value by the light", (172, row + 24))
+        _write(panel, "(green; grey: a straight one)", (172, row + 40))
     return panel
+
+
+def _cells(line: str) -> list[tuple[str, int]]:
+    """The cells of a row of the table, and where they go; none for a sentence."""
+    cells = re.split(" {2,}", line.strip())
+    return list(zip(cells, COLUMNS_PX, strict=True)) if len(cells) == len(COLUMNS_PX) else []
+
+
+def _write(panel: NDArray[np.uint8], text: str, place: tuple[int, int]) -> None:
+    cv2.putText(panel, text, place, cv2.FONT_HERSHEY_SIMPLEX, FONT_SIZE, WHITE, 1, cv2.LINE_AA)
 
 
 def _curve(box: NDArray[np.uint8], result: Result) -> None:
@@ -89,13 +108,13 @@ def _curve(box: NDArray[np.uint8], result: Result) -> None:
     cv2.rectangle(box, (0, 0), tuple(size.tolist()), GREY, 1)
 
 
-def _wrapped(text: str, *, width: int = 68) -> list[str]:
+def _wrapped(text: str, *, width: int = 84) -> list[str]:
     """Lines short enough for the panel, in the characters that OpenCV can draw."""
     lines: list[str] = []
     for line in text.replace("±", "+-").replace("µ", "u").replace("°", " deg").splitlines():
-        words, current = line.split(" "), ""
+        words, current = [line] if _cells(line) else line.split(" "), ""
         for word in words:
-            if len(current) + len(word) > width:
+            if current and len(current) + len(word) > width:
                 lines.append(current)
                 current = "   "
             current += word + " "

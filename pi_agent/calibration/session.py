@@ -26,6 +26,8 @@ SERIES_FRAMES = 20
 SETTLE_FRAMES = 6
 PLATE_FRAMES = 30
 SILENCE_S = 5.0
+HEIGHT_SHARE = 0.1
+"""A camera that is measured to stand so much higher or lower than the rig file says is worth a word."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Taken:
 
 @dataclass(frozen=True)
 class Result:
-    """The calibration, and all that was found on the way."""
+    """The calibration, and all that was found on the way; `height_mm`: of the camera, as the rig file has it."""
 
     calibration: Calibration
     frame: Image
@@ -48,6 +50,7 @@ class Result:
     noise: Noise | None
     exposures: tuple[ExposureRow, ...]
     lens: Lens | None
+    height_mm: float
 
     @property
     def notes(self) -> str:
@@ -66,6 +69,12 @@ class Result:
             f"Resting corner: scatters by {scatter.sigma_px:.4f} px (the tracker says {scatter.said_px:.4f}) over "
             f"{scatter.frames} frames",
         ]
+        if abs(z - self.height_mm) > HEIGHT_SHARE * self.height_mm:
+            lines.insert(
+                2,
+                f"The camera is {z:.0f} mm above the plate where height_mm in [camera] says {self.height_mm:.0f}: "
+                "correct it, or was the lens (--lens) another one, or at another focus?",
+            )
         if self.exposures:
             lines += ["Exposure against motion blur:"]
             lines += exposure_table(list(self.exposures), px_per_mm=plate.px_per_mm)
@@ -115,7 +124,7 @@ def calibrate(
         tone_value=() if keep_own else curve.value,
     )
     kept = tuple(rows) if series else ()
-    return Result(calibration, base.frames[0], plate, scatter, tone, noise, kept, lens)
+    return Result(calibration, base.frames[0], plate, scatter, tone, noise, kept, lens, rig.camera.height_mm)
 
 
 def take(camera: Camera, *, count: int, settle: int = SETTLE_FRAMES) -> Taken:

@@ -114,8 +114,10 @@ class VideoFileCamera:
         return image
 
 
-def open_pictures(path: Path) -> tuple[Iterator[Image], float]:
+def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> tuple[Iterator[Image], float]:
     """The grey pictures (height, width) uint8 of a video or a folder, and the video's own rate (0: none).
+
+    `setting`: where the user has named it.
 
     Raises:
         UserError: if there is nothing, or nothing that can be read.
@@ -126,9 +128,7 @@ def open_pictures(path: Path) -> tuple[Iterator[Image], float]:
             raise UserError(f"Expected pictures ({', '.join(PICTURES)}) in the folder {path}, got none")
         return (_picture(file) for file in files), 0.0
     if not path.is_file():
-        raise UserError(
-            f"Expected a video or a folder of pictures at {path}, got nothing: set path in [camera.options]"
-        )
+        raise UserError(f"Expected a video or a folder of pictures at {path}, got nothing: set {setting}")
     video = cv2.VideoCapture(str(path))
     if not video.isOpened():
         raise UserError(f"Expected a video at {path}, got a file that OpenCV cannot read as one")

@@ -111,6 +111,11 @@ def test_too_few_views_are_refused(views: list[Image]):
         calibrate_lens([*views[:3], np.full((600, 600), 90, np.uint8), np.zeros((600, 600), np.uint8)], BOARD)
 
 
+def test_a_few_good_views_are_not_blamed_on_the_board(views: list[Image]):
+    with pytest.raises(UserError, match="4 of 4: take more"):
+        calibrate_lens(views[:4], BOARD)
+
+
 def test_views_without_tilt_are_refused(views: list[Image]):
     with pytest.raises(UserError, match="focal length cannot be told"):
         calibrate_lens(board_views(tilt_rad=0.02)[:8], BOARD)
@@ -408,11 +413,13 @@ def test_a_whole_calibration_is_kept_drawn_and_used(tmp_path: Path):
     )
     assert "residuals" in result.notes
     assert "exposure_ms" in result.notes
+    assert "height_mm in [camera] says" not in result.notes
+    assert "height_mm in [camera] says 250" in dataclasses.replace(result, height_mm=250.0).notes
     write_calibration(result.calibration, tmp_path / "calibration.toml", notes=result.notes)
     again = load_calibration(tmp_path / "calibration.toml")
     assert again == result.calibration
     picture = draw(result, config)
-    assert picture.shape == (600, 1060, 3)
+    assert picture.shape == (600, 1180, 3)
     green = picture[:, :600, 1].astype(int) - picture[:, :600, 0]
     assert np.count_nonzero(green > 40) > 4000  # the grid, which no grey picture has
     # The driver's own tone curve was already the right one: the measured one is kept, and does as well.
