@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import sys
 from pathlib import Path
 
+from shared.programs import how_to_call
 from station.app.commands import samples
 from station.recording.tables import read_samples
 
@@ -14,12 +12,7 @@ from station.recording.tables import read_samples
 def print_summary(path: Path) -> None:
     """The table of samples, where the recording lies, and the commands that look at it."""
     samples.show(read_samples(path), samples.console(), source=path)
-    command = _command()
+    station = how_to_call("station")
     print(f"Recording: {path}")
-    print(f"Replay it:  {command} replay {path}    (plain `rerun {path}` works, too)")
-    print(f"Check it:   {command} doctor {path}", flush=True)
-
-
-def _command() -> str:
-    """How to call `station` from here: by name if it is on the path, else where this environment has it."""
-    return "station" if shutil.which("station") else os.path.relpath(Path(sys.executable).parent / "station")
+    print(f"Replay it:  {station} replay {path}    (plain `{how_to_call('rerun')} {path}` works, too)")
+    print(f"Check it:   {station} doctor {path}", flush=True)

@@ -15,6 +15,7 @@ from shared import topics
 from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
+from shared.programs import how_to_call
 from station.view import viewer
 from station.view.canvas import Cap
 from station.view.layout import layout
@@ -118,7 +119,7 @@ class LiveView:
         """What to do to see it, here or from another machine."""
         port = self.uri.rsplit(":", 1)[-1].split("/")[0]
         return (
-            f"Look with: rerun --connect {self.uri}\n"
+            f"Look with: {how_to_call('rerun')} --connect {self.uri}\n"
             f"From another machine: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE, and the same command there."
         )
 

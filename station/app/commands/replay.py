@@ -14,6 +14,7 @@ from shared.clock import SystemClock
 from shared.config import Table, parse
 from shared.errors import UserError
 from shared.messages import BlockPose, TiltCommand
+from shared.programs import how_to_call
 from shared.rig import RigConfig, load_rig, rig_of_table
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
@@ -81,7 +82,8 @@ def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
     if viewer.has_display():
         viewer.open_file(target)
     elif args.screenshot is None:
-        print(f"There is no display here. Look with: rerun {target}\nor draw a picture with: --screenshot OUT.png")
+        look = f"{how_to_call('rerun')} {target}"
+        print(f"There is no display here. Look with: {look}\nor draw a picture with: --screenshot OUT.png")
     return 0
 
 

@@ -7,6 +7,7 @@ stopped, and the table of samples and the way to look at the recording are print
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from pathlib import Path
 from types import FrameType
 
 from shared.errors import UserError
+from shared.programs import how_to_call
 from station.app import assembly, recordings
 from station.view.viewer import has_display
 
@@ -70,7 +72,7 @@ def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
     """The live view as a process of its own, so that drawing never delays the station."""
     if wanted and has_display():
         return _start("station", "replay", "--live", "--rig", rig_path)
-    print(f"To watch it live: station replay --live --rig {rig_path}", flush=True)
+    print(f"To watch it live: {how_to_call('station')} replay --live --rig {os.path.relpath(rig_path)}", flush=True)
     return None
 
 

@@ -121,7 +121,7 @@ def _runs(report: Report) -> Iterator[Finding]:
         yield Finding(
             "runs", f"expected the phases of every sampled run, runs {_list(session.eventless_samples)} have none"
         )
-    if len(session.unended_runs) > 1:
+    if session.unended_runs:
         yield Finding("runs", f"expected every run but the last to end, runs {_list(session.unended_runs)} did not")
 
 

@@ -11,6 +11,8 @@ from station.recording.reader import Recorded
 from station.recording.summary import is_kept
 
 _LAST_LINES = 20
+_WITHIN = frozenset({"SYNC", "STEP_BEGIN", "STEP_END"})
+"""What is reported besides a run's phases; the sync motion before the first run has such reports as well."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +28,7 @@ class ClockHealth:
 
 @dataclass(frozen=True, kw_only=True)
 class SessionHealth:
-    """Phases with how often each began; runs by their end; the last warnings and errors.
+    """Phases with how often each began; runs, and those before the last that did not end; the last warnings and errors.
 
     `agent_dropped` is how many frames the camera agent dropped between the first and the last of its reports.
     """
@@ -64,7 +66,7 @@ class SessionWatch:
         message = item.message
         if isinstance(message, RunEvent):
             self._phases[message.phase] += 1
-            if message.phase != "SYNC":
+            if message.phase not in _WITHIN:
                 self._ends[message.run] = message.phase in ("DONE", "ABORTED")
         elif isinstance(message, Sample):
             self._samples.append(message)
@@ -86,7 +88,7 @@ class SessionWatch:
         return SessionHealth(
             phases=dict(self._phases),
             runs=len(self._ends),
-            unended_runs=tuple(run for run, ended in self._ends.items() if not ended),
+            unended_runs=tuple(run for run in list(self._ends)[:-1] if not self._ends[run]),
             samples=len(self._samples),
             kept=kept,
             censored=sum(sample.censored for sample in self._samples),

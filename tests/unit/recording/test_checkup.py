@@ -97,6 +97,17 @@ def without_sync(item: Item) -> Iterator[Item]:
         yield item
 
 
+def first_run_unended(item: Item) -> Iterator[Item]:
+    if not (isinstance(item[2], RunEvent) and item[2].run == 1 and item[2].phase == "DONE"):
+        yield item
+
+
+def with_steps_of_the_sync(item: Item) -> Iterator[Item]:
+    yield item
+    if isinstance(item[2], RunEvent) and item[2].phase == "SYNC":
+        yield from ((item[0], item[1], replace(item[2], phase=phase)) for phase in ("STEP_BEGIN", "STEP_END"))
+
+
 def rules(path: Path) -> set[str]:
     return {finding.rule for finding in findings(examine(open_recording(path)))}
 
@@ -123,6 +134,7 @@ def test_a_healthy_recording_breaks_no_rule(tmp_path: Path) -> None:
         (without("arm/motion"), "motion"),
         (without("session/event"), "runs"),
         (without_sync, "sync"),
+        (first_run_unended, "runs"),
     ],
 )
 def test_a_planted_fault_is_named(change: Change, rule: str, tmp_path: Path) -> None:
@@ -131,6 +143,11 @@ def test_a_planted_fault_is_named(change: Change, rule: str, tmp_path: Path) -> 
 
 def test_only_what_the_agent_dropped_in_the_session_counts(tmp_path: Path) -> None:
     assert examine(open_recording(recorded(tmp_path / "a.mcap", dropping))).session.agent_dropped == 9
+
+
+def test_the_sync_motion_is_no_run(tmp_path: Path) -> None:
+    report = examine(open_recording(recorded(tmp_path / "a.mcap", with_steps_of_the_sync)))
+    assert (report.session.runs, report.session.unended_runs) == (2, ())
 
 
 def test_losses_and_origin_are_named(tmp_path: Path) -> None:
