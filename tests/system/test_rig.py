@@ -1,5 +1,6 @@
 """The whole rig as a user starts it: real processes, real sockets, and what happens when one of them is missing."""
 
+import os
 import re
 import signal
 import subprocess
@@ -83,6 +84,21 @@ def test_ctrl_c_levels_the_plate_closes_the_recording_and_stops_everybody(tmp_pa
     assert "ABORTED" in phases
     left = subprocess.run(["pgrep", "-f", str(rig)], capture_output=True, text=True, check=False).stdout.split()
     assert left == []
+
+
+def test_a_station_that_is_killed_is_told_with_what_saves_its_recording(tmp_path: Path):
+    rig, out = rig_file(tmp_path), tmp_path / "session.mcap"
+    process = start("station", "rig", "--rig", str(rig), "--samples", "50", "--no-view", "--out", str(out))
+    partial = out.with_name(out.name + ".partial")
+    with observer(rig) as bus:
+        wait(bus, lambda: partial.exists() or process.poll() is not None)
+    found = subprocess.run(["pgrep", "-f", f"station run --rig {rig}"], capture_output=True, text=True, check=True)
+    os.kill(int(found.stdout), signal.SIGKILL)
+    printed = ended(process)
+    assert process.returncode == 1
+    assert f"repair {partial}" in printed
+    assert station("repair", str(partial)).returncode == 0
+    assert out.exists()
 
 
 @pytest.mark.parametrize("missing", ["camera", "arm", "twin"])

@@ -18,6 +18,7 @@ from types import FrameType
 from shared.errors import UserError
 from shared.programs import how_to_call
 from station.app import assembly, recordings
+from station.recording.writer import partial_path
 from station.view.viewer import has_display
 
 NAME = "rig"
@@ -55,7 +56,8 @@ def run(options: argparse.Namespace) -> int:
         _await_start(helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", out]
         session = _start("station", "run", "--rig", rig_path, *words, *plan)
-        return _watch(session, helpers)
+        _watch(session, helpers)
+        return _ending(session, out)
     except KeyboardInterrupt:
         return 130
     finally:
@@ -97,7 +99,8 @@ def _require_running(helpers: list[subprocess.Popen[bytes]]) -> None:
             )
 
 
-def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[bytes]]) -> int:
+def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[bytes]]) -> None:
+    """Returns when the session has ended."""
     while session.poll() is None:
         try:
             _require_running(helpers)
@@ -105,7 +108,18 @@ def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[byte
         except KeyboardInterrupt:
             print("Stopping: the plate goes back to level first (Ctrl-C again: at once).", flush=True)
             session.send_signal(signal.SIGINT)
-    return int(session.returncode)
+
+
+def _ending(session: subprocess.Popen[bytes], out: str) -> int:
+    """The session's exit status; one that was killed could not say itself what is left of it."""
+    status = int(session.returncode)
+    if status >= 0:
+        return status
+    by, partial = signal.Signals(-status).name, partial_path(Path(out))
+    print(
+        f"The session was killed ({by}). Save what it recorded: {how_to_call('station')} repair {partial}", flush=True
+    )
+    return 1
 
 
 def _stop(processes: list[subprocess.Popen[bytes]]) -> None:
