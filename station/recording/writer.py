@@ -70,7 +70,7 @@ class Recording:
             UserError: if a recording of this name exists (and `overwrite` is false), the folder cannot be written, or
                 the disk has less room than `min_free_bytes`, at which the recording would stop at once.
         """
-        _refuse_existing(path, overwrite=overwrite)
+        refuse_existing(path, overwrite=overwrite)
         _refuse_full(path, min_free_bytes=min_free_bytes)
         self.path = path
         self.stopped = ""
@@ -246,7 +246,8 @@ class Recording:
         return self.path
 
 
-def _refuse_existing(path: Path, *, overwrite: bool) -> None:
+def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
+    """Raises UserError if no new recording can have that name."""
     if path.suffix != ".mcap":
         raise UserError(f"Expected a recording's name to end in .mcap, got '{path.name}'; call it {path.name}.mcap")
     if overwrite:

@@ -18,7 +18,7 @@ from types import FrameType
 from shared.errors import UserError
 from shared.programs import how_to_call
 from station.app import assembly, recordings
-from station.recording.writer import partial_path
+from station.recording.writer import partial_path, refuse_existing
 from station.view.viewer import has_display
 
 NAME = "rig"
@@ -39,8 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Gives the session's exit status."""
     rig_path = options.rig or str(assembly.simulated_rig_path())
-    rig = assembly.rig_from(rig_path)  # a mistake in it is named before anything starts
-    out = str(recordings.recording_path(options.out))
+    # A mistake in what was asked for is named before anything starts.
+    rig = assembly.rig_from(rig_path)
+    assembly.plan_from(options.plan, samples=options.samples, seed=options.seed)
+    out = recordings.recording_path(options.out)
+    refuse_existing(out)
     plan = ["--plan", options.plan] if options.plan else []
     print(f"Starting the simulated rig '{rig.id}': twin, arm agent, camera agent, station.", flush=True)
     helpers = [
@@ -54,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     before = {number: signal.signal(number, _interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         _await_start(helpers)
-        words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", out]
+        words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
         session = _start("station", "run", "--rig", rig_path, *words, *plan)
         _watch(session, helpers)
         return _ending(session, out)
@@ -110,12 +113,12 @@ def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[byte
             session.send_signal(signal.SIGINT)
 
 
-def _ending(session: subprocess.Popen[bytes], out: str) -> int:
+def _ending(session: subprocess.Popen[bytes], out: Path) -> int:
     """The session's exit status; one that was killed could not say itself what is left of it."""
     status = int(session.returncode)
     if status >= 0:
         return status
-    by, partial = signal.Signals(-status).name, partial_path(Path(out))
+    by, partial = signal.Signals(-status).name, partial_path(out)
     print(
         f"The session was killed ({by}). Save what it recorded: {how_to_call('station')} repair {partial}", flush=True
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -79,3 +80,28 @@ def test_an_unknown_command_or_none_is_exit_status_2(capsys: pytest.CaptureFixtu
             command.main(words)
         assert ended.value.code == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--samples", "0"), "Expected --samples to be 1 or more, got 0"),
+        (("--seed", "-1"), "Expected --seed to be 0 or more, got -1"),
+        (("--plan", "none.toml"), "Expected a TOML file at none.toml"),
+        (("--out", "taken.mcap"), "taken.mcap exists"),
+        (("--out", "name"), "to end in .mcap, got 'name'"),
+    ],
+)
+def test_the_rig_is_not_started_for_a_session_that_cannot_be(
+    words: tuple[str, str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("taken.mcap").touch()
+    assert command.main(["rig", "--no-view", *words]) == 2
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert not printed.out
