@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from shared.programs import how_to_call
 from station.recording.importers import importers, write
 from station.recording.reader import open_recording
 
@@ -27,5 +28,6 @@ def run(args: argparse.Namespace) -> int:
     count = write(imported, args.out)
     reader = open_recording(args.out)
     print(f"{args.out}: {count} messages, {len(reader.samples())} runs, {reader.duration_s:.1f} s")
-    print(f"Look at it:  station replay {args.out}    Check it:  station doctor {args.out}")
+    station = how_to_call("station")
+    print(f"Look at it:  {station} replay {args.out}    Check it:  {station} doctor {args.out}")
     return 0

@@ -60,7 +60,8 @@ def _table(source: Path) -> dict[str, Array]:
     try:
         table = pq.read_table(source)
     except OSError as error:
-        raise UserError(f"Expected the table of tosses at {source}, but it cannot be read: {error}") from error
+        why = error if source.is_file() else "there is no such file"
+        raise UserError(f"Expected the table of tosses at {source}, but it cannot be read: {why}") from error
     except pa.ArrowInvalid as error:
         raise UserError(f"Expected a Parquet table of tosses, but {source} is none ({error})") from error
     missing = [name for name in _COLUMNS if name not in table.column_names]

@@ -63,7 +63,7 @@ def test_every_importer_has_a_name_and_a_line() -> None:
     for name, importer in found.items():
         assert name == importer.NAME
         assert len(importer.HELP) > 10
-        with pytest.raises(UserError, match="cannot be read"):
+        with pytest.raises(UserError, match="cannot be read: there is no such file"):
             importer.read(Path("/nowhere/at-all.parquet"))
 
 
