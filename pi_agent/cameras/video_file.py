@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -129,11 +130,18 @@ def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> t
         return (_picture(file) for file in files), 0.0
     if not path.is_file():
         raise UserError(f"Expected a video or a folder of pictures at {path}, got nothing: set {setting}")
+    quieten_decoders()
     video = cv2.VideoCapture(str(path))
     if not video.isOpened():
         raise UserError(f"Expected a video at {path}, got a file that OpenCV cannot read as one")
     rate_hz = float(video.get(cv2.CAP_PROP_FPS))
     return _frames(video), rate_hz if 0 < rate_hz < 10_000 else 0.0
+
+
+def quieten_decoders() -> None:
+    """One sentence of ours says what is wrong with a file: OpenCV and ffmpeg would write theirs at every try."""
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
 
 
 def _picture(file: Path) -> Image:

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
@@ -12,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pi_agent.cameras.video_file import quieten_decoders
 from pi_agent.diagnosis import light_fault
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Feature, Mark
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     the result is 2. A single such path, or settings that make no sense, raise UserError.
     """
     config = tracker_config(args)
-    _quieten_decoders()
+    quieten_decoders()
     paths = [path for given in args.paths for path in _pictures_in(given)]
     lost, unread = 0, 0
     for path in paths:
@@ -94,12 +94,6 @@ def _track_and_print(path: Path, config: TrackerConfig, args: argparse.Namespace
         lost += not seen.found
         print(json_line(shot, seen) if args.json else text_line(shot, seen), flush=True)
     return lost
-
-
-def _quieten_decoders() -> None:
-    """One sentence of ours says what is wrong with a file; OpenCV's and ffmpeg's own lines say it in their terms."""
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
 
 
 def _pictures_in(path: Path) -> list[Path]:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -111,3 +113,17 @@ def test_the_path_has_no_default(tmp_path: Path):
 def test_an_unknown_option_is_named(tmp_path: Path):
     with pytest.raises(UserError, match="speed"):
         camera(tmp_path, path=".", speed=2)
+
+
+def test_the_decoders_add_nothing_to_our_sentence(tmp_path: Path):
+    """In a process of its own: ffmpeg asks only once how much it may say."""
+    (tmp_path / "garbage.mp4").write_bytes(np.random.default_rng(1).bytes(50_000))
+    words = (
+        "from pathlib import Path; from pi_agent.cameras.video_file import open_pictures\n"
+        "from shared.errors import UserError\n"
+        f"try: open_pictures(Path({str(tmp_path / 'garbage.mp4')!r}))\n"
+        "except UserError as error: print(error)"
+    )
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, timeout=60, check=True)
+    assert "cannot read as one" in done.stdout
+    assert done.stderr == ""
