@@ -12,6 +12,7 @@ import contextlib
 import functools
 import json
 import queue
+import re
 import threading
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -37,6 +38,11 @@ _PRIORITIES = (
     zenoh.Priority.DATA_LOW,
     zenoh.Priority.BACKGROUND,
 )
+
+
+def _why(error: Exception) -> str:
+    """What Zenoh says, without the places in its source."""
+    return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 
 def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
@@ -89,7 +95,7 @@ class ZenohBus:
             self._session = zenoh.open(_config(listen, connect))
         except zenoh.ZError as error:
             raise UserError(
-                f"Expected to listen on {', '.join(listen) or 'nothing'}, but Zenoh refused ({error}); "
+                f"Expected to listen on {', '.join(listen) or 'nothing'}, but Zenoh refused ({_why(error)}); "
                 "is the same process already running, or the address not this machine's?"
             ) from error
         watcher = self._session.liveliness().declare_subscriber(

@@ -86,7 +86,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
-        f"{outcome.simulated_s / wall:.0f} times faster than life."
+        f"{outcome.simulated_s / wall:.3g} times faster than life."
     )
     return _close(path, outcome.fault)
 
