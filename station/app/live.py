@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
-from types import FrameType
 
 from shared.bus import Bus, Received
 from shared.clock import Clock
@@ -17,6 +13,7 @@ from shared.messages import ArmReply, MotionReport, TiltCommand
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.clocks import ClockKeeper
+from station.app.processes import StopRequest
 from station.app.session import Session
 from station.recording.recorder import Recorder
 from station.recording.writer import Recording
@@ -47,30 +44,6 @@ def await_processes(bus: Bus, rig: RigConfig, *, timeout_s: float = PRESENCE_S) 
             )
             raise UserError(f"Expected {', '.join(sorted(needed))} within {timeout_s:g} s; {what}")
         bus.poll(0.05)
-
-
-@dataclass(slots=True)
-class StopRequest:
-    """Why the session should end early, set by a signal or by the recorder."""
-
-    reason: str = ""
-    times: int = 0
-
-    def ask(self, reason: str) -> None:
-        """Asks for the end; asking again is remembered."""
-        self.reason = self.reason or reason
-        self.times += 1
-
-
-def install_signals(stop: StopRequest) -> None:
-    """Ctrl-C and SIGTERM ask for a safe end."""
-
-    def handler(number: int, _frame: FrameType | None) -> None:
-        stop.ask("stopped by the user" if number == signal.SIGINT else "stopped by a signal")
-
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, handler)
-        signal.signal(signal.SIGTERM, handler)
 
 
 class LiveSession:

@@ -17,6 +17,7 @@ from shared.memory_bus import MemoryBus
 from shared.messages import ClockOffset
 from shared.rig import RigConfig
 from station.app import assembly
+from station.app.processes import StopRequest
 from station.app.session import Session
 from station.app.twin_wire import DirectWire
 from station.arm.agent import arm_agent
@@ -95,16 +96,25 @@ class Lockstep:
         )
         self._frame_ns = round(SECOND_NS / rig.camera.rate_hz)
 
-    def run(self, *, on_sample: Callable[[int], None] = lambda _count: None, limit_s: float = float("inf")) -> Outcome:
-        """Runs until plan or `limit_s` (simulated time) are over, or session or recording had to stop."""
-        start = SIMULATION_EPOCH_NS
+    def run(
+        self,
+        *,
+        on_sample: Callable[[int], None] = lambda _count: None,
+        limit_s: float = float("inf"),
+        stop: StopRequest | None = None,
+    ) -> Outcome:
+        """Runs until plan or `limit_s` (simulated time) are over, or session or recording had to stop, or was asked to.
+
+        A session that was asked to stop does not wait until the plate is level.
+        """
+        start, stop = SIMULATION_EPOCH_NS, stop or StopRequest()
         with _without_garbage_collection():
-            samples = self._run(start, on_sample=on_sample, limit_s=limit_s)
+            samples = self._run(start, on_sample=on_sample, limit_s=limit_s, stop=stop)
         simulated = (self.clock.now_ns() - start) * 1e-9
         stopped = self._recording.stopped if self._recording is not None else ""
-        return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault or stopped)
+        return Outcome(samples=samples, simulated_s=simulated, fault=self.session.fault or stopped or stop.reason)
 
-    def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float) -> int:
+    def _run(self, start: int, *, on_sample: Callable[[int], None], limit_s: float, stop: StopRequest) -> int:
         """The loop: whatever is due first, and of what is due together the one that stands first here."""
         due = [
             (start, ARM, ARM_NS, self._tick_arm),
@@ -126,6 +136,8 @@ class Lockstep:
             if machine.samples != samples:
                 samples = machine.samples
                 on_sample(samples)
+            if stop.reason:
+                session.stop(stop.reason, now_ns=now_ns)
             if self._recording is not None and self._recording.stopped:
                 break
         return machine.samples

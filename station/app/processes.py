@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType
 
 from shared.bus import Bus
@@ -20,9 +21,42 @@ def until_stopped() -> Generator[threading.Event]:
     def handler(_number: int, _frame: FrameType | None) -> None:
         stopped.set()
 
-    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with _handling(handler):
         yield stopped
+
+
+@dataclass(slots=True)
+class StopRequest:
+    """Why a session should end early, set by a signal or by the recorder."""
+
+    reason: str = ""
+    times: int = 0
+
+    def ask(self, reason: str) -> None:
+        """Asks for the end; asking again is remembered."""
+        self.reason = self.reason or reason
+        self.times += 1
+
+
+@contextmanager
+def stop_by_signal() -> Generator[StopRequest]:
+    """Ctrl-C and SIGTERM ask for a safe end."""
+    stop = StopRequest()
+
+    def handler(number: int, _frame: FrameType | None) -> None:
+        stop.ask("stopped by the user" if number == signal.SIGINT else "stopped by a signal")
+
+    with _handling(handler):
+        yield stop
+
+
+@contextmanager
+def _handling(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
+    """Has a handler take Ctrl-C and SIGTERM; only the main thread hears of them."""
+    heard = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+    before = {number: signal.signal(number, handler) for number in heard}
+    try:
+        yield
     finally:
         for number, old in before.items():
             signal.signal(number, old)

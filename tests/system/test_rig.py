@@ -101,6 +101,20 @@ def test_a_station_that_is_killed_is_told_with_what_saves_its_recording(tmp_path
     assert out.exists()
 
 
+def test_ctrl_c_ends_a_session_in_simulated_time_with_its_table(tmp_path: Path):
+    out = tmp_path / "session.mcap"
+    process = start("station", "run", "--lockstep", "--samples", "9999", "--seed", "1", "--out", str(out))
+    assert process.stdout is not None
+    while "no slip" not in process.stdout.readline():  # the first of its lines: a run has come to its end
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    printed = ended(process)
+    assert process.returncode == 1
+    assert "stopped by the user" in printed
+    assert f"replay {out}" in printed
+    assert open_recording(out).samples()
+
+
 @pytest.mark.parametrize("missing", ["camera", "arm", "twin"])
 def test_whoever_is_missing_is_named_with_what_to_start(tmp_path: Path, missing: str):
     rig = rig_file(tmp_path)

@@ -27,6 +27,7 @@ from shared.rig import RigConfig
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
+from station.app.processes import stop_by_signal
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
 from station.recording.beside import RecordingBeside, can_write_beside
@@ -82,7 +83,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
             tilter=tilter,
         )
-        outcome = lockstep.run(on_sample=lambda count: progress.update(task, completed=count))
+        stop = stack.enter_context(stop_by_signal())
+        outcome = lockstep.run(on_sample=lambda count: progress.update(task, completed=count), stop=stop)
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
@@ -94,12 +96,12 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
     # A simulated session needs no network.
     from shared.zenoh_bus import ZenohBus  # noqa: PLC0415
-    from station.app.live import LiveSession, StopRequest, await_processes, install_signals  # noqa: PLC0415
+    from station.app.live import LiveSession, await_processes  # noqa: PLC0415
 
     console = Console(stderr=True)
-    clock, stop = SystemClock(), StopRequest()
-    install_signals(stop)
+    clock = SystemClock()
     with ExitStack() as stack:
+        stop = stack.enter_context(stop_by_signal())
         bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
         stack.callback(bus.close)
         bus.announce("station")

@@ -12,8 +12,10 @@ import pytest
 
 from shared import topics
 from shared.clock import SIMULATION_EPOCH_NS
+from shared.messages import RunEvent
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
+from station.app.processes import StopRequest
 from station.recording.reader import digest, open_recording
 from station.recording.writer import Recording
 
@@ -67,6 +69,21 @@ def test_another_seed_gives_another_session(session: Path, tmp_path: Path) -> No
     assert digest(open_recording(other)) != digest(open_recording(session))
     ours, theirs = (open_recording(path).samples() for path in (session, other))
     assert [sample.onset_angle_rad for sample in ours] != [sample.onset_angle_rad for sample in theirs]
+
+
+def test_a_session_that_is_asked_to_stop_ends_its_run_in_words_and_keeps_its_samples(tmp_path: Path) -> None:
+    rig, plan = assembly.rig_from(None), assembly.plan_from(None, samples=SAMPLES, seed=5)
+    origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
+    stop = StopRequest()
+    with Recording(tmp_path / "stopped.mcap", provenance=origin) as recording:
+        lockstep = Lockstep(rig, plan, recording=recording)
+        outcome = lockstep.run(on_sample=lambda _: stop.ask("it is late"), stop=stop)
+    assert (outcome.samples, outcome.fault) == (1, "it is late")
+    reader = open_recording(tmp_path / "stopped.mcap")
+    assert len(reader.samples()) == 1
+    events = [item.message for item in reader.messages({"session/event"})]
+    assert isinstance(events[-1], RunEvent)
+    assert (events[-1].phase, events[-1].reason) == ("ABORTED", "it is late")
 
 
 def test_no_two_messages_share_a_time_of_receipt(session: Path) -> None:
