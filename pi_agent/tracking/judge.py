@@ -28,15 +28,17 @@ class Demand(NamedTuple):
         """The largest sigma of the worst corner."""
         share = min(DIM / fit.contrast, 1.0)
         limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
-        if fit.recalled and fit.by_edges.worst_px > self.partly_sigma_px:
-            return min(limit, RECALLED_PX)
-        return limit if fit.whole > WHOLE else min(limit, self.partly_sigma_px)
+        if fit.whole <= WHOLE:
+            limit = min(limit, self.partly_sigma_px)
+        # Edges that would be believed by themselves are not doubted for agreeing with how they were seen before.
+        badly_seen = fit.recalled and fit.by_edges.worst_px > max(limit, self.partly_sigma_px)
+        return min(limit, RECALLED_PX) if badly_seen else limit
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
 RECALLED_PX = 0.031  # the same where badly seen edges are led by how they were seen before: not all errors are Gaussian
-BESIDE_MARGIN = Demand(0.042, 0.045, 0.045)  # even surfaces: anything else at the edge is a disturbance
+BESIDE_MARGIN = Demand(0.042, 0.045, 0.04)  # even surfaces: anything else at the edge is a disturbance
 BESIDE_PLATE = Demand(0.037, 0.055, 0.04)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet

@@ -69,8 +69,12 @@ class PixelReader:
         row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
 
-    def profiles(self, first: Middles, along: Middles, across: Middles, *, count: int, size: int) -> Light:
+    def profiles(
+        self, first: Middles, along: Middles, across: Middles, *, count: int, size: int
+    ) -> tuple[Light, Light]:
         """Light between the pixels along `count` profiles of `size` places on each edge: (4, count, size).
+
+        And the places themselves (8, count × size): x and y of the first edge, of the second, … but for whole pixels.
 
         `first` (4,): the innermost place of the middle profile; `along` and `across` (4,): the ways along the edge and
         across it, from the first half profile to the last one and from the innermost place to the outermost.
@@ -86,12 +90,11 @@ class PixelReader:
         spans = np.array([first - origin, along, across]).view(np.float64).reshape(3, 8).T.astype(np.float32)
         places = spans @ _lattice(count, size)
         if not at_once:
-            return self.bilinear(
-                (places[0::2] + 1j * places[1::2]).astype(np.complex64, copy=False).reshape(4, count, size)
-            )
+            points = (places[0::2] + 1j * places[1::2]).astype(np.complex64, copy=False)
+            return self.bilinear(points.reshape(4, count, size)), places
         box = self._frame[top : bottom + 1, left : right + 1]
         light = box.astype(np.float32) if self._straight else cv2.LUT(box, self._table)
-        return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size)
+        return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size), places
 
     def bilinear(self, points: Points) -> Light:
         """Light between the pixels; points outside read the border."""

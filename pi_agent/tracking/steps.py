@@ -37,9 +37,13 @@ FAR = 0.4  # where it is told how much wider a step seems that lies away
 SOLVED = 7  # columns of `StepModel.solve`
 APART = 1e5  # between the tables of two edges: no answer is as large
 EDGES_APART = APART * np.arange(4.0)[:, None]
+SHARPER = 0.86  # blur at the pixels over that of light read between them, at an ordinary blur
 SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
 BETWEEN = 4  # parts into which that is cut by going evenly between two estimators
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
+
+
+_NOT_UNEVEN = np.zeros((4, 0, SOLVED), dtype=np.float32)
 
 
 class Table(NamedTuple):
@@ -84,6 +88,7 @@ class StepModel(NamedTuple):
     smear_gain: Floats
     other_gain: Floats
     widening: Floats
+    uneven: Matrix
 
     @property
     def solve(self) -> Matrix:
@@ -136,6 +141,7 @@ class SmearedModels:
             small[:, 0],
             small[:, 1],
             small[:, 2],
+            _NOT_UNEVEN,
         )
         return model, places * (SMEAR_STEP / BETWEEN)
 
@@ -175,6 +181,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
         np.array(_by_smear(steps, smear) @ solve[:, 2]),
         np.array(_by_smear(steps, smear) @ other[:, 2]),
         np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),
+        (_bow(steps)[:, None] * wanted).astype(np.float32),
     )
 
 
@@ -223,6 +230,12 @@ def _density(u: Floats) -> Floats:
 
 def _cumulative(u: Floats) -> Floats:
     return np.array([0.5 * (1.0 + erf(x / np.sqrt(2.0))) for x in u])
+
+
+def _bow(u: Floats) -> Floats:
+    """Second derivative of a step at the pixels themselves, which are sharper than light that is read between them."""
+    sharp = u / SHARPER
+    return -sharp * _density(sharp) / SHARPER**2
 
 
 def _derivatives(u: Floats, smear: float) -> Floats:

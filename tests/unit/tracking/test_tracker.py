@@ -24,10 +24,10 @@ from pi_agent.tracking.shutter import Shutter
 from pi_agent.tracking.tone import LINEAR, PI_DEFAULT, ToneCurve
 from pi_agent.tracking.tracker import Tracker
 from tests.benchmarks.tracking_rivals.conditions import ADVERSE, NORMAL
-from tests.benchmarks.tracking_rivals.scores import Scores, measure
+from tests.benchmarks.tracking_rivals.scores import Scores, aligned, measure
 
 FRAME_NS = 11_111_111
-RECOMMENDED = Mark(side_mm=12.0, margin=0.16, feature="dot")
+RECOMMENDED, TAPE = Mark(side_mm=12.0, margin=0.16, feature="dot"), Mark()
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +55,21 @@ def test_corners_are_exact(name: str, rms_px: float) -> None:
         assert scores.missed == 0
         assert scores.rms_px <= rms_px
         assert abs(scores.radial_px) <= 0.012
+
+
+@pytest.mark.parametrize("mark", [TAPE, RECOMMENDED])
+@pytest.mark.parametrize("yaw_deg", [0.0, 45.0])
+def test_corners_are_exact_where_all_profiles_lie_alike_between_the_pixels(mark: Mark, yaw_deg: float) -> None:
+    """Along the pixels and across them: light between two pixels is a little wider, everywhere on an edge alike."""
+    rng, errors = np.random.default_rng(4), []
+    scene = Scene(surface("plain", rng=rng), mark=replace(mark, side_mm=12.6), sensor=Sensor(full_scale_e=60_000))
+    renderer = ExactRenderer(scene)
+    for _ in range(6):
+        frame, truth = renderer.render(Pose(*rng.uniform(-1.0, 1.0, 2).tolist(), np.radians(yaw_deg)), rng=rng)
+        seen = Tracker(TrackerConfig(mark=scene.mark)).track(frame, capture_ns=0)
+        assert seen.found, seen.reason
+        errors.append(aligned(seen.corners_px, truth))
+    assert float(np.sqrt(np.mean(np.sum(np.square(errors), axis=2)))) <= 0.02
 
 
 def test_sigma_is_true() -> None:
