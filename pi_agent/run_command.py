@@ -41,7 +41,8 @@ def rig_of(options: argparse.Namespace) -> RigConfig:
     """
     rig = load_rig(options.rig)
     if options.camera and options.camera != rig.camera.driver:
-        camera = dataclasses.replace(rig.camera, driver=options.camera, options=Table({}))
+        none = Table({}, f"{options.rig}, whose [camera.options] are for {rig.camera.driver}, not for {options.camera}")
+        camera = dataclasses.replace(rig.camera, driver=options.camera, options=none)
         rig = dataclasses.replace(rig, camera=camera)
     return rig
 

@@ -41,6 +41,16 @@ def test_a_wrong_rig_file_is_named_with_its_line(
     assert expected in err
 
 
+def test_options_of_another_driver_are_said_to_be_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    file = tmp_path / "rig.toml"
+    text = 'id = "a"\n[bus]\ncamera = ""\narm = ""\nstation = ""\n[camera]\ndriver = "synthetic"\n'
+    file.write_text(text + '[camera.options]\npath = "frames"\n')
+    assert main(["run", "--rig", str(file), "--camera", "video_file"]) == 2
+    said = capsys.readouterr().err
+    assert "'path'" in said
+    assert "rig.toml, whose [camera.options] are for synthetic, not for video_file" in said
+
+
 def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[str]):
     with pytest.raises(SystemExit) as end:
         main(["--help"])
