@@ -140,7 +140,8 @@ def open_pictures(path: Path, *, setting: str = "path in [camera.options]") -> t
 
 def quieten_decoders() -> None:
     """One sentence of ours says what is wrong with a file: OpenCV and ffmpeg would write theirs at every try."""
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    set_level = getattr(cv2, "setLogLevel", None) or cv2.utils.logging.setLogLevel  # OpenCV 4 has it at another place
+    set_level(0)
     os.environ["OPENCV_FFMPEG_LOGLEVEL"] = "-8"
 
 
