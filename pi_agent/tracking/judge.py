@@ -14,7 +14,7 @@ Points = NDArray[np.complex128]
 Shape = tuple[float, float, float]
 
 LEAST_MEAN_AGREEMENT = 0.55
-LEAST_AGREEMENT = 0.35, 0.27  # of every edge: at first sight, and once the mark's shape confirms what is seen
+LEAST_AGREEMENT = 0.4, 0.27  # of every edge: at first sight, and once the mark's shape confirms what is seen
 
 
 class Demand(NamedTuple):
