@@ -80,3 +80,8 @@ def test_a_mistake_in_a_rig_file_is_named(tmp_path: Path, text: str, said: str) 
 def test_what_cannot_be_is_refused(make: object) -> None:
     with pytest.raises(ValueError, match="must"):
         make()  # type: ignore[operator]
+
+
+def test_a_pair_that_is_not_there_is_named_with_its_key_and_the_others() -> None:
+    with pytest.raises(UserError, match=r"'pair' in \[twin\].*wood_on_wood.*got 'glass_on_ice'"):
+        load_pair("glass_on_ice")

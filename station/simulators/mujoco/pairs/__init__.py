@@ -26,5 +26,8 @@ def load_pair(name_or_path: str | Path) -> Friction:
     if path.suffix != ".toml":
         path = PAIRS / f"{name_or_path}.toml"
         if not path.is_file():
-            raise UserError(f"Expected a TOML file or one of {', '.join(pair_names())}, got '{name_or_path}'")
+            raise UserError(
+                f"Expected a pair of materials ('pair' in [twin]) to be one of {', '.join(pair_names())}, "
+                f"or the path of a pair's TOML file, got '{name_or_path}'"
+            )
     return parse(Friction, load_table(path))
