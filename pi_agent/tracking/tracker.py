@@ -42,6 +42,7 @@ FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
+LEAVES = judge.Verdict("the mark leaves the frame")
 
 
 class Tracker:
@@ -135,12 +136,14 @@ class Tracker:
             near = search_edges(self._reader, start, reach_px=self.config.reach_px)
             if near is not None:
                 attempt = self._refined(near, time_s)
+        if attempt[0] is None and not _inside(last, self._reader, clear_px=self.config.reach_px):
+            return None, LEAVES
         return attempt
 
     def _refined(self, corners: Points, time_s: float) -> Attempt:
         """The fit near the corners; once more when the mark has another speed than was expected."""
         if not _inside(corners, self._reader):
-            return None, judge.Verdict("the mark leaves the frame")
+            return None, LEAVES
         way = self._motion.way
         fit = self._fitted(corners, way)
         if fit is None:
@@ -342,9 +345,10 @@ def _agreed(fit: Fit, settled: Settled) -> Fit:
     return fit._replace(corners=settled.corners, sigma_px=mean_px, worst_px=worst_px, alone=fit)
 
 
-def _inside(corners: Points, reader: PixelReader) -> bool:
+def _inside(corners: Points, reader: PixelReader, *, clear_px: int = 2) -> bool:
     x, y = corners.real, corners.imag
-    return bool(x.min() > 2 and y.min() > 2 and x.max() < reader.width - 3 and y.max() < reader.height - 3)
+    right, bottom = reader.width - 1 - clear_px, reader.height - 1 - clear_px
+    return bool(x.min() > clear_px and y.min() > clear_px and x.max() < right and y.max() < bottom)
 
 
 def _turned(fit: Fit, turn: int) -> Fit:

@@ -72,6 +72,16 @@ def test_corners_are_exact_where_all_profiles_lie_alike_between_the_pixels(mark:
     assert float(np.sqrt(np.mean(np.sum(np.square(errors), axis=2)))) <= 0.02
 
 
+def test_a_mark_that_stops_half_out_of_the_frame_is_said_to_leave_it(wood: NDArray[np.float32]) -> None:
+    tracker, renderer = Tracker(TrackerConfig(mark=TAPE)), FastRenderer(Scene(wood), rng=np.random.default_rng(2))
+    reasons = []
+    for number in range(24):
+        frame, _ = renderer.render(Pose(35.0 + min(0.7 * number, 11.0), 3.0, 0.2))
+        reasons.append(tracker.track(frame, capture_ns=number * FRAME_NS).reason)
+    assert reasons[:8] == [""] * 8
+    assert reasons[-6:] == ["the mark leaves the frame"] * 6
+
+
 def test_sigma_is_true() -> None:
     first, followed = _scores("recommended", 12)
     assert 0.6 < first.normalised_variance < 1.7
