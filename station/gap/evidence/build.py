@@ -15,7 +15,7 @@ from station.gap.evidence.moments import RunFacts
 from station.gap.evidence.onset_rows import onset_channel
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion
-from station.gap.evidence.rested import rested_s
+from station.gap.evidence.rested import rested
 from station.gap.evidence.sensor_rows import sensor_channel
 from station.gap.evidence.slide_rows import slide_channels
 from station.gap.evidence.slips import refined
@@ -30,9 +30,10 @@ class Recorded:
     def __init__(self, signals: Signals, setting: Setting) -> None:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
-        self.tracks = refined([track for track in run_tracks(signals) if self._usable(track)], self.plate)
+        tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
+        self.tracks = refined(tracks, self.plate)
         self.facts = facts_of([track.sample for track in self.tracks], setting)
-        self.rested_s = rested_s(self.tracks, self.facts.rest_ns, self.plate)
+        self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
 
     def _usable(self, track: RunTrack) -> bool:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)

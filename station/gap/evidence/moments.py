@@ -13,6 +13,7 @@ from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
 from station.physics.effect import Effect
 from station.physics.model import Model
 
+LEAST_REST_S = 1e-3
 LOADING = ("attitude", "delay_s", "push")
 """The methods of an effect through which it changes how a block is loaded."""
 
@@ -44,10 +45,12 @@ class Load:
 class Moments:
     """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier.
 
-    `at_rest` where the plate's own motion is not to pull: an onset is read by tracing a slide back, and says what the
-    slide's friction was, not what the load of its very moment. `rested_s` (n,), where it is given, stands for the time
-    at rest. It has to be what the protocol made of it: the time up to the slip itself is longer where friction happens
-    to be high, and friction would seem to grow with it.
+    `at_rest` where the plate's own motion is not to pull: an onset that is read by tracing a slide back says what the
+    slide's friction was, not what the load of its very moment; and `steeper_rad` (n,) is how much more than reported
+    the plate would be tilted if it stood still and loaded the block as it did. `rested_s` (n,), where it is given,
+    stands for the time at rest, and `rested_at` says what it would be at other tilts (n,). Both have to be what the
+    protocol made of it: the time up to the slip itself is longer where friction happens to be high, and friction would
+    seem to grow with it.
     """
 
     def __init__(
@@ -64,13 +67,16 @@ class Moments:
         slip_ns: Times,
         border_m: Array,
         rested_s: Array | None = None,
+        rested_at: Callable[[Array | float], Array] | None = None,
         at_rest: bool = False,
+        steeper_rad: Array | float = 0.0,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
         self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
         self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
-        self._steeper_rad: Array | float = 0.0
+        self._rested_at = rested_at
+        self._steeper_rad = steeper_rad
         self._at_rest = at_rest
         self._contact = self._contact_with(attitude(0.0))
         self._last: tuple[Loading, Load] | None = None
@@ -83,7 +89,9 @@ class Moments:
         other = copy.copy(self)
         reported = self._contact.tilt_rad - self._steeper_rad
         other._steeper_rad = tilt_rad - reported
-        other._contact = replace(self._contact, tilt_rad=reported + other._steeper_rad)
+        other._rested = self._contact.rest_s if self._rested_at is None else self._rested_at(tilt_rad)
+        steep = reported + other._steeper_rad
+        other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rested, LEAST_REST_S))
         other._last = None
         return other
 
@@ -141,7 +149,7 @@ class Moments:
             x_m=self._place[:, 0],
             y_m=self._place[:, 1],
             yaw_rad=self._yaw,
-            rest_s=np.maximum(since * 1e-9 if self._rested is None else self._rested, 1e-3),
+            rest_s=np.maximum(since * 1e-9 if self._rested is None else self._rested, LEAST_REST_S),
             slid_s=np.where(self._moving, np.maximum((self.time_ns - self._slip_ns) * 1e-9, 0.0), 0.0),
             tilt_rad=plate.tilt_rad + self._steeper_rad,
             down_rad=plate.down_rad,

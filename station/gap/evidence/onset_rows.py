@@ -37,6 +37,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
     place_m, yaw = _starts(tracks)
+    rested = recorded.rested.of([place for place, _ in chosen])
     moments = Moments(
         time_ns=time_ns,
         run=np.array([place for place, _ in chosen], dtype=np.int64),
@@ -48,8 +49,10 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         moving=np.zeros(len(tracks), dtype=np.bool_),
         slip_ns=time_ns,
         border_m=recorded.setting.free_m(place_m),
-        rested_s=recorded.rested_s[[place for place, _ in chosen]],
+        rested_s=rested.typical(),
+        rested_at=rested.at,
         at_rest=True,
+        steeper_rad=_steeper(tracks, recorded.plate),
     )
     contact, places = moments.reported, [place for place, _ in chosen]
     tilt = contact.tilt_rad
@@ -78,6 +81,13 @@ def leans(track: RunTrack, recorded: Recorded) -> bool:
     """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
     place_m, _ = _starts([track])
     return bool(recorded.setting.free_m(place_m)[0] <= FREE_M)
+
+
+def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
+    """By how much (n,) a still plate would have been tilted more at each onset, where it was worked out."""
+    at = plate.at(np.array([track.slip_ns or track.tilt_ns for track in tracks], dtype=np.int64)).tilt_rad
+    read = np.array([track.slip_tilt_rad for track in tracks])
+    return np.where(read > 0, read - at, 0.0)
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:

@@ -25,7 +25,8 @@ class Onsets(Channel):
     """ln of the pull over the pressing at the onset, less ln of what the model expects; a limit without a slide.
 
     What the model expects it says at the tilt that it expects, not at the recorded one. That is what the run's own
-    friction made of it: a law that falls with the load, which falls with the tilt, would be fitted to the scatter.
+    friction made of it: a law that falls with the load, which falls with the tilt, would be fitted to the scatter. So
+    would one of the time at rest, which goes on while the plate tilts.
     """
 
     name: str = "onset"
@@ -37,6 +38,7 @@ class Onsets(Channel):
         super().__init__(rows)
         self.moments = moments
         self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
+        self._recorded = moments.tilted(moments.reported.tilt_rad)
         plain = moments.loads(PLAIN)
         self._log_recorded = np.log(_size(plain) / plain.normal)
         self._last: tuple[Model, Array] | None = None
@@ -53,7 +55,7 @@ class Onsets(Channel):
     def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
         """Each run's (r,) own ln of friction over the model's, as its onset tells, and its residual; else 0."""
         if self._last_drawn is None or self._last_drawn[0] is not model:
-            load, held = _held(self.moments, model)
+            load, held = _held(self._recorded, model)
             self._last_drawn = (model, np.clip(np.log(_size(load) / held), -MOST_DRAWN, MOST_DRAWN))
         known = ~self.rows.limit
         found = np.zeros((2, runs))

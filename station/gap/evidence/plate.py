@@ -79,6 +79,11 @@ class PlateMotion:
         last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
         return Attitude(gravity, parts[:, :3], parts[:, 3:], self._rising[last], self._since_step(time_ns, delay_s))
 
+    def steps_between(self, from_ns: int, to_ns: int) -> Times:
+        """When the arm was sent off, from `from_ns` until `to_ns`."""
+        first, last = np.searchsorted(self._steps_ns, (from_ns, to_ns))
+        return self._steps_ns[first:last]
+
     def gravity_at(self, time_ns: Times) -> Array:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))

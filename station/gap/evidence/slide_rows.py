@@ -63,7 +63,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         moving=np.ones(len(node_ns), dtype=np.bool_),
         slip_ns=np.repeat(np.array([track.slip_ns for track in tracks], dtype=np.int64), nodes),
         border_m=np.concatenate([recorded.setting.free_m(window.node_pose) for window in windows]),
-        rested_s=np.repeat(recorded.rested_s[runs], nodes),
+        rested_s=np.repeat(recorded.rested.typical()[runs], nodes),
     )
     motion = Motion(
         moments,

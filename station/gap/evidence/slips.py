@@ -36,17 +36,24 @@ COARSE, FINE = 34, 13
 DRAG_PER_S = 3.0
 """Prior standard deviation of k."""
 
+ALIKE = 16.0
+"""By how much narrower, squared, the prior is around what a session's slides have in common."""
+
 PLAIN_SIGMAS = 4.0
 """Up to so many standard errors of the means of V and k a session's slides count as plain, and the rig's readings stay.
 """
 
-SPREAD, LEAST_SPREAD = 0.8, 0.35
-"""Standard deviation of the signed root of a standard Gaussian; and what of it is left at least, as the root bends."""
+UNSEEN_S, UNSEEN = 0.012, 0.5
+"""The attitude's readings do not show how a motion begins and ends: of what its swing changes by within this time
+before or after a slip, this share may act at the slip, or not."""
+
+SPREAD = 0.8
+"""Standard deviation of the signed root of a standard Gaussian."""
 
 
 def refined(tracks: Sequence[RunTrack], plate: PlateMotion) -> tuple[RunTrack, ...]:
     """The runs with their slips read anew, if the session's slides are not plain; else as they were."""
-    read = [_slip_of(track, plate) for track in tracks]
+    read = [_slip_of(track, plate, _Slowing()) for track in tracks]
     pulls = np.array([(slip.lacking, slip.slowing) for slip in read if slip is not None]).reshape(-1, 2)
     if len(pulls) < LEAST_RUNS:
         return tuple(tracks)
@@ -54,25 +61,51 @@ def refined(tracks: Sequence[RunTrack], plate: PlateMotion) -> tuple[RunTrack, .
     lacking, slowing = pulls.mean(axis=0) * np.sqrt(len(pulls)) / np.maximum(pulls.std(axis=0), 1.0)
     if lacking < PLAIN_SIGMAS and abs(slowing) < PLAIN_SIGMAS:
         return tuple(tracks)
+    alike = _in_common([slip for slip in read if slip is not None])
+    read = [_slip_of(track, plate, alike) for track in tracks]
     return tuple(track if slip is None else _moved(track, slip) for track, slip in zip(tracks, read, strict=True))
 
 
 def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
     sample = replace(track.sample, onset_sigma_rad=slip.tilt_sigma_rad)
-    return replace(track, slip_ns=track.slip_ns + round(slip.time_s * 1e9), sample=sample)
+    return replace(track, slip_ns=track.slip_ns + round(slip.time_s * 1e9), slip_tilt_rad=slip.tilt_rad, sample=sample)
+
+
+@dataclass(frozen=True, slots=True)
+class _Slowing:
+    """What k is expected to be, and how surely: its mean, and the precision of its prior, in units of DRAG_PER_S."""
+
+    mean: float = 0.0
+    precision: float = 1.0
+
+
+def _in_common(read: Sequence[_Slip]) -> _Slowing:
+    """What all slides of a session tell of k: one alone hardly tells it from mu, and would be read as its prior has it.
+
+    A fit under the prior of mean 0 and precision 1 leaves (1 − v) of k, v being the variance that it leaves.
+    """
+    left = np.clip(np.array([slip.drag_variance for slip in read]), 1e-6, 1.0 - 1e-6)
+    known = np.array([slip.drag for slip in read]) / (1.0 - left)
+    return _Slowing(float(np.average(known, weights=(1.0 - left) / left)), ALIKE)
 
 
 @dataclass(frozen=True, slots=True)
 class _Slip:
-    """A slip's time from the rig's, and the standard error of its tilt; V and k in their standard errors."""
+    """A slip's time from the rig's, the still tilt that pulls as much, its standard error; V and k in theirs.
+
+    `drag` is k in units of DRAG_PER_S, and `drag_variance` its variance.
+    """
 
     time_s: float
+    tilt_rad: float
     tilt_sigma_rad: float
     lacking: float
     slowing: float
+    drag: float
+    drag_variance: float
 
 
-def _slip_of(track: RunTrack, plate: PlateMotion) -> _Slip | None:
+def _slip_of(track: RunTrack, plate: PlateMotion, slowing: _Slowing) -> _Slip | None:
     if not track.slid or not track.sample.onset_sigma_rad > 0:
         return None
     from_ns = max(track.tilt_ns, track.slip_ns - round((BEFORE_S + LEAD_S) * 1e9))
@@ -89,7 +122,7 @@ def _slip_of(track: RunTrack, plate: PlateMotion) -> _Slip | None:
         return None
     way = offset[last] / length
     path = offset[: last + 1] @ way - _sag(track, plate, time_ns[: last + 1], offset[still] @ way, way)
-    early = _Early(track, plate, time_ns[: last + 1], path, way)
+    early = _Early(track, plate, (time_ns[: last + 1], path), way, slowing)
     return early.slip()
 
 
@@ -108,19 +141,22 @@ def _sag(track: RunTrack, plate: PlateMotion, time_ns: Times, resting_m: Array, 
 class _Early:
     """The first millimetres: times (n,) from the rig's slip on, s, and places, m; pull and press on a fine grid."""
 
-    def __init__(self, track: RunTrack, plate: PlateMotion, time_ns: Times, path_m: Array, way: Array) -> None:
+    def __init__(
+        self, track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], way: Array, slowing: _Slowing
+    ) -> None:
+        (time_ns, path_m), self.slowing = course, slowing
         self.time_s: Array = np.asarray((time_ns - track.slip_ns) * 1e-9, dtype=np.float64)
         self.path_m, self.sigma_m = path_m, track.sigma_m
         self.grid_s = np.arange(self.time_s[0] - GRID_S, self.time_s[-1] + 2 * GRID_S, GRID_S)
         at = plate.at(track.slip_ns + np.round(self.grid_s * 1e9).astype(np.int64))
-        self.tilt_rad = at.tilt_rad
-        self.pull = GRAVITY_M_S2 * (at.gravity[:, :2] @ way)
+        still_pull, still_press = GRAVITY_M_S2 * (at.gravity[:, :2] @ way), -GRAVITY_M_S2 * at.gravity[:, 2]
         place = np.append(np.median(track.pose[track.frames(int(time_ns[0]), track.slip_ns), :2], axis=0), 0.0)
         velocity = self._speed()[:, None] * np.append(way, 0.0)
         swing = np.cross(at.rate_rad_s, np.cross(at.rate_rad_s, place)) + np.cross(at.acceleration_rad_s2, place)
+        self._plate_rad = at.tilt_rad
+        self.tilt_rad = _still_tilt(at.tilt_rad, still_pull - swing[:, :2] @ way, still_press + swing[:, 2], still_pull)
         swing = swing + 2.0 * np.cross(at.rate_rad_s, velocity)
-        self.pull = self.pull - swing[:, :2] @ way
-        self.press = -GRAVITY_M_S2 * at.gravity[:, 2] + swing[:, 2]
+        self.pull, self.press = still_pull - swing[:, :2] @ way, still_press + swing[:, 2]
         self._twice = [self._integrated(values) for values in (self.pull, self.press)]
 
     def _speed(self) -> Array:
@@ -165,11 +201,14 @@ class _Early:
         table = np.column_stack(columns) / self.sigma_m
         value = (self.path_m - drive) / self.sigma_m
         normal = table.T @ table
-        normal[1, 1] += 1.0
+        normal[1, 1] += self.slowing.precision
+        wanted = table.T @ value
+        wanted[1] += self.slowing.precision * self.slowing.mean
         inverse: Array = np.asarray(np.linalg.inv(normal + 1e-12 * np.diag(np.diag(normal))), dtype=np.float64)
-        solved = inverse @ (table.T @ value)
+        solved = inverse @ wanted
         left = value - table @ solved
-        return float(left @ left + solved[1] ** 2), solved, inverse
+        beside = self.slowing.precision * (solved[1] - self.slowing.mean) ** 2
+        return float(left @ left + beside), solved, inverse
 
     def _since(self, part: tuple[Array, Array, Array], t0: float, since: Array) -> Array:
         """∫∫ from t0 to each frame."""
@@ -194,24 +233,40 @@ class _Early:
         before_s, after_s = (passed_at(speed) for speed in (max(abs(lacking) - sigma, 0.0), abs(lacking) + sigma))
         spread_s = SPREAD * passed_at(sigma) if abs(lacking) < sigma else 0.5 * (after_s - before_s)
         apart = float(np.copysign(passed_at(abs(lacking)), lacking))
-        time_s, sigma_rad = self._expected(self.grid_s[start] + apart, max(spread_s, LEAST_SPREAD * passed_at(sigma)))
+        time_s, tilt_rad, sigma_rad = self._expected(self.grid_s[start] + apart, spread_s)
         # k as its prior shrinks it, over how much that then varies.
-        slowing = float(solved[1] / np.sqrt(max(inverse[1, 1] * (1.0 - inverse[1, 1]), 1e-9)))
-        return _Slip(time_s, max(sigma_rad, 1e-5), lacking / max(sigma, 1e-9), slowing)
+        drag, variance = float(solved[1]), float(inverse[1, 1])
+        slowing = drag / math.sqrt(max(variance * (1.0 - variance), 1e-9))
+        lacks = lacking / max(sigma, 1e-9)
+        return _Slip(time_s, tilt_rad, max(sigma_rad, 1e-5), lacks, slowing, drag, variance)
 
-    def _expected(self, time_s: float, sigma_s: float) -> tuple[float, float]:
-        """When the plate was at the tilt that is expected for a slip read at a time, and that tilt's standard error.
+    def _expected(self, time_s: float, sigma_s: float) -> tuple[float, float, float]:
+        """The time and the tilt that are expected for a slip read at a time, and the tilt's standard error.
 
-        All tilts are as likely, so slips come the more often the faster the plate tilts, and none while it holds: of
-        readings at the begin of a step most are early.
+        All tilts are as likely, so slips come the more often the faster the pull grows beyond what it was, and none
+        while the plate holds: of readings at the begin of a step most are early. A block on the upper side of a plate
+        that stops speeding up is let go at once by a per cent: of those, the reading knows no more than that.
         """
-        rate = np.maximum(np.gradient(self.tilt_rad, self.grid_s), 0.0)
-        weight = rate * np.exp(-0.5 * ((self.grid_s - time_s) / max(sigma_s, GRID_S)) ** 2)
-        if not weight.sum() > 0:
-            return time_s, sigma_s * float(np.max(np.abs(np.gradient(self.tilt_rad, self.grid_s))))
-        mean, square = (float(np.average(self.tilt_rad**power, weights=weight)) for power in (1, 2))
         risen = np.maximum.accumulate(self.tilt_rad)
-        return float(np.interp(mean, risen, self.grid_s)), math.sqrt(max(square - mean**2, 0.0))
+        weight = np.gradient(risen, self.grid_s) * np.exp(-0.5 * ((self.grid_s - time_s) / max(sigma_s, GRID_S)) ** 2)
+        if not weight.sum() > 0:
+            fastest = float(np.max(np.abs(np.gradient(self.tilt_rad, self.grid_s))))
+            return time_s, self._at(self.tilt_rad, time_s), sigma_s * fastest
+        mean, square = (float(np.average(risen**power, weights=weight)) for power in (1, 2))
+        near = np.abs(self.grid_s - time_s) < UNSEEN_S
+        unseen = UNSEEN * float(np.ptp((self.tilt_rad - self._plate_rad)[near])) if near.any() else 0.0
+        spread = math.sqrt(max(square - mean**2, 0.0) + unseen**2)
+        return float(np.interp(mean, risen, self.grid_s)), mean, spread
 
     def _at(self, values: Array, time_s: float) -> float:
         return float(np.interp(time_s, self.grid_s, values))
+
+
+def _still_tilt(tilt_rad: Array, pull: Array, press: Array, still_pull: Array) -> Array:
+    """The tilts (n,) at which a plate at rest pulls as much for what it presses as one that is turned does.
+
+    `pull` and `press` are those of the turning plate on a block at rest, `still_pull` gravity's alone, m/s².
+    """
+    share = pull / np.where(np.abs(still_pull) > 1e-3, still_pull, 1e-3)
+    level = np.maximum(press, 1e-3) / GRAVITY_M_S2
+    return np.where(np.abs(still_pull) > 1e-3, np.arctan2(np.sin(tilt_rad) * share, level), tilt_rad)

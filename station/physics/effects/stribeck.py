@@ -1,6 +1,8 @@
 """Stribeck fall: friction falls from the static to the kinetic level over a speed scale, not at once.
 
-mu(v) = mu_s (1 − d (1 − exp(−v / v_s))): continuous with rest, (1 − d) mu_s when v is far above v_s.
+mu(v) = mu_s (1 − d (1 − exp(−(v / v_s)^n))): continuous with rest, (1 − d) mu_s when v is far above v_s. How it falls
+in between is the lubricant's and the surface's: n = 1 (Tustin), 1/2 … 1 (Bo & Pavelescu), 2 (Armstrong-Hélouvry); the
+Lorentzian 1 / (1 + (v / v_s)²) of Hess & Soom lies between 1 and 2.
 """
 
 from __future__ import annotations
@@ -19,8 +21,11 @@ class Stribeck(Effect):
 
     id: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "fall of friction with speed"
-    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - exp(-v / v_s))) (d = 0)"
-    source: ClassVar[str] = "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form)"
+    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - exp(-(v / v_s)^n))) (d = 0)"
+    source: ClassVar[str] = (
+        "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form); Hess & Soom 1990, J. Tribol. 112, "
+        "147; Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30, 1083 (the exponents)"
+    )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
@@ -28,11 +33,12 @@ class Stribeck(Effect):
         Parameter(
             name="speed_m_s", unit="m/s", low=1e-4, high=0.3, typical=0.02, null=None, starts=(0.02, 0.002, 0.0003, 0.1)
         ),
+        Parameter(name="exponent", unit="1", low=0.5, high=2.0, typical=0.5, null=None, starts=(1.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("kinetic_drop", "viscous", "rate_strengthening")
     separated_by: ClassVar[str] = "slow slides: fine tilt steps around the onset, so that speeds below v_s are seen"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        fallen = -np.expm1(-contact.speed_m_s / values["speed_m_s"])
+        fallen = -np.expm1(-((contact.speed_m_s / values["speed_m_s"]) ** values["exponent"]))
         return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)
