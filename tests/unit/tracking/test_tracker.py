@@ -65,7 +65,8 @@ def test_corners_are_exact_where_all_profiles_lie_alike_between_the_pixels(mark:
     scene = Scene(surface("plain", rng=rng), mark=replace(mark, side_mm=12.6), sensor=Sensor(full_scale_e=60_000))
     renderer = ExactRenderer(scene)
     for _ in range(6):
-        frame, truth = renderer.render(Pose(*rng.uniform(-1.0, 1.0, 2).tolist(), np.radians(yaw_deg)), rng=rng)
+        x_mm, y_mm = rng.uniform(-1.0, 1.0, 2).tolist()
+        frame, truth = renderer.render(Pose(x_mm, y_mm, float(np.radians(yaw_deg))), rng=rng)
         seen = Tracker(TrackerConfig(mark=scene.mark)).track(frame, capture_ns=0)
         assert seen.found, seen.reason
         errors.append(aligned(seen.corners_px, truth))
