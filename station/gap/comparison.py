@@ -112,12 +112,13 @@ def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit
 def _substitute(fitter: Fitter, current: Fit, gains: Mapping[str, Gained]) -> str | None:
     """Of two terms that do each other's work the one without a name, or the one that gains less.
 
-    Beside each other both gain little, whatever they gain alone.
+    Beside each other both gain little, whatever they gain alone. Two named effects that look otherwise do each their
+    own: how much one of them gains while the other is not there is a matter of what else is bent to stand in for that.
     """
     acting = [effect for effect in _terms(current.model) if effect.id in gains]
     for one in sorted(acting, key=lambda effect: (not is_smooth(effect), gains[effect.id].twice_gain)):
         for other in acting:
-            if other == one or not gains[one.id].channels & gains[other.id].channels:
+            if other == one or not gains[one.id].channels & gains[other.id].channels or not _alike(one, other):
                 continue
             alone = _without(fitter, current, one), _without(fitter, current, other)
             neither = _without(fitter, alone[0], other)
@@ -125,6 +126,10 @@ def _substitute(fitter: Fitter, current: Fit, gains: Mapping[str, Gained]) -> st
             if gains[one.id].twice_gain < SUBSTITUTE * least:
                 return one.id
     return None
+
+
+def _alike(one: Effect, other: Effect) -> bool:
+    return is_smooth(one) or is_smooth(other) or one.family == other.family
 
 
 def _terms(model: Model) -> list[Effect]:
