@@ -121,6 +121,17 @@ def _pupil(shots: list[Shot], folder: Path) -> Scores | None:
     return scores
 
 
+def _where_not_ahead(ours: Scores, rivals: dict[str, Scores]) -> str:
+    """Which of the others are more exact than ours, and which are faster, with how much less exact they are."""
+    exact = [name for name, scores in rivals.items() if scores.errors and scores.rms_px <= ours.rms_px]
+    faster = [
+        f"{name} ({scores.rms_px / ours.rms_px:.0f} times the error)" if scores.errors else f"{name} (finds nothing)"
+        for name, scores in rivals.items()
+        if min(scores.milliseconds) < min(ours.milliseconds)
+    ]
+    return f"More exact than ours: {', '.join(exact) or 'none'}. Faster: {', '.join(faster) or 'none'}."
+
+
 @pytest.mark.parametrize(
     "kind", ["tag, linear", "tag, Pi curve", "tag, glare", "tag, clutter", "bare tape, linear", "bare tape, Pi curve"]
 )
@@ -143,6 +154,7 @@ def test_ours_is_ahead(kind: str, tmp_path: Path) -> None:
     for name, scores in {**ours, **rivals}.items():
         print(scores.line(name))
     followed = ours["ours, followed"]
+    print(_where_not_ahead(followed, rivals))
     for scores in rivals.values():
         assert not scores.errors or followed.rms_px < scores.rms_px
         assert len(followed.errors) - followed.wrong >= len(scores.errors) - scores.wrong
