@@ -31,6 +31,7 @@ PULL_NOISE = 3.3  # disagreement by noise, in shares of the scatter
 SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
 HIDDEN = 1.5  # what a shadow hides in the noise, with the scatter itself
 SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
+SYSTEMATIC_ON_GRAIN_PX = 0.0025  # the same beside a textured plate
 ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
 ROUNDING_ON_GRAIN_PX = (
     0.34  # the same beside a textured plate, where dim light's noise is not all in the scatter either
@@ -231,7 +232,7 @@ def grain_sigma(
     if not blur_known:
         blurred += GRAIN_BLUR_NOISE * float(np.add.reduce(own / line.moments[:, 0])) / 4
     rounded = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 / (1.0 + (contrast / NOISY) ** 2)
-    always = rounded + (SMEARED_ON_GRAIN * path_px) ** 2
+    always = SYSTEMATIC_ON_GRAIN_PX**2 + rounded + (SMEARED_ON_GRAIN * path_px) ** 2
     everywhere = GRAIN_PULL * pulled_px2(pull, line, expected) + blurred + always
     corners, edges = lines.at_corners_and_edges(points, line, expected, everywhere=everywhere)
     return Sigmas(sqrt(sum(corners) / 4), sqrt(max(corners)), edges=edges)

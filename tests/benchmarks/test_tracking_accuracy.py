@@ -24,6 +24,7 @@ SEED = int(os.environ.get("TRACKING_SEED", "20261201"))
 
 RMS_PX = {
     "clean": 0.015,
+    "clean, aligned": 0.015,
     "nominal tape": 0.060,
     "tape, linear": 0.060,
     "rectangle tape": 0.060,

@@ -107,6 +107,13 @@ def clean(rng: Rng) -> Trial:
     return still(Scene(PLATES.pick(rng, "plain"), mark=random_mark(rng), sensor=sensor), rng)
 
 
+def clean_aligned(rng: Rng) -> Trial:
+    """The same along the pixels or across them, where all places on an edge lie alike between the pixels."""
+    sensor = Sensor(full_scale_e=60_000, read_noise_e=2)
+    pose = replace(random_pose(rng), yaw_rad=float(rng.integers(8)) * np.pi / 4)
+    return still(Scene(PLATES.pick(rng, "plain"), mark=random_mark(rng), sensor=sensor), rng, pose=pose)
+
+
 def nominal(rng: Rng) -> Trial:
     """Bare tape on wood or steel, noise, vignetting, the Pi's own tone curve (known to the tracker)."""
     sensor = Sensor(tone=PI_DEFAULT)
@@ -271,6 +278,7 @@ def _holds(polygon: Floats, points: Floats) -> NDArray[np.bool_]:
 
 NORMAL: dict[str, Maker] = {
     "clean": clean,
+    "clean, aligned": clean_aligned,
     "nominal tape": nominal,
     "tape, linear": nominal_linear,
     "rectangle tape": rectangle,
