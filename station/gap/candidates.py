@@ -31,6 +31,9 @@ but everybody expects it."""
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
 
+AT_BOUND = 2.0
+"""What a shape at its bound costs: as much as one of which no more than a third of the range is left."""
+
 HARDLY = 0.003
 """The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
 
@@ -207,14 +210,15 @@ class Fitter:
     def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
         """What a number costs: ln of the runs (BIC); a shape no more than the share of its range that is ruled out.
 
-        Where the effect is weak nothing tells its shape, which then explains nothing either; nor does one at its bound.
+        Where the effect is weak nothing tells its shape, which then explains nothing either. One at its bound costs
+        something: a law that fits only at the end of its range is likely the simpler one that it turns into there.
         """
         full = math.log(max(self.evidence.used(), 2))
         if not parameter.is_shape:
             return full
         sd = found.sd(effect.id, parameter.name)
         spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
-        return min(full, max(2.0 * math.log(spread / sd), 0.0)) if sd > 0.0 else 0.0
+        return min(full, max(2.0 * math.log(spread / sd), 0.0)) if sd > 0.0 else AT_BOUND
 
     def _refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)

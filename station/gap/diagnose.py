@@ -31,6 +31,9 @@ from station.signals.session import Signals
 EVEN = 0.5
 """What is less likely than not is not supported."""
 
+EXACT = 0.002
+"""Of a number's size: no law says it more exactly, nor does a mark's side, from which all lengths are taken."""
+
 LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
 
@@ -213,7 +216,7 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
         parameters={
             parameter.name: Value(
                 value=term.values[parameter.name],
-                sd=found.model.sd(effect.id, parameter.name),
+                sd=math.hypot(found.model.sd(effect.id, parameter.name), EXACT * term.values[parameter.name]),
                 unit=parameter.unit,
             )
             for parameter in effect.parameters

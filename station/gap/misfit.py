@@ -18,6 +18,9 @@ SAME_FAMILY, OTHER_FAMILY = 0.04, 0.01
 """Below these shares of what was found a further gain is the law's misfit: of an effect that looks alike or a smooth
 term, which can look like anything; and of one that looks otherwise."""
 
+DRIFT = 0.002
+"""The same of a drift: what is drawn anew for each run has no order, and neither has the misfit of a law of it."""
+
 
 @dataclass(frozen=True)
 class Gained:
@@ -51,8 +54,9 @@ def is_misfit(new: Gained, known: Sequence[Gained]) -> bool:
 def _share(new: Gained, other: Gained) -> float:
     unnamed = not new.effects or any(is_smooth(effect) for effect in new.effects)
     families = {effect.family for effect in other.effects}
-    alike = unnamed or any(effect.family in families for effect in new.effects)
-    return SAME_FAMILY if alike else OTHER_FAMILY
+    if unnamed or any(effect.family in families for effect in new.effects):
+        return SAME_FAMILY
+    return DRIFT if all(effect.family == "drift" for effect in new.effects) else OTHER_FAMILY
 
 
 def superfluous(gains: Mapping[str, Gained]) -> str | None:
