@@ -31,8 +31,8 @@ but everybody expects it."""
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
 
-AT_BOUND = 2.0
-"""What a shape at its bound costs: as much as one of which no more than a third of the range is left."""
+AT_BOUND = 0.5
+"""What a shape at its bound costs: enough that of two laws that are the same there the simpler one is taken."""
 
 HARDLY = 0.003
 """The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
@@ -211,7 +211,7 @@ class Fitter:
         """What a number costs: ln of the runs (BIC); a shape no more than the share of its range that is ruled out.
 
         Where the effect is weak nothing tells its shape, which then explains nothing either. One at its bound costs
-        something: a law that fits only at the end of its range is likely the simpler one that it turns into there.
+        little: a law that fits only at the end of its range is likely the simpler one that it turns into there.
         """
         full = math.log(max(self.evidence.used(), 2))
         if not parameter.is_shape:
