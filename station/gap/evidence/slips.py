@@ -67,8 +67,13 @@ def refined(tracks: Sequence[RunTrack], plate: PlateMotion) -> tuple[RunTrack, .
 
 
 def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
-    sample = replace(track.sample, onset_sigma_rad=slip.tilt_sigma_rad)
-    return replace(track, slip_ns=track.slip_ns + round(slip.time_s * 1e9), slip_tilt_rad=slip.tilt_rad, sample=sample)
+    return replace(
+        track,
+        slip_ns=track.slip_ns + round(slip.time_s * 1e9),
+        slip_tilt_rad=slip.tilt_rad,
+        surely_ns=track.slip_ns,
+        sample=replace(track.sample, onset_sigma_rad=slip.tilt_sigma_rad),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,8 @@ class RunTrack:
 
     `corner_m` (n, 4, 2) is None for blocks followed by another tracker. `level_ns` to `tilt_ns` the plate lay level;
     `slip_ns` is the onset and `stop_ns` the end of the usable slide (0, 0: no slide); `end_ns` the run's end.
-    `slip_tilt_rad` is the tilt at which a still plate would have let the block go, where it was worked out, or else 0.
+    `slip_tilt_rad` is the tilt at which a still plate would have let the block go, where it was worked out, or else 0;
+    from `surely_ns` on the block slides whichever reading of the onset is right.
     `sigma_m` is the standard deviation of the place in one frame, `corner_sigma_m` of one corner.
     """
 
@@ -52,6 +53,7 @@ class RunTrack:
     sigma_rad: float
     corner_sigma_m: float
     slip_tilt_rad: float = 0.0
+    surely_ns: int = 0
 
     @property
     def slid(self) -> bool:

@@ -80,7 +80,7 @@ def windows_of(track: RunTrack) -> Iterator[Window]:
     """
     if not track.slid:
         return
-    part = track.frames(track.slip_ns + MARGIN_NS, track.stop_ns - MARGIN_NS)
+    part = track.frames(max(track.slip_ns, track.surely_ns) + MARGIN_NS, track.stop_ns - MARGIN_NS)
     course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
     if course is None:
         return

@@ -1,8 +1,8 @@
 """Stribeck fall: friction falls from the static to the kinetic level over a speed scale, not at once.
 
-mu(v) = mu_s (1 − d (1 − exp(−(v / v_s)^n))): continuous with rest, (1 − d) mu_s when v is far above v_s. How it falls
-in between is the lubricant's and the surface's: n = 1 (Tustin), 1/2 … 1 (Bo & Pavelescu), 2 (Armstrong-Hélouvry); the
-Lorentzian 1 / (1 + (v / v_s)²) of Hess & Soom lies between 1 and 2.
+mu(v) = mu_s (1 − d (1 − s)): continuous with rest, (1 − d) mu_s when v is far above v_s. What is left of the fall,
+s = (1 + q (v / v_s)^n)^(−1/q) with q = max(n − 1, 0), is the lubricant's and the surface's: exp(−(v / v_s)^n) up to
+n = 1 (Tustin's at 1, Bo & Pavelescu's from 1/2), and the Lorentzian 1 / (1 + (v / v_s)²) of Hess & Soom at n = 2.
 """
 
 from __future__ import annotations
@@ -15,16 +15,19 @@ from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
+LIGHTEST = 1e-6
+"""The least q: an exponential, to six digits."""
+
 
 class Stribeck(Effect):
     """Friction falls with the speed of sliding."""
 
     id: ClassVar[str] = "stribeck"
     title: ClassVar[str] = "fall of friction with speed"
-    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - exp(-(v / v_s)^n))) (d = 0)"
+    law: ClassVar[str] = "mu(v) = mu_s (1 - d (1 - s)), s from exp(-v / v_s) to 1 / (1 + (v / v_s)^2) (d = 0)"
     source: ClassVar[str] = (
         "Stribeck 1902; Bo & Pavelescu 1982, Wear 82, 277 (the exponential form); Hess & Soom 1990, J. Tribol. 112, "
-        "147; Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30, 1083 (the exponents)"
+        "147 (the Lorentzian)"
     )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "speed law"
@@ -40,5 +43,7 @@ class Stribeck(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        fallen = -np.expm1(-((contact.speed_m_s / values["speed_m_s"]) ** values["exponent"]))
+        power = (contact.speed_m_s / values["speed_m_s"]) ** values["exponent"]
+        tail = max(values["exponent"] - 1.0, LIGHTEST)
+        fallen = -np.expm1(-np.log1p(tail * power) / tail)
         return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)
