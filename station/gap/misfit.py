@@ -11,12 +11,15 @@ from dataclasses import dataclass
 
 from station.gap.candidates import Candidate
 from station.gap.evidence.evidence import Evidence
-from station.physics.effect import Effect
+from station.physics.effect import Effect, Family
 from station.physics.smooth import is_smooth
 
-SAME_FAMILY, OTHER_FAMILY = 0.04, 0.01
-"""Below these shares of what was found a further gain is the law's misfit: of an effect that looks alike or a smooth
-term, which can look like anything; and of one that looks otherwise."""
+UNNAMED, SAME_FAMILY, OTHER_FAMILY = 0.04, 0.02, 0.01
+"""Below these shares of what was found a further gain is the law's misfit: of a smooth term, which can look like
+anything; of an effect that looks alike; and of one that looks otherwise."""
+
+MOVING: frozenset[Family] = frozenset({"speed law", "timing"})
+"""These look alike: a slide's speed grows as the plate turns on, and back."""
 
 DRIFT = 0.002
 """The same of a drift: what is drawn anew for each run has no order, and neither has the misfit of a law of it."""
@@ -53,10 +56,15 @@ def is_misfit(new: Gained, known: Sequence[Gained]) -> bool:
 
 def _share(new: Gained, other: Gained) -> float:
     unnamed = not new.effects or any(is_smooth(effect) for effect in new.effects)
-    families = {effect.family for effect in other.effects}
-    if unnamed or any(effect.family in families for effect in new.effects):
+    if unnamed:
+        return UNNAMED
+    if any(_alike(one.family, two.family) for one in new.effects for two in other.effects):
         return SAME_FAMILY
     return DRIFT if all(effect.family == "drift" for effect in new.effects) else OTHER_FAMILY
+
+
+def _alike(one: Family, two: Family) -> bool:
+    return one == two or frozenset({one, two}) == MOVING
 
 
 def superfluous(gains: Mapping[str, Gained]) -> str | None:
