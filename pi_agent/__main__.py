@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 
 from pi_agent import run_command
 from pi_agent.health import version
-from shared.errors import UserError
+from shared.programs import exit_status
 
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
@@ -53,18 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in about):
         arguments.insert(0, "run")
     options = _parser(arguments[0]).parse_args(arguments)
-    try:
-        return int(options.action(options) or 0)
-    except UserError as error:
-        print(f"pi-agent: {error}", file=sys.stderr)
-        return 2
-    except BrokenPipeError:
-        # Whoever read our output (head, less) has had enough. Nothing more may be written, not even at the end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except KeyboardInterrupt:
-        print("Stopped.", file=sys.stderr)
-        return 130
+    return exit_status("pi-agent", lambda: options.action(options))
 
 
 if __name__ == "__main__":

@@ -1,13 +1,35 @@
-"""How to call the programs of this environment from a shell, for what is printed to be copied."""
+"""The programs of this environment: how to call them from a shell, and how they end."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
+
+from shared.errors import UserError
 
 
 def how_to_call(name: str) -> str:
     """The program's name where it is on the path, else where this environment has it, from the present folder."""
     return name if shutil.which(name) else os.path.relpath(Path(sys.executable).parent / name)
+
+
+def exit_status(name: str, action: Callable[[], int | None]) -> int:
+    """Runs a program's action; gives its exit status: its own (None: 0), 2 after a user's mistake, said in words.
+
+    Whoever read the output (head, less) may have had enough of it (0), and Ctrl-C ends it without a traceback (130).
+    """
+    try:
+        return int(action() or 0)
+    except UserError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        # Nothing more may be written, not even at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        print("Stopped.", file=sys.stderr)
+        return 130

@@ -6,13 +6,12 @@ import argparse
 import ast
 import gc
 import importlib
-import os
 import re
 import sys
 from pathlib import Path
 from types import ModuleType
 
-from shared.errors import UserError
+from shared.programs import exit_status
 
 COMMANDS = Path(__file__).parent / "app" / "commands"
 _ABOUT = """\
@@ -38,18 +37,7 @@ def main(arguments: list[str] | None = None) -> int:
             sub.description = modules[name].__doc__
             modules[name].add_arguments(sub)
     options = parser.parse_args(words)
-    try:
-        return int(modules[options.command].run(options))
-    except UserError as error:
-        print(f"station {options.command}: {error}", file=sys.stderr)
-        return 2
-    except BrokenPipeError:
-        # Whoever read our output (head, less) has had enough. Nothing more may be written, not even at the end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except KeyboardInterrupt:
-        print("Stopped.", file=sys.stderr)
-        return 130
+    return exit_status(f"station {options.command}", lambda: modules[options.command].run(options))
 
 
 def _imported(module: str) -> ModuleType:

@@ -18,11 +18,11 @@ UNNAMED, SAME_FAMILY, OTHER_FAMILY = 0.04, 0.02, 0.01
 """Below these shares of what was found a further gain is the law's misfit: of a smooth term, which can look like
 anything; of an effect that looks alike; and of one that looks otherwise."""
 
-MOVING: frozenset[Family] = frozenset({"speed law", "timing"})
-"""These look alike: a slide's speed grows as the plate turns on, and back."""
-
 DRIFT = 0.002
 """The same of a drift: what is drawn anew for each run has no order, and neither has the misfit of a law of it."""
+
+MOVING: frozenset[Family] = frozenset({"speed law", "timing"})
+"""These look alike: a slide's speed grows as the plate turns on, and back."""
 
 
 @dataclass(frozen=True)
