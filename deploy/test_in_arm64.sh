@@ -49,14 +49,15 @@ mkdir -p "$folder/binfmt"
 mount -t binfmt_misc binfmt_misc "$folder/binfmt"
 [ -e "$folder/binfmt/repose-aarch64" ] || printf '%s' ":repose-aarch64:M::\\x7fELF\\x02\\x01\\x01\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\x00\\x02\\x00\\xb7\\x00:\\xff\\xff\\xff\\xff\\xff\\xff\\xff\\x00\\xff\\xff\\xff\\xff\\xff\\xff\\xff\\xff\\xfe\\xff\\xff\\xff:$qemu:F" >"$folder/binfmt/register"
 
-if [ ! -e "$folder/complete" ]; then
+packages=python3,python3-numpy,python3-scipy,python3-pytest,python3-pytest-timeout,python3-hypothesis,openssh-server,chrony,procps
+if [ "$(cat "$folder/complete" 2>/dev/null)" != "$packages" ]; then
   echo "== building Debian 13 (arm64) in $root"
-  rm -rf "$root"
+  rm -rf "$root" "$folder/complete"
   mmdebstrap --mode=root --architectures=arm64 --variant=apt --skip=check/qemu \
     --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/doc/*' \
-    --include=python3,python3-numpy,python3-pytest,python3-pytest-timeout,openssh-server,chrony,procps \
+    --include="$packages" \
     trixie "$root" "${MIRROR:-http://deb.debian.org/debian}"
-  touch "$folder/complete"
+  echo "$packages" >"$folder/complete"
 fi
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"

@@ -46,8 +46,9 @@ class Arrival:
 
 @dataclass
 class _Listener:
-    """Collects what arrives; `(capture, receive)` times in nanoseconds, each by its own clock."""
+    """Collects what was captured since `since_ns`; `(capture, receive)` times in nanoseconds, each by its own clock."""
 
+    since_ns: int
     times: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
     found: int = 0
     status: AgentStatus | None = None
@@ -55,15 +56,15 @@ class _Listener:
 
     def corners(self, received: Received) -> None:
         message = received.message
-        if isinstance(message, MarkerCorners) and self._fresh(message, received.receive_ns):
+        if isinstance(message, MarkerCorners) and self._fresh(message):
             self.times.append((message.capture_ns, received.receive_ns))
             self.found += message.found
 
-    def _fresh(self, message: MarkerCorners, receive_ns: int) -> bool:
-        """Not from the cache of an agent that ran before, nor from before the clock was known."""
+    def _fresh(self, message: MarkerCorners) -> bool:
+        """Not from the cache of an agent that ran before, nor from before anybody listened; a slow agent's are."""
         if not self.trips or self.status is None or message.boot_id != self.status.boot_id:
             return False
-        return receive_ns - (message.capture_ns + best_of(self.trips)[0].offset_ns) < 1_000_000_000
+        return message.capture_ns + best_of(self.trips)[0].offset_ns > self.since_ns
 
     def took_status(self, received: Received) -> None:
         message = received.message
@@ -73,7 +74,8 @@ class _Listener:
 
 def watch(rig: RigConfig, endpoint: str, *, seconds: float, patience_s: float) -> Arrival:
     """Listens at `endpoint` for `seconds` from the first corners on; gives up after `patience_s` without any."""
-    clock, heard = SystemClock(), _Listener()
+    clock = SystemClock()
+    heard = _Listener(clock.now_ns())
     with ZenohBus(rig.id, connect=[endpoint], clock=clock) as bus:
         bus.subscribe("camera/corners", heard.corners)
         bus.subscribe("camera/status", heard.took_status)
