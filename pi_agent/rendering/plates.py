@@ -12,6 +12,9 @@ Surface = Literal["wood", "steel", "plain"]
 PAD_PX = 64
 """Surface beyond the frame on every side, so that a sagging camera still sees it."""
 
+SCRATCHES = 12 / 728**2
+"""On brushed steel, for each square pixel."""
+
 
 def surface(kind: Surface, *, rng: np.random.Generator, size: int = 600) -> Plate:
     """A (size + 2 PAD_PX, same) field of reflectance 0…1 of the kind given."""
@@ -45,7 +48,7 @@ def _steel(shape: tuple[int, int], rng: np.random.Generator) -> Plate:
     columns = np.linspace(-1.0, 1.0, shape[1], dtype=np.float32)[None, :]
     sheen = 0.10 * np.exp(-((columns - rng.uniform(-0.5, 0.5)) ** 2) / 0.3)
     field = (0.46 + sheen + 0.035 * streaks + 0.02 * grain).astype(np.float32)
-    _scratch(field, rng, count=12)
+    _scratch(field, rng, count=round(field.size * SCRATCHES))
     return np.clip(field, 0.05, 0.95)
 
 

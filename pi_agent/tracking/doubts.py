@@ -43,8 +43,10 @@ SMEARED = 0.001  # what a path within the exposure adds to a corner's sigma, in 
 SMEARED_ON_GRAIN = 0.004  # the same beside a textured plate, where a smeared edge is no Gaussian one
 AGREES = 0.3  # weight from which a profile agrees with its line
 BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
-BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction
+BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction,
+BENT_END = 6.0  # if that is so many deviations of its points, for texture bends the ends of a textured plate's edges
 BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
+BENT_BY_GRAIN = 0.3  # and this share of blur and smear: as far a streak or a pore of the plate moves an edge
 COVERED_BLURS = 2.5  # how far, in blur deviations, a thing's own blurred edge spoils the profiles beside it
 _OPPOSITE = np.array([2, 3, 0, 1])
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
@@ -82,21 +84,28 @@ def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
-def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float) -> bool:
-    """Whether neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its."""
+def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, grain_px: Floats) -> bool:
+    """Whether neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
+
+    `grain_px` (4,): how wide each edge is by blur and smear beside a textured plate, else 0.
+    """
     beside_line = line.weight < AGREES
-    if np.add.reduce(beside_line, axis=1).max() < _ENDS.shape[1]:
+    if max(np.add.reduce(beside_line, axis=1).tolist()) < _ENDS.shape[1]:
         return False
     profiles, length_px = BENT
     run = max(profiles, ceil(line.weight.shape[1] * length_px / shortest_px))
     if run >= line.weight.shape[1]:
         return False
+    least_px = np.full(line.weight.shape, BENT_LEAST_PX)
+    # What covers an edge leaves some of it to be seen at an end; in between, streaks and pores disagree more often.
+    least_px[:, run:-run] += BENT_BY_GRAIN * grain_px[:, None]
     # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
-    disagree = (believed > 0) & beside_line & (np.abs(line.residual) > BENT_LEAST_PX)
+    disagree = (believed > 0) & beside_line & (np.abs(line.residual) > least_px)
     if not _three_on_end(disagree).any():
         return False
     at_ends = line.residual[:, _ENDS] * disagree[:, _ENDS]
-    if max(at_ends.min(axis=2).max(), -at_ends.max(axis=2).min()) > BENT_END_PX:
+    limit_px = np.maximum(BENT_END_PX, BENT_END * np.sqrt(lines.point_variance(line)))
+    if np.any(np.maximum(at_ends.min(axis=2), -at_ends.max(axis=2)) > limit_px[:, None]):
         return True
     beside = np.sign(line.residual) * disagree
     total = np.add.accumulate(beside, axis=1)
@@ -110,7 +119,7 @@ def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: 
     profiles agree with their line; `contrast`, `dark` (4, n): of the profiles.
     """
     whole = WHOLE_EDGE * line.weight.shape[1]
-    if int(agreeing.min()) > whole:
+    if min(agreeing.tolist()) > whole:
         return False
     differs, shaded = _beside_usual(line, contrast), _beside_usual(line, dark)
     return bool(np.any((agreeing <= whole) & (differs > OTHER_CONTRAST) & (shaded < 0.5 * differs)))
@@ -182,7 +191,7 @@ def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
     """
     own = lines.point_variance(line)
     in_part = line.moments[:, 0] < IN_PART * profiles
-    if not in_part.any():
+    if not any(in_part.tolist()):
         return own
     return np.where(in_part, SEEN_IN_PART * np.maximum(own, float(np.add.reduce(own)) / 4), own)
 
@@ -226,7 +235,7 @@ def grain_sigma(
     slow, own = _slow(line), lines.point_variance(line)
     points = (0.5 * GRAIN_SLOW) * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
     in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
-    if in_part.any():
+    if any(in_part.tolist()):
         points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
     blurred = GRAIN_BLUR * float(np.vdot(blur_off_px, blur_off_px)) / 4
     if not blur_known:

@@ -48,7 +48,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
         edges.middle + outward * inner, edges.tangent * edges.free, outward * (outer - inner), count=count, size=size
     )
     answer = _times(light, model.solve_and_misfit)
-    if model.uneven.ndim == 2:  # a smear leaves little of it
+    if model.uneven is not None:
         blurred = _blur_between_pixels(read_at, edges.tangent, blur_px)
         excess = _times(blurred.reshape(light.shape), model.uneven)
         excess *= answer[:, :, :1]
@@ -73,16 +73,16 @@ def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Li
     times f (1 − f), where f is the share of the way. Along an edge at 0° or 45° all profiles have the same f.
     """
     # Across an edge x counts by the normal's part along x, which is the tangent's along y.
-    weight = np.stack([tangent.imag, tangent.real], axis=1).reshape(8, 1)
-    weight *= weight
-    weight *= (0.5 / (blur_px * blur_px)).repeat(2)[:, None]
+    weight = [
+        [(t.imag**2 / (2.0 * b * b), t.real**2 / (2.0 * b * b))]
+        for t, b in zip(tangent.tolist(), blur_px.tolist(), strict=True)
+    ]
     share = np.floor(read_at)
     np.subtract(read_at, share, out=share)
     bow = share * share
     np.subtract(share, bow, out=bow)
     bow -= MEAN_BOW
-    bow *= weight.astype(np.float32)
-    return bow[0::2] + bow[1::2]
+    return np.matmul(np.array(weight, dtype=np.float32), bow.reshape(4, 2, -1))[:, 0]
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:

@@ -117,7 +117,7 @@ def fit_lines(
     current[:], product[:] = weight, weight * offset
     sums = both @ basis
     # As long as no point is left out, the middle one is the same for all edges.
-    out = None if sums[:4, 0].min() > count - 0.5 else weight <= 0
+    out = None if min(sums[:4, 0].tolist()) > count - 0.5 else weight <= 0
     line = _solved(sums[:4], sums[4:]) if start is None else np.stack(start, axis=1)
     for _ in range(rounds):
         residual = offset - line @ slopes

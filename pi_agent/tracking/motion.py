@@ -23,6 +23,12 @@ class Way:
 STILL = Way()
 
 
+def centre_of(corners: Points) -> complex:
+    """The mean of corners (4,): as plain numbers, in a third of the time of an array's."""
+    a, b, c, d = corners.tolist()
+    return (a + b + c + d) / 4
+
+
 class Motion:
     """Velocity, its change and yaw rate, from the corners of the last frames in which the mark was found."""
 
@@ -44,7 +50,7 @@ class Motion:
             change = self.way.velocity_px_s - before.velocity_px_s
             lasting = had_velocity and self.has_velocity and abs(change) * gap > LEAST_GAIN_PX
             self._gain_px_s2 = change / gap if lasting else 0j
-        self.corners, self.centre, self.time_s = corners, complex(corners.sum()) / 4, time_s
+        self.corners, self.centre, self.time_s = corners, centre_of(corners), time_s
 
     def gains(self, time_s: float) -> bool:
         """Whether corners at this time tell of a velocity: the last ones are not too long ago."""
@@ -52,14 +58,14 @@ class Motion:
 
     def speed_px_s(self, corners: Points, time_s: float) -> float:
         """The centre's speed from the last corners to these."""
-        return abs(complex(corners.sum()) / 4 - self.centre) / (time_s - self.time_s) if self.gains(time_s) else 0.0
+        return abs(centre_of(corners) - self.centre) / (time_s - self.time_s) if self.gains(time_s) else 0.0
 
     def way_to(self, corners: Points, time_s: float) -> Way:
         """The way from the last corners to these."""
         last, gap = self.corners, time_s - self.time_s
         if last is None or not 0.0 < gap < LONGEST_GAP_S:
             return STILL
-        centre = complex(corners.sum()) / 4
+        centre = centre_of(corners)
         turn = phase(complex(np.vdot(last - self.centre, corners - centre)))
         return Way((centre - self.centre) / gap, turn / gap)
 

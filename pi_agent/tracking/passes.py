@@ -80,12 +80,12 @@ class Look(NamedTuple):
 
 def look_at(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, smear: Smear | None) -> Look:
     """A pass about corners (4,), with the lens's blur (4,) in px; `model` is used when nothing moves."""
-    clear_px = 1.0 + 3.0 * float(blur.max())
+    clear_px = 1.0 + 3.0 * max(blur.tolist())
     if smear is None:
         return Look(corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP)
     outline = lines.expected_edges(corners, clear_px=clear_px)
     path = smear.across(outline)
-    expected = lines.shortened(outline, clear_px=clear_px + 0.5 * float(path.max()))
+    expected = lines.shortened(outline, clear_px=clear_px + 0.5 * max(path.tolist()))
     width = np.sqrt(blur**2 + path**2 / 12.0)
     estimators, smears = task.moving.at(path / blur)
     return Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4)
@@ -122,7 +122,7 @@ def one_pass(
 ) -> Step | None:
     """What a pass finds; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
     expected = look.expected
-    if expected.length.min() < 8.0:
+    if min(expected.length.tolist()) < 8.0:
         return None
     found = edges.measure(reader, expected, blur_px=look.blur, count=PROFILES, model=look.model)
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
@@ -139,16 +139,16 @@ def one_pass(
     if task.left_out is not None:
         profiles = belief.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
-    if counted.min() < PROFILES // 4:
+    if min(counted.tolist()) < PROFILES // 4:
         return None
     offset, pull = _straightened(found, look, smear=smear, turn_per_row_rad=turn_per_row_rad)
     line = _robust_lines(offset, weight, counted, expected)
-    spoiled = doubts.beside_a_gap(line, blur_px=float(look.blur.max()), shortest_px=float(expected.free.min()))
+    spoiled = doubts.beside_a_gap(line, blur_px=max(look.blur.tolist()), shortest_px=min(expected.free.tolist()))
     broken = spoiled is not None
     if spoiled is not None:
         kept = np.where(spoiled, 0.0, weight)
         line = _robust_lines(offset, kept, np.add.reduce(kept, axis=1), expected)
-    if line.moments[:, 0].min() < PROFILES / 6:
+    if min(line.moments[:, 0].tolist()) < PROFILES / 6:
         return None
     refined = lines.intersect(expected, line.offset, line.rise)
     wider, change, telling = blur_change(found, line, look, shared_blur=shared_blur)
@@ -185,7 +185,7 @@ def blur_change(
     far = np.add.reduce(line.weight * np.abs(found.offset), axis=1) < (FAR * look.width) * total
     change = wider * far
     if shared_blur:
-        change.fill(float(np.vdot(sharp, change)) / max(float(sharp.sum()), 1e-9))
+        change.fill(float(np.vdot(sharp, change)) / max(sum(sharp.tolist()), 1e-9))
     return wider, change, share
 
 
@@ -208,9 +208,9 @@ def _straightened(
 
 def _robust_lines(offset: Floats, weight: Floats, counted: Floats, expected: lines.Edges) -> lines.LineFit:
     """Plain robust fits where nearly all profiles are good; where not, from the line that most of them agree with."""
-    if counted.min() > READ * PROFILES:
+    if min(counted.tolist()) > READ * PROFILES:
         fit = lines.fit_lines(offset, weight, start=None, floor_px=FLOOR_PX, rounds=2)
-        if (fit.moments[:, 0] > MOSTLY * counted).all():
+        if all((fit.moments[:, 0] > MOSTLY * counted).tolist()):
             return fit
     some = slice(None, None, 2)
     start = lines.vote(offset[:, some], weight[:, some], tolerance=0.4, largest_rise=0.15 * expected.free)

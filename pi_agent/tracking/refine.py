@@ -123,11 +123,16 @@ def refine(
     return None
 
 
+def _bent(step: Step, look: Look, *, even: bool) -> bool:
+    shortest_px, width_px = min(look.expected.free.tolist()), np.zeros(4) if even else look.blur + look.path
+    return doubts.bent(step.line, step.believed, shortest_px=shortest_px, grain_px=width_px)
+
+
 def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
     """The least share of an edge's profiles that agree and lie in no highlight; `agreeing` (4,): how many agree."""
     if step.found.glowing is not None:
         agreeing = np.add.reduce((step.line.weight > doubts.AGREES) & ~step.found.glowing, axis=1)
-    return float(agreeing.min()) / PROFILES
+    return min(agreeing.tolist()) / PROFILES
 
 
 def _blur_error_px(step: Step, look: Look) -> Floats:
@@ -169,7 +174,7 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         contrast=step.contrast,
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
-        bent=(step.broken and doubts.bent(line, step.believed, shortest_px=float(expected.free.min())))
+        bent=(step.broken and _bent(step, look, even=even))
         or (not even and doubts.another(line, agreeing, contrast=found.contrast, dark=found.dark)),
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pi_agent.tracking.judge import PERSPECTIVE
+from pi_agent.tracking.motion import centre_of
 
 Points = NDArray[np.complex128]
 Compared = tuple[Points, Points, float]
@@ -45,10 +46,11 @@ class RestingShape:
             return None
         if self._compared is not None and self._compared[0] is corners:
             return self._compared[1]
-        arms, seen = place - place.sum() / 4, corners - corners.sum() / 4
+        own, centre = centre_of(place), centre_of(corners)
+        arms, seen = place - own, corners - centre
         turn = complex(np.vdot(seen, arms))
         turn /= max(abs(turn), 1e-9)
-        way = abs(complex(corners.sum() - place.sum()) / 4) + abs(turn - 1.0) * float(np.abs(arms).max())
+        way = abs(centre - own) + abs(turn - 1.0) * max(np.abs(arms).tolist())
         told = None if way > FARTHEST_PX else (arms, seen * turn, way)
         self._compared = corners, told
         return told

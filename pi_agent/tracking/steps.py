@@ -43,9 +43,6 @@ BETWEEN = 4  # parts into which that is cut by going evenly between two estimato
 MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
 
-_NOT_UNEVEN = np.zeros((4, 0, SOLVED), dtype=np.float32)
-
-
 class Table(NamedTuple):
     """What an estimator answers to a step away from where it is expected (k,).
 
@@ -88,7 +85,7 @@ class StepModel(NamedTuple):
     smear_gain: Floats
     other_gain: Floats
     widening: Floats
-    uneven: Matrix
+    uneven: Matrix | None
 
     @property
     def solve(self) -> Matrix:
@@ -117,6 +114,9 @@ class SmearedModels:
         ]
         self._solve = _between(np.stack([model.solve_and_misfit for model in models])).astype(np.float32)
         self._sloped = _between(np.stack([model.sloped_misfit for model in models])).astype(np.float32)
+        # Beside a margin, where an error of the blur moves no edge, a smear leaves nothing of it to undo.
+        uneven = [model.uneven for model in models if model.uneven is not None]
+        self._uneven = _between(np.stack(uneven)).astype(np.float32) if textured else None
         answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1)
         reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1)
         self._tables = np.ascontiguousarray(np.stack([answers, reach]))  # else `take` copies all of them
@@ -141,7 +141,7 @@ class SmearedModels:
             small[:, 0],
             small[:, 1],
             small[:, 2],
-            _NOT_UNEVEN,
+            None if self._uneven is None else self._uneven.take(places, axis=0),
         )
         return model, places * (SMEAR_STEP / BETWEEN)
 
@@ -181,7 +181,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
         np.array(_by_smear(steps, smear) @ solve[:, 2]),
         np.array(_by_smear(steps, smear) @ other[:, 2]),
         np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),
-        (_bow(steps)[:, None] * wanted).astype(np.float32),
+        (_bow(steps, smear)[:, None] * wanted).astype(np.float32),
     )
 
 
@@ -232,8 +232,11 @@ def _cumulative(u: Floats) -> Floats:
     return np.array([0.5 * (1.0 + erf(x / np.sqrt(2.0))) for x in u])
 
 
-def _bow(u: Floats) -> Floats:
+def _bow(u: Floats, smear: float) -> Floats:
     """Second derivative of a step at the pixels themselves, which are sharper than light that is read between them."""
+    if smear > 0.0:
+        late, early = (u + 0.5 * smear) / SHARPER, (u - 0.5 * smear) / SHARPER
+        return (_density(late) - _density(early)) / (SHARPER * smear)
     sharp = u / SHARPER
     return -sharp * _density(sharp) / SHARPER**2
 

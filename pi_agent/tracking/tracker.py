@@ -14,7 +14,7 @@ from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.lines import EdgeVariance
-from pi_agent.tracking.motion import Motion, Way
+from pi_agent.tracking.motion import Motion, Way, centre_of
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
@@ -89,7 +89,9 @@ class Tracker:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
             self._learn_shape(fit.by_edges)
             if self._blur_known and fit.path_px == 0.0:
-                self._blur_px += LEARNING * (float(fit.blur_px.sum()) / 4 - self._blur_px)  # or another lens is at work
+                self._blur_px += LEARNING * (
+                    sum(fit.blur_px.tolist()) / 4 - self._blur_px
+                )  # or another lens is at work
         if fit is None or _unusable(fit, verdict):
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
@@ -100,7 +102,7 @@ class Tracker:
         if compared is None:
             return verdict
         arms, seen, way_px = compared
-        departure = float(np.abs(seen - arms).max())
+        departure = max(np.abs(seen - arms).tolist())
         limit = self._resting.limit_px(way_px=way_px, contrast=fit.contrast, sigma_px=fit.by_edges.worst_px)
         if departure < limit:
             self._departed = 0
@@ -167,7 +169,7 @@ class Tracker:
         path = way.velocity_px_s * self._exposure_s
         smear = None
         if self._smeared_px(abs(path)) > 0.0:
-            smear = Smear(complex(corners.sum()) / 4, path, way.yaw_rate_rad_s * self._exposure_s)
+            smear = Smear(centre_of(corners), path, way.yaw_rate_rad_s * self._exposure_s)
         fit = refine(
             self._reader,
             corners,
@@ -300,8 +302,10 @@ class Tracker:
         line_s = self.config.shutter.line_s
         if not first or line_s == 0 or self._unknown_path_px(fit) < SMEAR_AT_SIGHT_PX:
             return 0.0
+        # An edge of length L bows from its corners by a fourth of the turn from row to row, times L² and its slope; the
+        # line through it lies two thirds of that off. Two edges, one as steep as the other is level, move a corner.
         diagonal = abs(complex(fit.corners[2] - fit.corners[0]))
-        return UNSEEN_TURN_RAD_S * line_s * diagonal**2 / 12.0
+        return UNSEEN_TURN_RAD_S * line_s * diagonal**2 / (12.0 * sqrt(2.0))
 
     def _unknown_path_px(self, fit: Fit) -> float:
         """The path within the exposure that would make the lens's blur the one that was found."""
@@ -327,7 +331,7 @@ class Tracker:
             self._motion.has_velocity or self.config.shutter.exposure_ns == 0
         ):
             share = LEARNING if self._blur_known else 1.0
-            self._blur_px += share * (float(fit.blur_px.sum()) / 4 - self._blur_px)
+            self._blur_px += share * (sum(fit.blur_px.tolist()) / 4 - self._blur_px)
             self._blur_known = True
 
     def _learn_shape(self, alone: Fit) -> None:
@@ -346,9 +350,9 @@ def _agreed(fit: Fit, settled: Settled) -> Fit:
 
 
 def _inside(corners: Points, reader: PixelReader, *, clear_px: int = 2) -> bool:
-    x, y = corners.real, corners.imag
+    x, y = corners.real.tolist(), corners.imag.tolist()
     right, bottom = reader.width - 1 - clear_px, reader.height - 1 - clear_px
-    return bool(x.min() > clear_px and y.min() > clear_px and x.max() < right and y.max() < bottom)
+    return bool(min(x) > clear_px and min(y) > clear_px and max(x) < right and max(y) < bottom)
 
 
 def _turned(fit: Fit, turn: int) -> Fit:

@@ -19,8 +19,9 @@ from pi_agent.rendering import (
     surface,
 )
 from pi_agent.rendering.painting import EXACT, Quality
-from pi_agent.rendering.plates import Plate
+from pi_agent.rendering.plates import PAD_PX, Plate
 from pi_agent.rendering.projection import corners_px
+from pi_agent.rendering.scene import FRAME_PX
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Feature, Mark
 from pi_agent.tracking.shutter import Shutter
@@ -30,6 +31,7 @@ Floats = NDArray[np.float64]
 Rng = np.random.Generator
 
 FRAME_S = 1 / 90
+LARGE_PX = 900  # of the surfaces that plates are cut out of: turned over at its ends, one would have a seam
 MOVING = Quality(fine=3, instants=13, step_px=0.3)
 BEFORE = Quality(fine=2, instants=6, step_px=0.7)  # of frames that are followed but not judged
 ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000.0)
@@ -52,19 +54,21 @@ Maker = Callable[[Rng], Trial]
 
 
 class Plates:
-    """A few surfaces of each kind, turned and mirrored at random: making one takes longer than a frame."""
+    """Parts of a few large surfaces of each kind, turned and mirrored: making one takes longer than a frame."""
 
     def __init__(self) -> None:
         rng = np.random.default_rng(77)
-        self._fields = {kind: [surface(kind, rng=rng) for _ in range(4)] for kind in ("wood", "steel")}
-        self._fields["plain"] = [surface("plain", rng=rng)]
+        self._fields = {kind: [surface(kind, rng=rng, size=LARGE_PX) for _ in range(4)] for kind in ("wood", "steel")}
+        self._fields["plain"] = [surface("plain", rng=rng, size=LARGE_PX)]
 
     def pick(self, rng: Rng, kind: str | None = None) -> Plate:
         """A surface of the kind, or of wood or steel."""
         fields = self._fields[kind or ("wood", "steel")[int(rng.integers(2))]]
         field = np.rot90(fields[int(rng.integers(len(fields)))], int(rng.integers(4)))
-        field = np.roll(field, tuple(rng.integers(0, len(field), 2).tolist()), axis=(0, 1))
-        return np.ascontiguousarray(field[::-1] if rng.random() < 0.5 else field)
+        size = FRAME_PX + 2 * PAD_PX
+        row, column = rng.integers(0, len(field) - size, 2).tolist()
+        part = field[row : row + size, column : column + size]
+        return np.ascontiguousarray(part[::-1] if rng.random() < 0.5 else part)
 
 
 PLATES = Plates()

@@ -229,3 +229,26 @@ def test_a_blur_that_only_this_frame_tells_adds_its_noise_to_sigma_and_light_tha
     bright = variance(blur_known=True, contrast=100.0) - variance(blur_known=True, contrast=1e6)
     assert dim > 0.02**2
     assert bright < 0.001**2
+
+
+@pytest.mark.parametrize(
+    ("place", "offset_px", "grain_px", "bent"),
+    [
+        ("middle", 0.25, 0.0, True),  # beside an even margin nothing bends an edge but another edge
+        ("middle", 0.25, 0.86, False),  # a streak or a pore of a textured plate
+        ("middle", 0.25, 4.5, False),
+        ("middle", 1.0, 4.5, False),  # the same under a smear
+        ("middle", 1.0, 0.86, True),
+        ("end", 0.25, 0.86, True),  # what covers an edge leaves its end to be seen
+        ("end", 1.0, 4.5, True),
+    ],
+)
+def test_neighbours_that_disagree_alike_show_another_edge_unless_grain_explains_it(
+    place: str, offset_px: float, grain_px: float, bent: bool
+) -> None:
+    offset = _noise(6)
+    offset[1, slice(20, 27) if place == "middle" else slice(COUNT - 7, COUNT)] += offset_px
+    start = np.zeros(4), np.zeros(4)
+    line = lines.fit_lines(offset, np.ones((4, COUNT)), start=start, floor_px=0.012, rounds=3)
+    found = doubts.bent(line, np.ones((4, COUNT)), shortest_px=92.0, grain_px=np.full(4, grain_px))
+    assert found == bent

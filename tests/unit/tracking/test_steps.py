@@ -86,3 +86,23 @@ def test_light_that_changes_across_an_edge_pulls_one_of_two_estimators() -> None
     other = float(model.other_table.place(answer[:, :, 4] / answer[:, :, 3])[0, 0])
     assert abs(plain) > 0.03
     assert other == pytest.approx(0.0, abs=0.004)
+
+
+@pytest.mark.parametrize("smear", [0.0, 0.25, 1.5, 4.0])
+def test_what_reading_between_the_pixels_adds_to_the_blur_of_a_smeared_edge_is_undone(smear: float) -> None:
+    """A line between two pixels cuts a bow off: it adds half the second derivative times f (1 - f) to the light."""
+    model, (made_for, *_) = smeared_models(textured=True).at(np.full(4, smear))
+    assert model.uneven is not None
+    steps, sharp = model.steps[0], 0.86
+    wider = 0.05  # of the blur's square, more than the mean
+    fine = np.stack(
+        [_step(steps + shift, place=0.0, blur=sharp, smear=float(made_for)) for shift in (-0.05, 0.0, 0.05)]
+    )
+    bow = (fine[0] - 2.0 * fine[1] + fine[2]) / 0.05**2
+    plain = _step(steps, place=0.0, smear=float(made_for))
+    light = np.stack([plain, plain + wider * bow]).astype(np.float32)
+    answer = light @ model.solve[0] - np.outer([0.0, wider], np.ones(len(steps))).astype(np.float32) @ model.uneven[0]
+    place = answer[:, 1] / answer[:, 0]
+    undone = light[1] @ model.solve[0]
+    assert abs(undone[1] / undone[0] - place[0]) > 0.02
+    assert abs(place[1] - place[0]) < 0.003
