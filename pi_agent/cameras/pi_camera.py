@@ -60,7 +60,7 @@ class PiCamera:
     def __init__(self, context: CameraContext) -> None:
         self._options = parse(PiCameraOptions, context.rig.camera.options)
         self._config, self._clock = context.rig.camera, context.clock
-        self._picamera2 = _library()
+        self._picamera2: Any = None
         self._camera: Any = None
         self._job: Any = None
         self._held: Any = None
@@ -71,6 +71,7 @@ class PiCamera:
 
     def open(self) -> CameraInfo:
         """See `Camera.open`."""
+        self._picamera2 = _library()
         number = self._options.camera_number
         found = self._picamera2.Picamera2.global_camera_info()
         if number >= len(found):
@@ -251,14 +252,16 @@ class PiCamera:
 
 
 def _library() -> Any:
+    """picamera2; looked for anew each time, so that installing it mends a running agent as a cable does."""
     # libcamera prints a page at every start unless it is told not to.
     os.environ.setdefault("LIBCAMERA_LOG_LEVELS", "*:WARN")
+    importlib.invalidate_caches()
     try:
         return importlib.import_module("picamera2")
-    except ImportError as error:
+    except (ImportError, ValueError) as error:  # compiled against another NumPy, it raises ValueError
         raise UserError(
             f"Expected picamera2 for the Pi's camera, but it cannot be imported ({error}): `apt install "
-            "python3-picamera2`, and a virtual environment made with --system-site-packages"
+            "python3-picamera2`, and a virtual environment made with --system-site-packages and the system's NumPy"
         ) from error
 
 

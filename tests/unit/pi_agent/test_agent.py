@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import itertools
+import sys
 import threading
 import time
 from collections import defaultdict
@@ -26,6 +27,7 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockPing, ClockPong, FrameReply, FrameRequest, Message
 from shared.rig import RigConfig
+from tests.unit.pi_agent import fake_picamera2
 from tests.unit.pi_agent.rigs import FakeTwin, ScriptedCamera, rig, scene
 
 PATIENCE_S = 20.0
@@ -258,3 +260,20 @@ def test_a_garbage_video_is_said_and_a_good_one_in_its_place_is_played(tmp_path:
         (tmp_path / "good.avi").rename(video)
         heard.wait(lambda: any(report.found for report in heard["camera/corners"]))
         heard.wait(lambda: heard["camera/status"][-1].fault == "")
+
+
+def test_a_missing_library_is_said_and_its_coming_mends_it(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "picamera2", None)
+    clock = SystemClock()
+    bus = MemoryBus(clock)
+    heard = Listener(bus)
+    config = rig(driver="pi_camera")
+    camera = load_camera(CameraContext(rig=config, bus=bus, clock=clock))
+    with running(config, camera, bus):
+        heard.wait(lambda: any("python3-picamera2" in status.fault for status in heard["camera/status"]))
+        fake_picamera2.Picamera2.cable.set()
+        monkeypatch.setattr(fake_picamera2.Picamera2, "attached", [fake_picamera2.OV9281])
+        monkeypatch.setitem(sys.modules, "picamera2", fake_picamera2)
+        heard.wait(lambda: len(heard["camera/corners"]) > 3)
+        heard.wait(lambda: "python3-picamera2" not in heard["camera/status"][-1].fault)
+    assert sum("python3-picamera2" in line for line in heard.log.splitlines()) == 1

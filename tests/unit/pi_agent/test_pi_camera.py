@@ -246,8 +246,9 @@ def test_a_dead_cable_at_the_start_is_named(monkeypatch: pytest.MonkeyPatch):
 
 def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "picamera2", None)
+    source = camera(OV9281)
     with pytest.raises(UserError, match="python3-picamera2"):
-        camera(OV9281)
+        source.open()
 
 
 # --- the fake against the package ------------------------------------------------------------------------------------
