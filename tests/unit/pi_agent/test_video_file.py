@@ -1,15 +1,19 @@
+"""Videos and folders of pictures as a camera, by a clock that only the test moves: no load makes a frame late."""
+
 from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
-from pi_agent.cameras import Camera, CameraContext, Frame, load_camera
+from pi_agent.cameras import Camera, CameraContext, Frame, load_camera, video_file
 from pi_agent.observer import Observer
 from pi_agent.synthetic_view import SyntheticView
 from shared.clock import SystemClock
@@ -17,11 +21,37 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from tests.unit.pi_agent.rigs import rig, scene
 
+Opener = Callable[..., Camera]
 
-def camera(folder: Path, **options: Any) -> Camera:
-    clock = SystemClock()
-    config = rig(driver="video_file", options=options)
-    return load_camera(CameraContext(rig=config, bus=MemoryBus(clock), clock=clock, folder=folder))
+
+class HandClock(SystemClock):
+    """Stands still but for those who sleep."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._now_ns = super().now_ns()
+
+    def now_ns(self) -> int:
+        return self._now_ns
+
+    def sleep(self, seconds: float) -> None:
+        self._now_ns += round(seconds * 1e9)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> HandClock:
+    clock = HandClock()
+    monkeypatch.setattr(video_file, "time", SimpleNamespace(sleep=clock.sleep))
+    return clock
+
+
+@pytest.fixture
+def camera(clock: HandClock) -> Opener:
+    def opened(folder: Path, **options: Any) -> Camera:
+        config = rig(driver="video_file", options=options)
+        return load_camera(CameraContext(rig=config, bus=MemoryBus(clock), clock=clock, folder=folder))
+
+    return opened
 
 
 def read(source: Camera) -> Frame:
@@ -35,17 +65,30 @@ def pictures(folder: Path, count: int, *, size: int = 32) -> None:
         cv2.imwrite(str(folder / f"{number:04d}.png"), np.full((size, size), 10 * number, dtype=np.uint8))
 
 
-def test_a_folder_is_played_in_order_at_the_given_rate(tmp_path: Path):
+def test_a_folder_is_played_in_order_at_the_given_rate(camera: Opener, tmp_path: Path):
     pictures(tmp_path, 5)
     source = camera(tmp_path, path=".", rate_hz=20.0)
     info = source.open()
     frames = [read(source) for _ in range(4)]
     assert info.rate_hz == 20.0
-    assert [frame.image[0, 0] // 10 for frame in frames] == [frame.seq for frame in frames]
-    assert np.all(np.diff([frame.capture_ns for frame in frames]) % 50_000_000 == 0)
+    assert [frame.image[0, 0] // 10 for frame in frames] == [frame.seq for frame in frames] == [0, 1, 2, 3]
+    assert np.all(np.diff([frame.capture_ns for frame in frames]) == 50_000_000)
 
 
-def test_the_end_is_said_and_stays_said(tmp_path: Path):
+def test_who_comes_late_gets_the_newest_and_is_told_how_many_were_lost(
+    camera: Opener, clock: HandClock, tmp_path: Path
+):
+    pictures(tmp_path, 9)
+    source = camera(tmp_path, path=".", rate_hz=20.0)
+    source.open()
+    read(source)
+    clock.sleep(0.22)
+    late = read(source)
+    assert (late.seq, late.dropped, late.image[0, 0]) == (4, 3, 40)
+    assert clock.now_ns() - late.capture_ns < 50_000_000
+
+
+def test_the_end_is_said_and_stays_said(camera: Opener, tmp_path: Path):
     pictures(tmp_path, 2)
     source = camera(tmp_path, path=".", rate_hz=20.0)
     source.open()
@@ -58,7 +101,7 @@ def test_the_end_is_said_and_stays_said(tmp_path: Path):
         source.open()
 
 
-def test_a_loop_goes_on(tmp_path: Path):
+def test_a_loop_goes_on(camera: Opener, tmp_path: Path):
     pictures(tmp_path, 3)
     source = camera(tmp_path, path=".", rate_hz=200.0, loop=True)
     source.open()
@@ -66,7 +109,7 @@ def test_a_loop_goes_on(tmp_path: Path):
     assert all(frame.image[0, 0] == 10 * (frame.seq % 3) for frame in frames)
 
 
-def test_a_video_is_tracked_as_a_camera_is(tmp_path: Path):
+def test_a_video_is_tracked_as_a_camera_is(camera: Opener, tmp_path: Path):
     view = SyntheticView(rig(), rng=np.random.default_rng(1))
     writer = cv2.VideoWriter(str(tmp_path / "v.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (600, 600))
     for number in range(6):
@@ -91,7 +134,7 @@ def test_a_video_is_tracked_as_a_camera_is(tmp_path: Path):
         ("b/x.txt", b"", "none"),
     ],
 )
-def test_garbage_is_named_in_one_sentence(tmp_path: Path, name: str, content: bytes, said: str):
+def test_garbage_is_named_in_one_sentence(camera: Opener, tmp_path: Path, name: str, content: bytes, said: str):
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_bytes(content)
@@ -100,17 +143,17 @@ def test_garbage_is_named_in_one_sentence(tmp_path: Path, name: str, content: by
         source.open()
 
 
-def test_a_missing_file_is_named(tmp_path: Path):
+def test_a_missing_file_is_named(camera: Opener, tmp_path: Path):
     with pytest.raises(UserError, match=r"nowhere\.mp4"):
         camera(tmp_path, path="nowhere.mp4").open()
 
 
-def test_the_path_has_no_default(tmp_path: Path):
+def test_the_path_has_no_default(camera: Opener, tmp_path: Path):
     with pytest.raises(UserError, match="path"):
         camera(tmp_path)
 
 
-def test_an_unknown_option_is_named(tmp_path: Path):
+def test_an_unknown_option_is_named(camera: Opener, tmp_path: Path):
     with pytest.raises(UserError, match="speed"):
         camera(tmp_path, path=".", speed=2)
 
