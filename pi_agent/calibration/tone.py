@@ -117,6 +117,8 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
     The scale of light is free. It is fixed by the mean of g over all samples, because fixing it at one knot would let
     the others shrink to nothing.
     """
+    told = usable.any(axis=1)
+    values, usable = values[told], usable[told]
     place, shot = np.nonzero(usable)
     position = values[place, shot] / 255.0 * (KNOTS - 1)
     below = np.minimum(position.astype(int), KNOTS - 2)
@@ -132,9 +134,10 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
     rows[-1] = count * mean
     target = np.zeros(len(rows))
     target[-1] = count * float(position.mean()) / (KNOTS - 1)
-    solution = np.linalg.lstsq(rows[:, 1:], target, rcond=None)[0]  # without g(0), which is 0
+    wanted = rows[:, 1:]  # without g(0), which is 0
+    solution = np.linalg.solve(wanted.T @ wanted, wanted.T @ target)
     full = float(solution[KNOTS - 2])
-    residual = float(np.sqrt(np.mean((rows[:count, 1:] @ solution) ** 2))) / full
+    residual = float(np.sqrt(np.mean((wanted[:count] @ solution) ** 2))) / full
     return np.concatenate([[0.0], solution[: KNOTS - 1] / full]), residual
 
 

@@ -76,10 +76,10 @@ def board_view(turn: Floats, shift_m: Floats) -> Image:
     return np.clip(seen + noise, 0, 255).astype(np.uint8)
 
 
-def board_views(*, tilt_rad: float = 0.45) -> list[Image]:
+def board_views(*, tilt_rad: float = 0.45, count: int = 10) -> list[Image]:
     views: list[Image] = []
     middle = 0.5e-3 * BOARD.square_mm * np.array([BOARD.columns, BOARD.rows, 0.0])
-    for number in range(10):
+    for number in range(count):
         angle = 2 * math.pi * number / 10
         turn = tilt_rad * np.array([math.cos(angle), math.sin(angle), 0.2 * math.sin(3 * angle)])
         place = np.array([0.022 * math.cos(2.6 * angle), 0.025 * math.sin(2.6 * angle), 0.16 + 0.004 * number])
@@ -118,7 +118,7 @@ def test_a_few_good_views_are_not_blamed_on_the_board(views: list[Image]):
 
 def test_views_without_tilt_are_refused(views: list[Image]):
     with pytest.raises(UserError, match="focal length cannot be told"):
-        calibrate_lens(board_views(tilt_rad=0.02)[:8], BOARD)
+        calibrate_lens(board_views(tilt_rad=0.02, count=8), BOARD)
 
 
 def test_a_wrong_board_is_refused(views: list[Image]):
@@ -249,7 +249,7 @@ def test_a_moving_plate_is_refused():
 # --- tone, noise, scatter --------------------------------------------------------------------------------------------
 
 
-def shots(config: RigConfig, options: SyntheticOptions, *, count: int = 12) -> list[Exposed]:
+def shots(config: RigConfig, options: SyntheticOptions, *, count: int = 6) -> list[Exposed]:
     series: list[Exposed] = []
     for share in (1.0, 0.71, 0.5, 0.35, 0.25, 0.18):
         exposure_ms = share * config.camera.exposure_ms
@@ -317,7 +317,7 @@ def test_the_noise_is_recovered():
     config = rig()
     options = SyntheticOptions(light=0.95, full_scale_e=5000.0, read_noise_e=15.0)
     view = SyntheticView(config, rng=np.random.default_rng(8), options=options)
-    frames = np.stack([view.frame(scene(), 0) for _ in range(40)])
+    frames = np.stack([view.frame(scene(), 0) for _ in range(20)])
     noise = fit_noise(Exposed(2.0, frames), LINEAR)
     assert noise is not None
     assert noise.full_scale_e == pytest.approx(5000.0, rel=0.15)
