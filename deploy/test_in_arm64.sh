@@ -69,7 +69,7 @@ bus=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); 
 laptop=$folder/laptop
 rm -rf "$laptop" && mkdir -p "$laptop/pictures" "$laptop/code" "$root/root/.ssh" "$root/run/sshd"
 # A copy, so that an edit meanwhile does not make the second deployment another one than the first.
-tar -C "$checkout" --exclude=__pycache__ -c pi_agent shared tests pyproject.toml | tar -C "$laptop/code" -x
+tar -C "$checkout" --exclude=__pycache__ -c pi_agent shared tests deploy pyproject.toml | tar -C "$laptop/code" -x
 ssh-keygen -q -t ed25519 -N "" -f "$laptop/id"
 install -m 600 "$laptop/id.pub" "$root/root/.ssh/authorized_keys"
 "$checkout/.venv/bin/python" - "$laptop/pictures" <<'PYTHON'

@@ -107,7 +107,7 @@ class Scene:
     px); `glare` and `shadows` are fixed in the image.
     """
 
-    plate: Plate
+    plate: Plate = field(compare=False)  # an array, which from Python 3.13 on cannot be compared among other fields
     mark: Mark = field(default_factory=Mark)
     ink: Ink = field(default_factory=Ink)
     mark_height_mm: float = 0.0

@@ -250,10 +250,19 @@ class Tracker:
             believed = [pair for pair in believed if self._feature.turn(self._reader, pair[0].corners) is not None]
         if len(believed) == 1:
             fit, verdict = believed[0]
-            return self._named(fit, time_s), verdict
+            return self._without_notch(self._named(fit, time_s), verdict)
         if not believed:
             return None, judge.Verdict("a mark, but its feature cannot be read")
         return None, judge.Verdict("two marks in this frame: cover one, or set the mark's size")
+
+    def _without_notch(self, named: Fit, verdict: judge.Verdict) -> Attempt:
+        """The first sight once more when it has told where the notch is: no edge is seen in part for that."""
+        if self._task.left_out is None or verdict.reason:
+            return named, verdict
+        again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)
+        if again is None:
+            return None, NO_MARK
+        return again, judge.judge(again, config=self.config, shape=None, shear=0.0)
 
     def _doubtful(self, time_s: float) -> bool:
         """Whether continuity alone does not tell which corner is which: after a gap, or before the mark was read."""

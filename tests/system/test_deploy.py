@@ -130,6 +130,15 @@ def good(bench: Bench) -> Bench:
     return bench
 
 
+@pytest.fixture
+def installed(bench: Bench) -> Bench:
+    """The bench with any release that runs."""
+    if not bench.current:
+        done = bench.deploy()
+        assert done.returncode == 0, done.stdout + done.stderr
+    return bench
+
+
 @contextlib.contextmanager
 def edited(path: Path, old: str, new: str) -> Generator[None]:
     text = path.read_text()
@@ -219,19 +228,6 @@ def test_a_wheel_that_was_tampered_with_is_refused(good: Bench, tmp_path: Path):
     assert "not the pinned file" in done.stderr
 
 
-def test_keys_reach_the_target_and_only_the_agent_may_read_them(good: Bench, tmp_path: Path):
-    text = secret()
-    for name in ("ca.pem", "cert.pem", "key.pem"):
-        (tmp_path / name).write_text(text)
-    done = good.deploy("--keys", str(tmp_path))
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert text not in done.stdout + done.stderr
-    key = good.home / "current/keys/key.pem"
-    assert key.read_text() == text
-    assert key.stat().st_mode & 0o777 == 0o640
-    assert key.parent.stat().st_mode & 0o777 == 0o750
-
-
 def test_without_systemd_the_agent_runs_as_a_plain_process_and_that_is_said(good: Bench):
     """Also what happens when a target changes from one to the other: the first one's agent is stopped."""
     unit = good.root / "etc/systemd/system/pi-agent.service"
@@ -249,8 +245,21 @@ def test_without_systemd_the_agent_runs_as_a_plain_process_and_that_is_said(good
     assert good.runs_good()
 
 
-def test_uninstalling_leaves_nothing(good: Bench):
-    pid = good.pid()
+def test_keys_reach_the_target_and_only_the_agent_may_read_them(good: Bench, tmp_path: Path):
+    text = secret()
+    for name in ("ca.pem", "cert.pem", "key.pem"):
+        (tmp_path / name).write_text(text)
+    done = good.deploy("--keys", str(tmp_path))
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert text not in done.stdout + done.stderr
+    key = good.home / "current/keys/key.pem"
+    assert key.read_text() == text
+    assert key.stat().st_mode & 0o777 == 0o640
+    assert key.parent.stat().st_mode & 0o777 == 0o750
+
+
+def test_uninstalling_leaves_nothing(installed: Bench):
+    good, pid = installed, installed.pid()
     done = good.deploy("--uninstall", "--purge")
     assert done.returncode == 0, done.stdout + done.stderr
     assert not Path(f"/proc/{pid}").exists() or "Z" in Path(f"/proc/{pid}/stat").read_text()
