@@ -1,0 +1,122 @@
+"""The arithmetic of `breakaway`: paths of blocks that are let go, and how likely each moment of that is."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from station.physics.contact import Array
+
+STEP_S = 4e-3
+APART = 2e-3
+"""By how much D is varied for its slope."""
+
+
+class Rows(NamedTuple):
+    """Runs (r), each row padded: what pulls and presses on even grids of STEP_S (r, m), and the frames (r, n)."""
+
+    first_s: Array
+    pull: Array
+    press: Array
+    count: Any
+    """Of the frames (r,)."""
+    time_s: Array
+    path_m: Array
+    sine: Array
+    """Of the plate's tilt, at the frames."""
+    sigma_m: Array
+
+
+@njit(cache=True)
+def log_likelihoods(tried: Any, rows: Any, law: Any, out: Any) -> None:
+    """Of each moment (r, k), s: place, creep and D's draw integrated out, the first with a flat prior.
+
+    `law` is D, its draws' standard deviation, F, v_s, k, the creep's standard deviation, and 1 for a Lorentzian.
+    """
+    width = rows.time_s.shape[1]
+    left, other, crept = np.empty(width), np.empty(width), np.empty(width)
+    more = law.copy()
+    more[0] = law[0] + APART
+    for run in range(tried.shape[0]):
+        size, sigma = rows.count[run], rows.sigma_m[run]
+        for m in range(tried.shape[1]):
+            _shoot(rows, run, tried[run, m], law, left)
+            _shoot(rows, run, tried[run, m], more, other)
+            begin = 0
+            while begin < size - 1 and rows.time_s[run, begin] < tried[run, m]:
+                begin += 1
+            for i in range(size):
+                risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
+                crept[i] = risen * law[5] / sigma
+                other[i] = (other[i] - left[i]) * law[1] / APART / sigma
+                left[i] = (rows.path_m[run, i] - left[i]) / sigma
+            out[run, m] = _marginal(left, crept, other, size) - size * np.log(sigma)
+
+
+@njit(cache=True)
+def _shoot(rows: Any, run: int, start: float, law: Any, path: Any) -> None:
+    """The path at a run's frames of a block let go at `start`, by Heun's rule from grid point to grid point."""
+    pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
+    place = (start - rows.first_s[run]) / STEP_S
+    node = int(place)
+    part = place - node
+    pulled = pull[node] + part * (pull[node + 1] - pull[node])
+    pressed = press[node] + part * (press[node + 1] - press[node])
+    friction = pulled / pressed
+    now, speed, way = start, 0.0, 0.0
+    gain = pulled - pressed * friction * _held(0.0, law)
+    k = 0
+    while k < size and time[k] <= start:
+        path[k] = 0.0
+        k += 1
+    while k < size:
+        node += 1
+        last = min(node, len(pull) - 1)
+        after = rows.first_s[run] + node * STEP_S
+        span = after - now
+        guess = max(speed + span * gain, 0.0)
+        then = pull[last] - press[last] * friction * _held(guess, law) - law[4] * guess
+        faster = max(speed + 0.5 * span * (gain + then), 0.0)
+        bend = (faster - speed) / span
+        while k < size and time[k] <= after:
+            since = time[k] - now
+            path[k] = way + speed * since + 0.5 * bend * since * since
+            k += 1
+        way += 0.5 * span * (speed + faster)
+        speed, now = faster, after
+        gain = pull[last] - press[last] * friction * _held(speed, law) - law[4] * speed
+
+
+@njit(cache=True)
+def _held(speed: float, law: Any) -> float:
+    """Sliding friction over static."""
+    left = 1.0
+    if law[2] != 0.0:
+        ratio = speed / law[3]
+        left = np.exp(-ratio) if law[6] == 0.0 else 1.0 / (1.0 + ratio * ratio)
+    return 1.0 - law[0] - law[2] * (1.0 - left)
+
+
+@njit(cache=True)
+def _marginal(value: Any, one: Any, two: Any, size: int) -> float:
+    """ln of the likelihood of values (n) that are a level, two standard Gaussians times columns, and unit noise."""
+    level = mean_one = mean_two = 0.0
+    for i in range(size):
+        level += value[i] / size
+        mean_one += one[i] / size
+        mean_two += two[i] / size
+    square = at_one = at_two = one_two = 0.0
+    one_one = two_two = 1.0
+    for i in range(size):
+        left, first, second = value[i] - level, one[i] - mean_one, two[i] - mean_two
+        square += left * left
+        at_one += first * left
+        at_two += second * left
+        one_one += first * first
+        one_two += first * second
+        two_two += second * second
+    volume = one_one * two_two - one_two * one_two
+    explained = (two_two * at_one * at_one - 2.0 * one_two * at_one * at_two + one_one * at_two * at_two) / volume
+    return -0.5 * (square - explained + np.log(volume))

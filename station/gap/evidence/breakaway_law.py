@@ -1,0 +1,110 @@
+"""The likeliest law of a session's breakaways: a sudden fall of friction, a gentle one, or both, with a drag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scipy.optimize import minimize
+
+from station.gap.evidence.breakaway import COUNT, LORENTZIAN, Breakaways, Law
+from station.physics.contact import Array
+
+FEW, MANY = 20, 100
+"""Runs that the kind of law is sought with, and those that it is then fitted to."""
+
+TRIED = 13
+SHORTEST, LONGEST = 10, 25
+"""Steps of a search on the way and at its end."""
+
+SOFTENED = (6.0, 1.5, 1.0)
+GAIN = 5.0
+"""What one more number has to bring, ln of the likelihood."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Number:
+    """A number of a law: its bounds, and its scale, or 0 where it is sought by its logarithm."""
+
+    low: float
+    high: float
+    scale: float = 0.0
+
+    def inner(self, value: float) -> float:
+        return value / self.scale if self.scale else math.log(value)
+
+    def outer(self, value: float) -> float:
+        return value * self.scale if self.scale else math.exp(value)
+
+
+NUMBERS = {
+    "drop": _Number(0.0, 0.6, 0.01),
+    "drop_spread": _Number(1e-4, 0.3),
+    "fall": _Number(-0.3, 0.6, 0.01),
+    "fall_speed_m_s": _Number(4e-3, 0.2),
+    "drag_per_s": _Number(-5.0, 30.0, 1.0),
+    "creep_m": _Number(1e-6, 1e-2),
+}
+COMMON = ("drop_spread", "drag_per_s")
+SUDDEN, GENTLE = ("drop", *COMMON), ("fall", "fall_speed_m_s", *COMMON)
+CREEP = "creep_m"
+
+
+def session_law(paths: Breakaways) -> Law:
+    """The likeliest law of a session's slides; one with more numbers only if they are worth it."""
+    few = paths.some(FEW)
+    sudden = _led(few, Law(drop=0.01, drop_spread=0.01, creep_m=1e-4), (*SUDDEN, CREEP))
+    none = replace(sudden.law, drop=0.0, fall_speed_m_s=0.02)
+    at_once = _likelier(_led(few, none, COMMON, SOFTENED[1:]), replace(sudden, free=SUDDEN))
+    best = at_once
+    for fall in (sudden.law.drop + 0.02, -0.02):
+        if best is at_once:
+            best = _likelier(at_once, _led(few, replace(none, fall=fall), GENTLE))
+    if best is not at_once:
+        best = _likelier(best, _led(few, replace(best.law, shape=LORENTZIAN), GENTLE, SOFTENED[1:]))
+        both = replace(best.law, drop=0.2 * abs(best.law.fall))
+        best = _likelier(best, _led(few, both, (*GENTLE, "drop"), SOFTENED[1:]))
+    many = paths.some(MANY).nearer(best.law, TRIED).nearer(best.law, TRIED)
+    return _fitted(many, best.law, (*best.free, CREEP), LONGEST).law
+
+
+def _likelier(simple: _Found, other: _Found) -> _Found:
+    return other if other.value - simple.value > GAIN * (len(other.free) - len(simple.free)) else simple
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    law: Law
+    value: float
+    free: Sequence[str]
+
+
+def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[float] = SOFTENED) -> _Found:
+    """The likeliest law that differs from `start` in what is free, from afar."""
+    found = _Found(start, -math.inf, free)
+    for times in softened:
+        soft = paths.softened(times)
+        near = soft if times == SOFTENED[0] else soft.nearer(found.law, COUNT).nearer(found.law, TRIED)
+        found = _fitted(near, found.law, free, LONGEST if times == softened[-1] else SHORTEST)
+    return found
+
+
+def _fitted(paths: Breakaways, start: Law, free: Sequence[str], steps: int) -> _Found:
+    numbers = [NUMBERS[name] for name in free]
+
+    def law_of(inner: Array) -> Law:
+        values = [number.outer(value) for number, value in zip(numbers, inner.tolist(), strict=True)]
+        return replace(start, **dict(zip(free, values, strict=True)))
+
+    def cost(inner: Array) -> float:
+        return -paths.log_likelihood(law_of(inner))
+
+    done = minimize(
+        cost,
+        [number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)],
+        method="L-BFGS-B",
+        bounds=[(number.inner(number.low), number.inner(number.high)) for number in numbers],
+        options={"maxiter": steps, "eps": 1e-5, "ftol": 1e-8},
+    )
+    return _Found(law_of(done.x), -float(done.fun), free)

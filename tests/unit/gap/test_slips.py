@@ -1,0 +1,88 @@
+"""When slides began is read from what all of a session's slides have in common, whatever falls or drags there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from shared.geometry import Array
+from station.gap.evidence.breakaway import Breakaways
+from station.gap.evidence.breakaway_law import session_law
+from station.gap.evidence.early import FARTHEST_M, GRID_S, Early
+from station.gap.evidence.first_look import Look, first_look
+from station.physics.contact import GRAVITY_M_S2
+
+RUNS, FRAME_S, NOISE_M = 24, 1 / 90, 3e-5
+RATE_RAD_S, MU = math.radians(3.0), 0.35
+EXACT_S = 2e-4
+
+Friction = Callable[[float], float]
+"""Of a speed, m/s: friction over the static one."""
+
+LAWS: dict[str, tuple[Friction, float]] = {
+    "plain": (lambda _: 1.0, 0.0),
+    "sudden fall and drag": (lambda _: 0.97, 3.0),
+    "gentle fall and drag": (lambda speed: 1.0 - 0.05 * (1.0 - math.exp(-speed / 0.03)), 3.0),
+    "rise": (lambda speed: 1.0 + 0.02 * math.log1p(speed / 0.005), 0.0),
+}
+
+
+def _path(friction: Friction, drag_per_s: float, tilt_rad: float) -> tuple[Array, Array]:
+    """Times from the slip, s, and the way of a block that is let go at a tilt, by small steps (the exact slider)."""
+    times, ways, speed, way = [0.0], [0.0], 0.0, 0.0
+    mu = math.tan(tilt_rad)
+    while way < 1.2 * FARTHEST_M:
+        tilt = tilt_rad + RATE_RAD_S * (times[-1] + 0.5 * EXACT_S)
+        held = GRAVITY_M_S2 * math.cos(tilt) * mu * friction(speed)
+        faster = max(speed + EXACT_S * (GRAVITY_M_S2 * math.sin(tilt) - held - drag_per_s * speed), 0.0)
+        way += 0.5 * EXACT_S * (speed + faster)
+        speed = faster
+        times.append(times[-1] + EXACT_S)
+        ways.append(way)
+    return np.array(times), np.array(ways)
+
+
+def _run(friction: Friction, drag_per_s: float, rng: np.random.Generator) -> tuple[Early, float]:
+    """A run as it is recorded, and when it slipped, s from what the rig took for it."""
+    tilt_rad = math.atan(MU * math.exp(rng.normal(0.0, 0.1)))
+    slip_s = float(rng.uniform(-0.03, 0.03))
+    since, way = _path(friction, drag_per_s, tilt_rad)
+    time_s = np.arange(-0.55 + rng.uniform(0.0, FRAME_S), slip_s + since[-1], FRAME_S)
+    path_m = np.interp(time_s - slip_s, since, way) + rng.normal(0.0, NOISE_M, len(time_s))
+    grid_s = np.arange(time_s[0] - GRID_S, time_s[-1] + 2 * GRID_S, GRID_S)
+    tilt = tilt_rad + RATE_RAD_S * (grid_s - slip_s)
+    pull, press = GRAVITY_M_S2 * np.sin(tilt), GRAVITY_M_S2 * np.cos(tilt)
+    run = Early(
+        time_s=time_s, path_m=path_m, sigma_m=NOISE_M, grid_s=grid_s, pull=pull, press=press, tilt_rad=tilt,
+        plate_rad=tilt,
+    )  # fmt: skip
+    return run, slip_s
+
+
+def _looked_at(run: Early) -> tuple[Early, Look]:
+    look = first_look(run)
+    assert look is not None
+    return run, look
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_slips_are_read_from_what_they_have_in_common(name: str) -> None:
+    """All alike to a few milliseconds (a hundredth of a degree), and each beside the others within what it says."""
+    friction, drag = LAWS[name]
+    rng = np.random.default_rng(5)
+    runs, slip_s = zip(*(_run(friction, drag, rng) for _ in range(RUNS)), strict=True)
+    paths = Breakaways.of([_looked_at(run) for run in runs])
+    law = session_law(paths)
+    paths = paths.nearer(law, 41).nearer(law, 41)
+    chance = paths.chances(law)
+    mean = (chance * paths.tried_s).sum(axis=1)
+    sigma = np.sqrt((chance * (paths.tried_s - mean[:, None]) ** 2).sum(axis=1))
+    error = mean - np.array(slip_s)
+    assert abs(error.mean()) < 5e-3, law
+    assert np.std(error / sigma) < 1.6, (law, error, sigma)
+    if name == "plain":
+        assert (law.drop, law.fall) == (0.0, 0.0)
+        assert abs(law.drag_per_s) < 0.1
