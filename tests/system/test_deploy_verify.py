@@ -1,0 +1,64 @@
+"""What `station deploy` counts as corners that arrive, on a real bus with an agent that is played here."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+
+from shared.clock import SystemClock
+from shared.messages import AgentStatus, ClockPing, ClockPong, MarkerCorners, Message
+from shared.zenoh_bus import ZenohBus
+from station.app.deploy.verify import Arrival, watch
+from tests.system.ports import free_port
+from tests.unit.pi_agent.rigs import rig
+
+pytestmark = pytest.mark.system
+BOOT = 7
+PATIENCE_S = 6.0
+
+Corners = Callable[[int], tuple[int, int]]
+
+
+def listened_to(corners: Corners) -> Arrival:
+    """What is found of an agent whose corners are, at a time (ns), of the boot and the capture time that are given."""
+    clock, stop, port = SystemClock(), threading.Event(), free_port()
+
+    def answer(ping: Message) -> Message:
+        assert isinstance(ping, ClockPing)
+        return ClockPong(station_ns=ping.station_ns, agent_ns=clock.now_ns())
+
+    def play() -> None:
+        with ZenohBus("test", listen=[f"tcp/127.0.0.1:{port}"], clock=clock) as bus:
+            bus.serve("camera/clock", answer, direct=True)
+            while not stop.is_set():
+                bus.publish("camera/status", AgentStatus(stamp_ns=clock.now_ns(), boot_id=BOOT))
+                boot_id, capture_ns = corners(clock.now_ns())
+                bus.publish("camera/corners", MarkerCorners(capture_ns=capture_ns, boot_id=boot_id, found=True))
+                bus.poll(0.05)
+
+    agent = threading.Thread(target=play)
+    agent.start()
+    try:
+        return watch(rig(), f"tcp/127.0.0.1:{port}", seconds=0.5, patience_s=PATIENCE_S)
+    finally:
+        stop.set()
+        agent.join(timeout=10.0)
+
+
+def test_a_slow_agents_corners_are_corners_and_their_latency_is_said() -> None:
+    arrival = listened_to(lambda now_ns: (BOOT, now_ns - 1_500_000_000))
+    assert arrival.corners > 1
+    assert arrival.found == arrival.corners
+    assert arrival.p50_ms > 1400.0
+
+
+@pytest.mark.parametrize("before", ["another agent", "before anybody listened"])
+def test_what_was_seen_before_is_not_counted(before: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(f"{__name__}.PATIENCE_S", 1.5)
+    began_ns = time.time_ns()
+    arrival = listened_to(lambda now_ns: (BOOT - 1, now_ns) if before == "another agent" else (BOOT, began_ns - 10**9))
+    assert arrival.corners == 0
+    assert arrival.fault == ""
