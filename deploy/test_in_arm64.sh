@@ -1,6 +1,6 @@
 #!/bin/bash
 # A Pi without a Pi: builds a Debian 13 for 64-bit Arm, runs the camera agent's tests in it under qemu, deploys to it
-# over a real ssh connection, and listens for its corners. Not part of `make test`: it takes half an hour, and Debian's
+# over a real ssh connection, and listens for its corners. Not part of `make test`: it takes an hour, and Debian's
 # package server. Everything happens in private namespaces and one folder; no service of this machine is touched.
 #
 #   deploy/test_in_arm64.sh [FOLDER]      FOLDER (default ~/.cache/repose/arm64) keeps the system for the next time
@@ -111,6 +111,7 @@ if [ -n "$tests" ]; then
   echo "== the agent's tests on Arm: $tests"
   rm -rf "$root/srv/repose" && mkdir -p "$root/srv/repose"
   cp -r "$laptop/code/." "$root/srv/repose/"
+  kill "$(cat "$root/var/lib/repose/agent.pid")" || true # under qemu it would take half of a core from them
   # shellcheck disable=SC2086 # the words of $tests are separate arguments
   status=0
   chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests" || status=$?

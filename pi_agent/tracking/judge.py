@@ -88,7 +88,9 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
 def _lying(sides: tuple[complex, complex], shape: Shape) -> Verdict:
     """Whether a mark of known shape lies flat or leans."""
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
-    stretch = max(foreshortening(sides, None), foreshortening(sides, shape))
+    stretch = foreshortening(sides, None)
+    if stretch < 1.0 - TIPPED:
+        stretch = max(stretch, foreshortening(sides, shape))
     if stretch >= 1.0 - TIPPED:
         return Verdict()
     if abs(stretches(sides, shape)[1] - 1.0) > LONGER:
