@@ -125,6 +125,8 @@ def _pixels_reason(fit: Fit, *, first: bool) -> str:
     share = fit.agreement.tolist()
     if min(share) < LEAST_AGREEMENT[0 if first else 1] or sum(share) < 4 * LEAST_MEAN_AGREEMENT:
         return "outline broken: covered, in glare or beside something dark"
+    if first and fit.goes_on:
+        return "outline broken: the dark goes on beyond a corner, so an edge is covered"
     if fit.bent:
         return "outline bent: the edge of something else lies along it"
     return ""

@@ -30,7 +30,9 @@ SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neith
 FOUND = 0.08, 0.015  # the same while the blur is being found, or is not the lens's alone
 BLUR_TOLD = 0.0055  # relative error of a blur that all profiles tell; few lie together: over their share, not its root
 LEAST_TELLING = 0.01  # share of the profiles below which none tells the blur
+DARK_BEYOND = 0.1, 1.5  # rise from an edge's dark outwards, in contrasts and in shares of the dark, that is none
 BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
+_LAST = np.array([0, 1, -2, -1])
 
 
 class Fit(NamedTuple):
@@ -40,7 +42,7 @@ class Fit(NamedTuple):
     share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
     profiles, whether neighbouring profiles show an edge beside the line of theirs, the least share of an edge's
     profiles that agree, readable or not, whether an edge is pulled by uneven light, and the path within the
-    exposure that was reckoned with.
+    exposure that was reckoned with; and whether the dark goes on outside an edge's ends.
     """
 
     corners: Points
@@ -58,6 +60,7 @@ class Fit(NamedTuple):
     edges: lines.EdgeVariance | None = None
     alone: "Fit | None" = None
     recalled: bool = False
+    goes_on: bool = False
 
     @property
     def by_edges(self) -> "Fit":
@@ -128,6 +131,15 @@ def _bent(step: Step, look: Look, *, even: bool) -> bool:
     return doubts.bent(step.line, step.believed, shortest_px=shortest_px, grain_px=width_px)
 
 
+def _goes_on(step: Step) -> bool:
+    """Whether it is as dark outside the last profiles of an edge as inside: what was fitted there covers the mark."""
+    dark, outside = step.found.dark[:, _LAST], step.found.light[:, _LAST, -1]
+    alike = DARK_BEYOND[0] * step.contrast
+    none = (outside - dark < alike) & (outside < DARK_BEYOND[1] * dark)
+    none &= dark < float(np.median(step.found.dark)) + alike  # not where something bright covers both
+    return bool(none.any())
+
+
 def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
     """The least share of an edge's profiles that agree and lie in no highlight; `agreeing` (4,): how many agree."""
     if step.found.glowing is not None:
@@ -179,4 +191,5 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,
         edges=sigma.edges,
+        goes_on=not blur_known and _goes_on(step),
     )

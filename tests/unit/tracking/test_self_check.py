@@ -105,3 +105,19 @@ def test_the_live_picture_of_a_mark_along_the_rows_is_as_exact_as_any(wood: NDAr
         assert seen.found, seen.reason
         errors.append(_errors_px(seen, truth))
     assert float(np.sqrt(np.mean(np.square(errors)))) < 0.022
+
+
+def test_a_paper_along_nearly_all_of_an_edge_is_told_by_the_dark_that_goes_on_beyond_it(
+    wood: NDArray[np.float32],
+) -> None:
+    """Its edge is straight, and takes no more of the mark than a mark may be cut askew; seven pixels are left of it."""
+    mark = Mark(side_mm=20.0)
+    pose, rng = Pose(0.0, 0.0, 0.2), np.random.default_rng(5)
+    _, truth = ExactRenderer(Scene(wood, mark=mark)).render(pose, rng=rng)
+    along, inwards = _directions(truth)
+    start, end = truth[3] - 30.0 * along + 4.0 * inwards, truth[2] - 7.0 * along + 4.0 * inwards
+    paper = np.array([start, end, end - 25.0 * inwards, start - 25.0 * inwards])
+    frame, _ = ExactRenderer(Scene(wood, mark=mark, occluders=(Layer((paper,), 0.55),))).render(pose, rng=rng)
+    seen = _first_sight(frame, mark)
+    assert not seen.found
+    assert "goes on beyond a corner" in seen.reason
