@@ -11,16 +11,18 @@ from scipy.optimize import minimize
 from station.gap.evidence.breakaway import COUNT, LORENTZIAN, Breakaways, Law
 from station.physics.contact import Array
 
-FEW, MANY = 20, 100
+FEW, MANY = 30, 120
 """Runs that the kind of law is sought with, and those that it is then fitted to."""
 
 TRIED = 13
 SHORTEST, LONGEST = 10, 25
 """Steps of a search on the way and at its end."""
 
-SOFTENED = (6.0, 1.5, 1.0)
-GAIN = 5.0
-"""What one more number has to bring, ln of the likelihood."""
+SOFTENED, NARROW = (20.0, 6.0, 1.5, 1.0), 5.0
+"""How much noise is taken on the way from afar, and above how much the moments are all looked at."""
+
+GAIN, NEARLY = 5.0, 15.0
+"""What one more number has to bring, ln of the likelihood, and how far behind a law may be to be tried on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +53,39 @@ SUDDEN, GENTLE = ("drop", *COMMON), ("fall", "fall_speed_m_s", *COMMON)
 CREEP = "creep_m"
 
 
-def session_law(paths: Breakaways) -> Law:
-    """The likeliest law of a session's slides; one with more numbers only if they are worth it."""
+def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
+    """The likeliest law of a session's slides; one with more numbers only if they are worth it.
+
+    It is sought from about the drag that a first look shows: far from it no path would be any likelier than another.
+    """
     few = paths.some(FEW)
-    sudden = _led(few, Law(drop=0.01, drop_spread=0.01, creep_m=1e-4), (*SUDDEN, CREEP))
+    far = Law(drop=0.01, drop_spread=0.01, drag_per_s=drag_per_s, creep_m=1e-4)
+    sudden = _led(few, far, (*SUDDEN, CREEP))
     none = replace(sudden.law, drop=0.0, fall_speed_m_s=0.02)
-    at_once = _likelier(_led(few, none, COMMON, SOFTENED[1:]), replace(sudden, free=SUDDEN))
-    best = at_once
-    for fall in (sudden.law.drop + 0.02, -0.02):
-        if best is at_once:
-            best = _likelier(at_once, _led(few, replace(none, fall=fall), GENTLE))
-    if best is not at_once:
-        best = _likelier(best, _led(few, replace(best.law, shape=LORENTZIAN), GENTLE, SOFTENED[1:]))
-        both = replace(best.law, drop=0.2 * abs(best.law.fall))
-        best = _likelier(best, _led(few, both, (*GENTLE, "drop"), SOFTENED[1:]))
-    many = paths.some(MANY).nearer(best.law, TRIED).nearer(best.law, TRIED)
-    return _fitted(many, best.law, (*best.free, CREEP), LONGEST).law
+    falls = (sudden.law.drop + 0.02, -0.02)
+    gentle = max((_led(few, replace(none, fall=fall), GENTLE, SOFTENED[1:]) for fall in falls), key=_worth)
+    found = [_led(few, none, COMMON, SOFTENED[2:]), replace(sudden, free=SUDDEN), gentle]
+    if _worth(gentle) > max(map(_worth, found[:2])):
+        found.append(_led(few, replace(gentle.law, shape=LORENTZIAN), GENTLE, SOFTENED[2:]))
+        both = replace(max(found[2:], key=_worth).law, drop=0.2 * abs(gentle.law.fall))
+        found.append(_led(few, both, (*GENTLE, "drop"), SOFTENED[2:]))
+    return _among(paths.some(MANY), found).law
 
 
-def _likelier(simple: _Found, other: _Found) -> _Found:
-    return other if other.value - simple.value > GAIN * (len(other.free) - len(simple.free)) else simple
+def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:
+    """The one that many runs speak for, of those for which a few speak about as much as for any."""
+    least = max(map(_worth, found)) - NEARLY
+    fitted = [
+        _fitted(paths.nearer(each.law, COUNT).nearer(each.law, TRIED), each.law, (*each.free, CREEP), LONGEST)
+        for each in found
+        if _worth(each) > least
+    ]
+    return max(fitted, key=_worth)
+
+
+def _worth(found: _Found) -> float:
+    """ln of the likelihood, less what its numbers have to bring."""
+    return found.value - GAIN * len(found.free)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +100,7 @@ def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[
     found = _Found(start, -math.inf, free)
     for times in softened:
         soft = paths.softened(times)
-        near = soft if times == SOFTENED[0] else soft.nearer(found.law, COUNT).nearer(found.law, TRIED)
+        near = soft if times > NARROW else soft.nearer(found.law, COUNT).nearer(found.law, TRIED)
         found = _fitted(near, found.law, free, LONGEST if times == softened[-1] else SHORTEST)
     return found
 

@@ -79,7 +79,7 @@ def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
 def _slips(seen: Sequence[tuple[Early, Look]]) -> list[_Slip]:
     """Of each run the time and the tilt that are expected, and the tilt's standard error."""
     paths = Breakaways.of(seen)
-    law = session_law(paths)
+    law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in seen])))
     paths = paths.nearer(law, READ).nearer(law, READ)
     read = zip(paths.runs, paths.chances(law), paths.tried_s, strict=True)
     return [_slip(run, chance, tried) for run, chance, tried in read]

@@ -74,8 +74,9 @@ def test_slips_are_read_from_what_they_have_in_common(name: str) -> None:
     friction, drag = LAWS[name]
     rng = np.random.default_rng(5)
     runs, slip_s = zip(*(_run(friction, drag, rng) for _ in range(RUNS)), strict=True)
-    paths = Breakaways.of([_looked_at(run) for run in runs])
-    law = session_law(paths)
+    seen = [_looked_at(run) for run in runs]
+    paths = Breakaways.of(seen)
+    law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in seen])))
     paths = paths.nearer(law, 41).nearer(law, 41)
     chance = paths.chances(law)
     mean = (chance * paths.tried_s).sum(axis=1)
