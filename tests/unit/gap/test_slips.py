@@ -15,7 +15,7 @@ from station.gap.evidence.early import FARTHEST_M, GRID_S, Early
 from station.gap.evidence.first_look import Look, first_look
 from station.physics.contact import GRAVITY_M_S2
 
-RUNS, FRAME_S, NOISE_M = 24, 1 / 90, 3e-5
+RUNS, FRAME_S, NOISE_M = 16, 1 / 90, 3e-5
 RATE_RAD_S, MU = math.radians(3.0), 0.35
 EXACT_S = 2e-4
 
