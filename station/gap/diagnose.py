@@ -220,13 +220,19 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
         parameters={
             parameter.name: Value(
                 value=term.values[parameter.name],
-                sd=math.hypot(found.model.sd(effect.id, parameter.name), EXACT * term.values[parameter.name]),
+                sd=_sd(found, term, parameter.name),
                 unit=parameter.unit,
             )
             for parameter in effect.parameters
         },
         separated_by=effect.separated_by,
     )
+
+
+def _sd(found: Search, term: Term, name: str) -> float:
+    """Of a number; one at its bound has none, 0, and one that is not free nan."""
+    sd = found.model.sd(term.effect.id, name)
+    return 0.0 if sd == 0.0 else math.hypot(sd, EXACT * term.values[name])
 
 
 def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
