@@ -10,8 +10,6 @@ from numba import njit
 from station.physics.contact import Array
 
 STEP_S = 4e-3
-APART = 2e-3
-"""By how much D is varied for its slope."""
 
 
 class Rows(NamedTuple):
@@ -36,67 +34,84 @@ def log_likelihoods(tried: Any, rows: Any, law: Any, out: Any) -> None:
     `law` is D, its draws' standard deviation, F, v_s, k, the creep's standard deviation, and 1 for a Lorentzian.
     """
     width = rows.time_s.shape[1]
-    left, other, crept = np.empty(width), np.empty(width), np.empty(width)
-    more = law.copy()
-    more[0] = law[0] + APART
+    shot, crept = np.empty((2, width)), np.empty(width)
+    left, slope = shot
     for run in range(tried.shape[0]):
         size, sigma = rows.count[run], rows.sigma_m[run]
         for m in range(tried.shape[1]):
-            _shoot(rows, run, tried[run, m], law, left)
-            _shoot(rows, run, tried[run, m], more, other)
-            begin = 0
-            while begin < size - 1 and rows.time_s[run, begin] < tried[run, m]:
-                begin += 1
+            begin = _shoot(rows, run, tried[run, m], law, shot)
             for i in range(size):
                 risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
                 crept[i] = risen * law[5] / sigma
-                other[i] = (other[i] - left[i]) * law[1] / APART / sigma
+                slope[i] *= law[1] / sigma
                 left[i] = (rows.path_m[run, i] - left[i]) / sigma
-            out[run, m] = _marginal(left, crept, other, size) - size * np.log(sigma)
+            out[run, m] = _marginal(left, crept, slope, size) - size * np.log(sigma)
 
 
 @njit(cache=True)
-def _shoot(rows: Any, run: int, start: float, law: Any, path: Any) -> None:
-    """The path at a run's frames of a block let go at `start`, by Heun's rule from grid point to grid point."""
+def _shoot(rows: Any, run: int, start: float, law: Any, shot: Any) -> int:
+    """Writes the path at a run's frames of a block let go at `start`, and its slope in D; the first frame not before.
+
+    By Heun's rule from grid point to grid point; friction is looked up once a step, where the rule's guess is, and
+    taken on from there along its slope.
+    """
     pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
+    path, slope = shot
     place = (start - rows.first_s[run]) / STEP_S
     node = int(place)
     part = place - node
     pulled = pull[node] + part * (pull[node + 1] - pull[node])
     pressed = press[node] + part * (press[node + 1] - press[node])
     friction = pulled / pressed
-    now, speed, way = start, 0.0, 0.0
-    gain = pulled - pressed * friction * _held(0.0, law)
+    now, speed, way, speed_d, way_d = start, 0.0, 0.0, 0.0, 0.0
+    held, falls = _held(0.0, law)
+    gain = pulled - pressed * friction * held
+    gain_d, steep = pressed * friction, -pressed * friction * falls - law[4]
     k = 0
-    while k < size and time[k] <= start:
-        path[k] = 0.0
+    while k < size - 1 and time[k] <= start:
+        path[k] = slope[k] = 0.0
         k += 1
+    begin = k
     while k < size:
         node += 1
         last = min(node, len(pull) - 1)
         after = rows.first_s[run] + node * STEP_S
         span = after - now
         guess = max(speed + span * gain, 0.0)
-        then = pull[last] - press[last] * friction * _held(guess, law) - law[4] * guess
-        faster = max(speed + 0.5 * span * (gain + then), 0.0)
-        bend = (faster - speed) / span
+        held, falls = _held(guess, law)
+        holds = press[last] * friction
+        then, steep_then = pull[last] - holds * held - law[4] * guess, -holds * falls - law[4]
+        faster = speed + 0.5 * span * (gain + then)
+        faster_d = speed_d + 0.5 * span * (
+            gain_d + steep * speed_d + holds + steep_then * (speed_d + span * (gain_d + steep * speed_d))
+        )
+        if faster <= 0.0:
+            faster = faster_d = 0.0
+        bend, bend_d = (faster - speed) / span, (faster_d - speed_d) / span
         while k < size and time[k] <= after:
             since = time[k] - now
-            path[k] = way + speed * since + 0.5 * bend * since * since
+            path[k] = way + since * (speed + 0.5 * bend * since)
+            slope[k] = way_d + since * (speed_d + 0.5 * bend_d * since)
             k += 1
         way += 0.5 * span * (speed + faster)
-        speed, now = faster, after
-        gain = pull[last] - press[last] * friction * _held(speed, law) - law[4] * speed
+        way_d += 0.5 * span * (speed_d + faster_d)
+        gain, gain_d, steep = then + steep_then * (faster - guess), holds, steep_then
+        speed, speed_d, now = faster, faster_d, after
+    return begin
 
 
 @njit(cache=True)
-def _held(speed: float, law: Any) -> float:
-    """Sliding friction over static."""
-    left = 1.0
-    if law[2] != 0.0:
-        ratio = speed / law[3]
-        left = np.exp(-ratio) if law[6] == 0.0 else 1.0 / (1.0 + ratio * ratio)
-    return 1.0 - law[0] - law[2] * (1.0 - left)
+def _held(speed: float, law: Any) -> tuple[float, float]:
+    """Sliding friction over static, and its slope in the speed."""
+    fall = law[2]
+    if fall == 0.0:
+        return 1.0 - law[0], 0.0
+    ratio = speed / law[3]
+    if law[6] == 0.0:
+        left = np.exp(-ratio)
+        return 1.0 - law[0] - fall * (1.0 - left), -fall * left / law[3]
+    left = 1.0 / (1.0 + ratio * ratio)
+    return 1.0 - law[0] - fall * (1.0 - left), -2.0 * fall * ratio * left * left / law[3]
 
 
 @njit(cache=True)

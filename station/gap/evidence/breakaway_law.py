@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
 from scipy.optimize import minimize
 
 from station.gap.evidence.breakaway import COUNT, LORENTZIAN, Breakaways, Law
@@ -17,6 +18,9 @@ FEW, MANY = 30, 120
 TRIED = 13
 SHORTEST, LONGEST = 10, 25
 """Steps of a search on the way and at its end."""
+
+NEAR_ENOUGH = 0.01
+"""Of the ln of the likelihood: a step that brings less ends a search."""
 
 SOFTENED, NARROW = (20.0, 6.0, 1.5, 1.0), 5.0
 """How much noise is taken on the way from afar, and above how much the moments are all looked at."""
@@ -115,11 +119,12 @@ def _fitted(paths: Breakaways, start: Law, free: Sequence[str], steps: int) -> _
     def cost(inner: Array) -> float:
         return -paths.log_likelihood(law_of(inner))
 
+    begin = np.array([number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)])
     done = minimize(
         cost,
-        [number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)],
+        begin,
         method="L-BFGS-B",
         bounds=[(number.inner(number.low), number.inner(number.high)) for number in numbers],
-        options={"maxiter": steps, "eps": 1e-5, "ftol": 1e-8},
+        options={"maxiter": steps, "eps": 1e-5, "ftol": NEAR_ENOUGH / max(abs(cost(begin)), 1.0)},
     )
     return _Found(law_of(done.x), -float(done.fun), free)
