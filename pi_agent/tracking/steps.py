@@ -13,11 +13,13 @@ share of the exposure for which it is uncovered.
 """
 
 from functools import lru_cache
-from math import erf, sqrt
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pi_agent.tracking import normal
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[np.float32]
@@ -167,6 +169,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
     covariance = _covariance(steps, noise=noise, texture=TEXTURE if textured else 0.0, smear=smear)
     free = _solution(model, covariance, blur_error=np.inf)
     solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
+    seen = _step(steps - _reach(smear)[:, None], smear)
     other = _other(steps, textured=textured, noise=noise, smear=smear)
     slope = np.column_stack([model, steps])
     sloped = _solution(slope, covariance, blur_error=KNOWN_BLUR if known_blur else LOOSE_BLUR)
@@ -175,9 +178,9 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
         steps,
         np.concatenate([wanted, _misfit(model)], axis=1).astype(np.float32),
         _misfit(slope),
-        _table(steps, solve, smear),
-        _table(steps, other, smear),
-        _table(steps, sloped, smear),
+        _table(seen, solve, _reach(smear)),
+        _table(seen, other, _reach(smear)),
+        _table(seen, sloped, _reach(smear)),
         np.array(_by_smear(steps, smear) @ solve[:, 2]),
         np.array(_by_smear(steps, smear) @ other[:, 2]),
         np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),
@@ -205,10 +208,13 @@ def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floa
     return _solution(np.column_stack([model, changing]), covariance, blur_error=SHADED_BLUR)
 
 
-def _table(steps: Floats, solve: Floats, smear: float) -> Table:
-    """What the estimator answers to steps away from where it expects them, as far as that tells them apart."""
-    reach = sqrt(1.0 + smear * smear / 12.0) * REACH
-    seen = np.stack([_derivatives(steps - place, smear)[:, 1] for place in reach])
+def _reach(smear: float) -> Floats:
+    """The places of a step for which the answer is known."""
+    return sqrt(1.0 + smear * smear / 12.0) * REACH
+
+
+def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
+    """What the estimator answers to steps `seen` (k, m) away from where it expects them, as far as they differ."""
     answers = (seen @ solve[:, 2]) / (seen @ solve[:, 1])
     flat = np.gradient(answers, reach) < LEAST_GAIN
     left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))
@@ -220,49 +226,42 @@ def _table(steps: Floats, solve: Floats, smear: float) -> Table:
 
 def _widening(steps: Floats, contrast: Floats, blur: Floats, smear: float) -> float:
     """How much wider a step seems to the estimator of the blur, by the square of how far away it lies."""
-    seen = [_derivatives(steps - place, smear)[:, 1] for place in (-FAR, FAR)]
+    seen = [_step(steps - place, smear) for place in (-FAR, FAR)]
     return float(np.mean([(step @ blur) / (step @ contrast) for step in seen])) / FAR**2
-
-
-def _density(u: Floats) -> Floats:
-    return np.exp(-0.5 * u * u) / np.sqrt(2 * np.pi)
-
-
-def _cumulative(u: Floats) -> Floats:
-    return np.array([0.5 * (1.0 + erf(x / np.sqrt(2.0))) for x in u])
 
 
 def _bow(u: Floats, smear: float) -> Floats:
     """Second derivative of a step at the pixels themselves, which are sharper than light that is read between them."""
     if smear > 0.0:
         late, early = (u + 0.5 * smear) / SHARPER, (u - 0.5 * smear) / SHARPER
-        return (_density(late) - _density(early)) / (SHARPER * smear)
+        return (normal.density(late) - normal.density(early)) / (SHARPER * smear)
     sharp = u / SHARPER
-    return -sharp * _density(sharp) / SHARPER**2
+    return -sharp * normal.density(sharp) / SHARPER**2
 
 
 def _derivatives(u: Floats, smear: float) -> Floats:
     """Derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
     if smear == 0.0:
-        return np.stack([np.ones_like(u), _cumulative(u), -_density(u), -u * _density(u)], axis=1)
+        return np.stack([np.ones_like(u), _step(u, smear), -normal.density(u), -u * normal.density(u)], axis=1)
     late, early = u + 0.5 * smear, u - 0.5 * smear
-    step = (_area(late) - _area(early)) / smear
-    place = (_cumulative(early) - _cumulative(late)) / smear
-    return np.stack([np.ones_like(u), step, place, (_density(late) - _density(early)) / smear], axis=1)
+    place = (normal.cumulative(early) - normal.cumulative(late)) / smear
+    blur = (normal.density(late) - normal.density(early)) / smear
+    return np.stack([np.ones_like(u), _step(u, smear), place, blur], axis=1)
 
 
-def _area(u: Floats) -> Floats:
-    """Integral of the normal distribution up to u."""
-    return u * _cumulative(u) + _density(u)
+def _step(u: Floats, smear: float) -> Floats:
+    """The blurred step from 0 to 1 at distances u outwards."""
+    if smear == 0.0:
+        return normal.cumulative(u)
+    return (normal.area(u + 0.5 * smear) - normal.area(u - 0.5 * smear)) / smear
 
 
 def _by_smear(u: Floats, smear: float) -> Floats:
     """Derivative (len(u),) of the blurred step by its smear."""
     if smear == 0.0:
         return np.zeros_like(u)
-    late, early = u + 0.5 * smear, u - 0.5 * smear
-    step = (_area(late) - _area(early)) / smear
-    return (0.5 * (_cumulative(late) + _cumulative(early)) - step) / smear
+    ends = 0.5 * (normal.cumulative(u + 0.5 * smear) + normal.cumulative(u - 0.5 * smear))
+    return (ends - _step(u, smear)) / smear
 
 
 def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
@@ -279,8 +278,10 @@ def _covariance(u: Floats, *, noise: float, texture: float, smear: float) -> Flo
     The texture of a place counts by the share of the exposure for which the moving mark leaves it uncovered.
     """
     shared = noise**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
+    if texture == 0.0:
+        return shared
     outside = np.arange(0.05 - 0.5 * smear, 8.0 + 0.5 * smear, 0.1)
     uncovered = np.clip(0.5 + outside / max(smear, 1e-9), 0.0, 1.0)
-    spread = 0.1 * _density(u[:, None] - outside) * uncovered
+    spread = 0.1 * normal.density(u[:, None] - outside) * uncovered
     correlation = np.exp(-np.abs(outside[:, None] - outside) / TEXTURE_LENGTH)
     return shared + texture**2 * (spread @ correlation @ spread.T)
