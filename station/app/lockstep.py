@@ -22,10 +22,12 @@ from station.app.session import Session
 from station.app.twin_wire import DirectWire
 from station.arm.agent import arm_agent
 from station.arm.drivers.simulated import SimulatedArm
+from station.arm.tilt_path import TiltStage
 from station.arm.tilter import Tilter
 from station.recording.recorder import Sink, record_within
 from station.sampling.plan import Plan
 from station.simulators.mujoco.twin import Twin
+from station.simulators.mujoco.world import TwinWorld
 from station.simulators.projected_camera import ProjectedCamera, ProjectionSettings
 
 ARM_NS = 10_000_000
@@ -47,6 +49,14 @@ CameraBuilder = Callable[[Bus, RigConfig, Twin], LockstepCamera]
 """Sets a camera up in front of a twin."""
 
 
+class WorldBuilder(Protocol):
+    """Makes the world of a rig: `assembly.twin_world`, or another."""
+
+    def __call__(self, rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
+        """See `assembly.twin_world`."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """How a session ended: `fault` is empty or says why it stopped; `simulated_s` is the rig's own time."""
@@ -66,6 +76,7 @@ class Lockstep:
         *,
         recording: Sink | None,
         camera: CameraBuilder | None = None,
+        world: WorldBuilder = assembly.twin_world,
         on_line: Callable[[str, str], None] = lambda _level, _text: None,
         left_out: frozenset[str] = frozenset(),
         tilter: Tilter | None = None,
@@ -82,16 +93,16 @@ class Lockstep:
         twin_seed, camera_seed = np.random.SeedSequence(plan.seed).generate_state(2)
         settings = assembly.arm_settings(rig)
         tilter = tilter or Tilter.from_settings(settings)
-        world = assembly.twin_world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns(), stage=tilter.stage)
-        self.twin = Twin(self.bus, world, scene_period_ns=SECOND_NS // 30)
-        self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(world)), tilter=tilter)
-        self._camera = (camera or _projected(int(camera_seed)))(self.bus, rig, self.twin)
+        made = world(rig, seed=int(twin_seed), start_ns=self.clock.now_ns(), stage=tilter.stage)
+        self.twin = Twin(self.bus, made, scene_period_ns=SECOND_NS // 30)
+        self._arm = arm_agent(self.bus, settings, driver=SimulatedArm(DirectWire(made)), tilter=tilter)
+        self._camera = (camera or projected_camera(int(camera_seed)))(self.bus, rig, self.twin)
         machine = assembly.sampling_machine(rig, plan, tilter=self._arm.tilter)
         self.session = Session(
             self.bus,
             machine,
             block_height_m=rig.block.size_m[2],
-            pivot_above_plate_m=world.arm.pivot_above_plate_m,
+            pivot_above_plate_m=made.arm.pivot_above_plate_m,
             on_line=on_line,
         )
         self._frame_ns = round(SECOND_NS / rig.camera.rate_hz)
@@ -172,8 +183,8 @@ def _without_garbage_collection() -> Generator[None]:
             gc.enable()
 
 
-def _projected(seed: int) -> CameraBuilder:
-    """A builder of the camera without pixels."""
+def projected_camera(seed: int, *, sigma_px: float = ProjectionSettings.sigma_px) -> CameraBuilder:
+    """A builder of the camera without pixels, with that noise of a corner's coordinate."""
 
     def build(bus: Bus, rig: RigConfig, twin: Twin) -> ProjectedCamera:
         place = rig.plate.fiducial_place_mm * 1e-3
@@ -186,6 +197,7 @@ def _projected(seed: int) -> CameraBuilder:
             fiducial_side_m=rig.plate.fiducial_side_mm * 1e-3,
             rng=np.random.default_rng(seed),
             settings=ProjectionSettings(
+                sigma_px=sigma_px,
                 rate_hz=rig.camera.rate_hz,
                 plate_rate_hz=rig.camera.plate_rate_hz,
                 # The synthetic camera's own option: what can be had without pixels, this camera has as well.

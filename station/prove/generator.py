@@ -1,4 +1,4 @@
-"""Has the cases made by the independent generator: another process, of which only paths and hashes are known here."""
+"""Has the cases made by the generators: another process, of which only paths and hashes are known here."""
 
 from __future__ import annotations
 
@@ -10,20 +10,27 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shared.errors import UserError
-from station.prove.protocol import Protocol
+from station.prove.protocol import THROUGH, Protocol
 
-MODULE = "tests.concealed"
+INDEPENDENT, THROUGH_EVERYTHING = "tests.concealed", "tests.frames"
+"""The generator that shares nothing with the tool, and the one that is the rig itself, simulated."""
 ROOT = Path(__file__).resolve().parents[2]
 _HASH = re.compile(r"^key sha256 ([0-9a-f]{64})$", re.MULTILINE)
 Tell = Callable[[str, int, int], None]
 """What is done, how much of it, of how much."""
 
 
-def require_generator() -> None:
+def module_of(tier: str) -> str:
+    """The generator of a tier."""
+    return THROUGH_EVERYTHING if tier in THROUGH else INDEPENDENT
+
+
+def require_generator(module: str) -> None:
     """Raises a UserError where there is no checkout with the generator."""
-    if not (ROOT / "tests" / "concealed" / "__main__.py").exists():
+    folder = ROOT.joinpath(*module.split("."))
+    if not (folder / "__main__.py").exists():
         raise UserError(
-            f"Expected the generator of the cases in {ROOT / 'tests' / 'concealed'}, found none; `station prove` needs "
+            f"Expected the generator of the cases in {folder}, found none; `station prove` needs "
             "a checkout of the repository, not an installed package"
         )
 
@@ -36,11 +43,12 @@ def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | 
     Raises:
         UserError: if the folder holds a key of other cases.
     """
-    require_generator()
+    module = module_of(tier)
+    require_generator(module)
     command = [
         sys.executable,
         "-m",
-        MODULE,
+        module,
         "--tier",
         tier,
         "--cases",

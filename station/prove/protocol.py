@@ -22,9 +22,13 @@ FULL: Mapping[str, int] = MappingProxyType(
         "absorbed": 24,
         "outside": 54,
         "artefact": 16,
+        "twin_null": 20,
+        "frames": 12,
     }
 )
 NULLS = ("null", "null_nuisance")
+THROUGH = ("twin_null", "frames")
+"""The tiers that go through everything: MuJoCo, frames (the second one), tracker, bus and recorder."""
 
 
 @dataclass(frozen=True, kw_only=True)

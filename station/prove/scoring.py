@@ -12,7 +12,7 @@ from station.prove.advice import advice_right, reason_right
 from station.prove.key import Concealed, Truth
 from station.prove.parameters import Pull, pulls_of
 from station.prove.places import place_auc, place_right
-from station.prove.protocol import NULLS
+from station.prove.protocol import NULLS, THROUGH
 from station.prove.said import Said, number
 
 STRONG = 2.0 * (1.0 - 1e-3)
@@ -147,5 +147,15 @@ def of_tier(cases: Sequence[Scored], *tiers: str) -> list[Scored]:
 
 
 def nulls(cases: Sequence[Scored]) -> list[Scored]:
-    """Those without any effect."""
+    """Those of the independent generator without any effect."""
     return of_tier(cases, *NULLS)
+
+
+def through(cases: Sequence[Scored], *, concealing: bool) -> list[Scored]:
+    """Those that went through MuJoCo (and frames, some), with or without an effect."""
+    return [case for case in of_tier(cases, *THROUGH) if bool(case.truth.effects) is concealing]
+
+
+def independent(cases: Sequence[Scored]) -> list[Scored]:
+    """Those of the independent generator."""
+    return [case for case in cases if case.tier not in THROUGH]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -11,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.random import Generator, SeedSequence
+from numpy.random import Generator
 
 from tests.concealed.catalogue import Effect, Planted, plant
 from tests.concealed.design import Design, Setting
@@ -19,6 +17,7 @@ from tests.concealed.files import rig_toml, write_session
 from tests.concealed.imitate import imitation
 from tests.concealed.limits import MOST_RUNS, POWER_SIGMAS, Analyst, Signature
 from tests.concealed.protocols import draw_setting
+from tests.concealed.sealing import Origin, generator, short
 from tests.concealed.session import SessionRecord, run_session
 from tests.concealed.world import NULL, World
 
@@ -38,7 +37,7 @@ class Plan:
     setting: Setting
     mu_guess: float
     entry: _Json
-    origin: tuple[int, int, int]
+    origin: Origin
 
     def session(self) -> SessionRecord:
         """The session; always the same."""
@@ -58,27 +57,17 @@ class Strong:
         fields = self.planted.fields(world, self.value)
         return {
             "id": self.planted.effect.id,
-            "value": _short(self.value),
+            "value": short(self.value),
             "unit": self.planted.effect.unit,
-            "detection_limit": _short(self.limit),
-            "strength": _short(self.value / self.limit),
-            "parameters": {name: _short(value) for name, value in fields.items()},
+            "detection_limit": short(self.limit),
+            "strength": short(self.value / self.limit),
+            "parameters": {name: short(value) for name, value in fields.items()},
         }
 
 
-def origin_of(tier: str, index: int, seed: int) -> tuple[int, int, int]:
+def origin_of(tier: str, index: int, seed: int) -> Origin:
     """What everything random in a case comes from."""
     return seed, TIERS.index(tier), index
-
-
-def generator(origin: tuple[int, int, int], part: str) -> Generator:
-    """The random numbers of one part of a case: `name`, `design`, `session` or `file`."""
-    return np.random.default_rng(SeedSequence([*origin, *part.encode()]))
-
-
-def case_id(origin: tuple[int, int, int]) -> str:
-    """A name that tells nothing."""
-    return generator(origin, "name").bytes(6).hex()
 
 
 # --- strengths --------------------------------------------------------------------------------------------------------
@@ -149,9 +138,9 @@ def entry_of(tier: str, setting: Setting, strong: Sequence[Strong], session: Ses
     entry: _Json = {
         "tier": tier,
         "effects": [one.described(world) for one in strong],
-        "baseline": {"mu_s": _short(world.mu)},
-        "nuisance": {name: _short(value) for name, value in asdict(setting.nuisance).items()},
-        "design": {**design, "opening_m": _short(2.0 * (world.wall_radius + 0.65 * world.side))},
+        "baseline": {"mu_s": short(world.mu)},
+        "nuisance": {name: short(value) for name, value in asdict(setting.nuisance).items()},
+        "design": {**design, "opening_m": short(2.0 * (world.wall_radius + 0.65 * world.side))},
         "censored_runs": [int(run.facts.number) + 1 for run in session.runs if run.censored],
         "foam_runs": [int(run.facts.number) + 1 for run in session.runs if run.ride.touched],
         "tipped_runs": [int(run.facts.number) + 1 for run in session.runs if run.ride.tipped],
@@ -175,24 +164,14 @@ def _place_of(one: Strong, signature: Signature) -> _Json:
     return {
         "effect": one.planted.effect.id,
         "where": [{"phase": phase, "covariate": covariate} for phase, covariate in one.planted.effect.places],
-        "detectability": _short(math.sqrt(signature.information) / POWER_SIGMAS),
+        "detectability": short(math.sqrt(signature.information) / POWER_SIGMAS),
         "runs": signature.runs.tolist(),
         "onset_sigmas": [round(float(value), 2) for value in shifted],
         "path_sigmas": [round(float(value), 2) for value in signature.path],
     }
 
 
-def _short(value: float) -> float | str:
-    """Five digits; JSON knows no infinity."""
-    return float(f"{value:.5g}") if math.isfinite(value) else "inf"
-
-
 # --- writing ----------------------------------------------------------------------------------------------------------
-
-
-def finished(folder: Path) -> bool:
-    """Whether a case has been written."""
-    return (folder / "session.mcap").exists() and (folder / "rig.toml").exists()
 
 
 def write_case(plan: Plan, out: Path) -> None:
@@ -207,9 +186,3 @@ def write_case(plan: Plan, out: Path) -> None:
         rng = generator(plan.origin, "simulated")
         write_session(simulated, folder / "sim.mcap", rig=rig, rng=rng, mode="lockstep")
     write_session(session, folder / "session.mcap", rig=rig, rng=generator(plan.origin, "file"))
-
-
-def sealed(key: _Json) -> tuple[str, str]:
-    """The key's text and its hash."""
-    text = json.dumps(key, indent=1, sort_keys=True) + "\n"
-    return text, hashlib.sha256(text.encode()).hexdigest()

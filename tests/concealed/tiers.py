@@ -15,15 +15,14 @@ from tests.concealed.cases import (
     Plan,
     Strong,
     at_strength,
-    case_id,
     entry_of,
-    generator,
     origin_of,
     with_effects,
 )
 from tests.concealed.catalogue import BEYOND, EFFECTS, TIPPING, Effect, Planted, plant
 from tests.concealed.design import Design, Setting
 from tests.concealed.protocols import draw_setting
+from tests.concealed.sealing import case_id, generator
 from tests.concealed.session import run_session
 
 Drawn = tuple[Setting, list[Strong], dict[str, Any]]

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +28,7 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import BlockEngine
 from station.simulators.mujoco.engines import Engines
+from station.simulators.mujoco.influence import BlockState, Influence, Slides, times
 from station.simulators.mujoco.poses import LEAN_RAD, Joints, PlatePose, Pose, plate_pose, standing
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
@@ -75,7 +77,7 @@ class TwinWorld:
     """Arm, plate and block in MuJoCo, driven by `set_target` and `advance`; the same live and in lockstep.
 
     The world's z is up; the arm's base is the world unless `world_from_base` (4, 4) says otherwise. Whatever is random
-    comes from `rng`: the same seed and the same calls give the same numbers.
+    comes from `rng`: the same seed and the same calls give the same numbers. An `influence` is a mechanism beyond that.
     """
 
     def __init__(
@@ -91,8 +93,11 @@ class TwinWorld:
         world_from_base: FLOATS | None = None,
         contact: Contact = EXACT,
         savings: bool = True,
+        influence: Influence | None = None,
     ) -> None:
         self.arm, self.friction = arm, friction
+        self._influence, self._slid_ns, self._slides = influence, start_ns, 0
+        self._sliding = Slides()
         self.block, self.plate = block or Block(), plate or Plate()
         base = np.eye(4) if world_from_base is None else world_from_base
         scene = model.Scene(
@@ -190,6 +195,9 @@ class TwinWorld:
         block = self._loose
         if block is None or count <= 0:
             return
+        if self._influence is not None:
+            self._step_under(self._influence, block, count)
+            return
         ago_s = (self._steps_left - 0.5 * count) * STEP_S
         pull = self._motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s)
         if self._savings and count == LOOK and self.block_at_rest:
@@ -197,6 +205,29 @@ class TwinWorld:
         else:
             block.step(count, pull=pull, step_s=STEP_S)
         self._steps_left -= count
+
+    def _step_under(self, influence: Influence, block: BlockEngine, count: int) -> None:
+        """The same step by step: whatever depends on the block's state follows it."""
+        for _ in range(count):
+            now_ns = self._time_ns - self._steps_left * STEP_NS
+            place, velocity = block.qpos[:3].tolist(), block.qvel[:3].tolist()
+            if self._sliding.take(math.hypot(velocity[0], velocity[1])):
+                self._slid_ns = now_ns
+            state = self._state(place, velocity, now_ns=now_ns)
+            x, y, z = self._motion.pull(place, velocity, ago_s=(self._steps_left - 0.5) * STEP_S)
+            further_x, further_y = influence.push(state)
+            block.set_friction(times(self._draw, influence.friction(state)))
+            block.step(1, pull=(x + further_x, y + further_y, z), step_s=STEP_S)
+            self._steps_left -= 1
+
+    def _state(self, place: Sequence[float], velocity: Sequence[float], *, now_ns: int) -> BlockState:
+        return BlockState(
+            place_m=(place[0], place[1]),
+            velocity_m_s=(velocity[0], velocity[1]),
+            sliding=self._sliding.now,
+            lain_s=max(0, now_ns - self._slid_ns) * 1e-9,
+            slides=self._slides,
+        )
 
     def _take_motion(self) -> None:
         """Takes note of how the plate has moved."""
@@ -214,6 +245,7 @@ class TwinWorld:
             raise ValueError(f"expected a place within {self.plate.cutout_radius_m} m of the centre, got {x_m}, {y_m}")
         self.block_present = True
         self._rel = Pose((x_m, y_m, half), (math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)))
+        self._slid_ns = self._asked_ns
         self._pending: FrictionDraw | None = None
         self._use(self.friction.draw(self._rng))
         self._weld()
@@ -328,6 +360,8 @@ class TwinWorld:
         force = self._motion.needed(self._rel.position)
         if not self._held:
             self._renew(force)
+            if self._influence is not None:
+                self._hold = self._hold_by(self._draw)
         used = self._utilisation(force, self._hold)
         if self._held:
             if used < LEVEL_ENOUGH:
@@ -350,6 +384,7 @@ class TwinWorld:
             return
         if math.dist(self._anchor, self._seen.position) >= SLIDE_M:
             self._anchor = self._seen.position
+            self._slides += 1
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
         self._leaning = self._engines.foam_push(block)
@@ -379,6 +414,9 @@ class TwinWorld:
         """How that friction holds the block where it lies now."""
         yaw = self._rel.yaw_rad
         axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
+        if self._influence is not None:
+            still = replace(self._state(self._rel.position, (0.0, 0.0), now_ns=self._time_ns), sliding=False)
+            friction = times(friction, self._influence.friction(still))
         return grip.Hold(friction, axis_rad=axis, block_yaw_rad=yaw)
 
     def _limit(self, share: float) -> float:
@@ -423,4 +461,4 @@ class TwinWorld:
     def _unweld(self) -> None:
         """Makes the block a body of its own again, moving with the plate."""
         self._loose = self._engines.unweld(self._rel)
-        self._quiet_s = 0.0
+        self._quiet_s, self._sliding = 0.0, Slides()

@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from tests.concealed.cases import Analyst, sealed
+from tests.concealed.cases import Analyst
 from tests.concealed.catalogue import BEYOND, EFFECTS, plant
 from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.protocols import draw_setting
+from tests.concealed.sealing import sealed
 from tests.concealed.session import run_session
 from tests.concealed.tiers import CLASSES, plan_case
 from tests.concealed.world import NULL

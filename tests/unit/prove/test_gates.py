@@ -118,3 +118,29 @@ def test_an_interval_that_holds_the_gate_is_not_sure():
     many = gate([single(claim("viscous"))] * 100, "first")
     assert (few.met, few.sure) == (True, False)
     assert (many.met, many.sure) == (True, True)
+
+
+def test_the_tiers_through_everything_have_rows_of_their_own():
+    quiet = scored(truth("twin_null", answer="none"), said())
+    loud = scored(truth("frames", answer="none"), said(claim("wear")))
+    hidden = truth("frames", concealed("viscous", strength=math.nan))
+    right = scored(hidden, said(claim("viscous")))
+    near = scored(hidden, said(claim("kinetic_drop", near=("viscous",), verdict="indistinguishable")))
+    missed = scored(hidden, said())
+    cases = [quiet, loud, right, near, missed]
+    assert (gate(cases, "twin_alarms").value, gate(cases, "twin_alarms").cases) == (0.5, 2)
+    assert gate(cases, "twin_alarms").met is False
+    assert gate([quiet], "twin_alarms").met is True
+    shares = {key: gate(cases, key).value for key in ("through_first", "through_class", "through_missed")}
+    assert shares == pytest.approx({"through_first": 1 / 3, "through_class": 2 / 3, "through_missed": 1 / 3})
+
+
+def test_they_change_no_other_row():
+    cases = [null(claim("wear")), single(claim("viscous")), single(claim("wear"))]
+    through = [
+        scored(truth("twin_null", answer="none"), said(claim("wear"))),
+        scored(truth("frames", concealed("viscous")), said(claim("wear", probability=0.3))),
+    ]
+    before, after = ({one.key: one for one in gates(some)} for some in (cases, [*cases, *through]))
+    changed = {key for key, one in before.items() if str(one) != str(after[key])}
+    assert changed == {"twin_alarms", "through_first", "through_class", "through_missed", "faults"}

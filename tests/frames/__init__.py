@@ -1,0 +1,1 @@
+"""Recordings of the MuJoCo twin in which an effect is concealed, through frames, tracker, bus and recorder."""
