@@ -11,7 +11,7 @@
 set -euo pipefail
 checkout=$(cd "$(dirname "$0")/.." && pwd)
 folder=$(realpath -m "${1:-$HOME/.cache/repose/arm64}")
-tests=${TESTS-tests/unit/tracking tests/unit/pi_agent}
+tests=${TESTS-tests/unit/pi_agent tests/unit/tracking}
 qemu=$(command -v qemu-aarch64-static) || { echo "Expected qemu-aarch64-static: apt-get install qemu-user-static" >&2; exit 2; }
 command -v mmdebstrap >/dev/null || { echo "Expected mmdebstrap: apt-get install mmdebstrap" >&2; exit 2; }
 [ -x "$checkout/.venv/bin/station" ] || make --silent -C "$checkout" setup
@@ -114,7 +114,7 @@ if [ -n "$tests" ]; then
   kill "$(cat "$root/var/lib/repose/agent.pid")" || true # under qemu it would take half of a core from them
   # shellcheck disable=SC2086 # the words of $tests are separate arguments
   status=0
-  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests" || status=$?
+  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose REPOSE_PATIENCE_S=900 /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests" || status=$?
 fi
 
 echo "== uninstalling"
