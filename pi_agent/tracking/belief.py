@@ -50,12 +50,13 @@ def level(
     glowing = _glowing(found, weight, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if glowing is None:
         return found
-    bent = edges.misfits(found.light, model.sloped_misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
+    sloped = model.sloped()
+    bent = edges.misfits(found.light, sloped.misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
     contrast = found.sloped[:, :, 0]
     astray = (contrast < GLOW_LIT[0] * typical) | (contrast > GLOW_LIT[1] * typical)
     weight[glowing & (bent | astray)] = 0.0
     answer = found.sloped[:, :, 1] / np.maximum(contrast, 0.5)
-    offset = model.sloped_table.place(answer) * blur[:, None]
+    offset = sloped.table.place(answer) * blur[:, None]
     doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
     return found._replace(
         offset=np.where(glowing, offset, found.offset),

@@ -66,7 +66,8 @@ class Look(NamedTuple):
     """What a pass starts from: the edges as expected, the blur of the lens, the estimators.
 
     `path`: the way across each edge within the exposure (4,) that its estimator is made for; `width`: deviation of
-    blur and smear together; `sharp`: how much an edge tells of the lens's blur, 1 without smear.
+    blur and smear together; `sharp`: how much an edge tells of the lens's blur, 1 without smear; `inwards`: the ways of
+    the edges' middles.
     """
 
     corners: Points
@@ -76,19 +77,23 @@ class Look(NamedTuple):
     path: Floats
     width: Floats
     sharp: Floats
+    inwards: list[float]
 
 
 def look_at(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, smear: Smear | None) -> Look:
     """A pass about corners (4,), with the lens's blur (4,) in px; `model` is used when nothing moves."""
     clear_px = 1.0 + 3.0 * max(blur.tolist())
     if smear is None:
-        return Look(corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP)
+        return Look(
+            corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP, []
+        )
     outline = lines.expected_edges(corners, clear_px=clear_px)
-    path = smear.across(outline)
+    inwards = smear.inwards(outline)
+    path = np.abs(inwards)
     expected = lines.shortened(outline, clear_px=clear_px + 0.5 * max(path.tolist()))
     width = np.sqrt(blur**2 + path**2 / 12.0)
     estimators, smears = task.moving.at(path / blur)
-    return Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4)
+    return Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4, inwards)
 
 
 class Step(NamedTuple):
@@ -197,7 +202,7 @@ def _straightened(
         return found.offset, found.pull
     terms = np.zeros((8, 3))
     if smear is not None:
-        longer, gain = smear.longer(look.expected, than=look.path), look.model.smear_gain
+        longer, gain = smear.longer(look.expected, look.inwards, than=look.path), look.model.smear_gain
         terms[:4, :2] = gain[:, None] * longer
         terms[4:, :2] = (look.model.other_gain - gain)[:, None] * longer
     if turn_per_row_rad != 0.0:

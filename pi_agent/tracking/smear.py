@@ -19,23 +19,20 @@ class Smear:
     path_px: complex
     turn_rad: float
 
-    def across(self, edges: Edges) -> Floats:
-        """How far the middles of the edges (4,) move across themselves, in px."""
-        return np.array([abs(way) for way in self._at_middles(edges)])
-
-    def longer(self, edges: Edges, *, than: Floats) -> Floats:
+    def longer(self, edges: Edges, ways: list[float], *, than: Floats) -> Floats:
         """How much further than `than` (4,) the edges move across themselves, in px: terms (4, 2) by the place.
 
-        An edge that turns about a place on itself moves both ways; there its smear is next to nothing.
+        `ways`: those of their middles, see `inwards`. An edge that turns about a place on itself moves both ways; there
+        its smear is next to nothing.
         """
         terms = []
-        for way, expected, free in zip(self._at_middles(edges), than.tolist(), edges.free.tolist(), strict=True):
+        for way, expected, free in zip(ways, than.tolist(), edges.free.tolist(), strict=True):
             turn = self.turn_rad * free
             terms.append((abs(way) - expected, -turn if way < 0.0 else turn))
         return np.array(terms)
 
-    def _at_middles(self, edges: Edges) -> list[float]:
-        """How far the middles of the edges move inwards; plain numbers, for four are faster than an array."""
+    def inwards(self, edges: Edges) -> list[float]:
+        """How far the middles of the edges move inwards, in px; plain numbers, for four are faster than an array."""
         path, turn, centre, ways = self.path_px, 1j * self.turn_rad, self.centre, []
         for start, tangent, length in zip(*(part.tolist() for part in edges[:3]), strict=True):
             way = path + turn * (start + 0.5 * length * tangent - centre)

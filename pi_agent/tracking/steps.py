@@ -12,7 +12,8 @@ the smear from the mark's speed. Under a mark that moves the plate lies still: w
 share of the exposure for which it is uncovered.
 """
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -66,24 +67,30 @@ class Table(NamedTuple):
         return Table(answers, np.concatenate([self.reach[:1], self.reach, self.reach[-1:]]))
 
 
+class Sloped(NamedTuple):
+    """What is asked of profiles with a slope in the light: `misfit` (m, m), and the table of their estimator."""
+
+    misfit: Matrix
+    table: Table
+
+
 class StepModel(NamedTuple):
     """Evenly spaced places along a profile, and matrices for `light @ matrix`.
 
-    `solve_and_misfit`: `solve` (m, 7) beside `misfit` (m, m); and `sloped_misfit` (m, m). `solve`: contrast,
-    contrast × e, contrast × dσ; contrast and contrast × e once more, by another estimator: beside texture one that
-    leans on neither side of the edge and is pulled further by it, beside a margin one that is not pulled by a shadow;
-    and by one that allows for a slope in the light that a highlight adds. `smear_gain`, `other_gain`: how much further
-    out a step seems to each of the two for each deviation by which its smear is longer than expected. `widening`: how
-    much wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each is one for all
-    edges, or (4, …), one for each.
+    `solve_and_misfit`: `solve` (m, 7) beside `misfit` (m, m). `solve`: contrast, contrast × e, contrast × dσ; contrast
+    and contrast × e once more, by another estimator: beside texture one that leans on neither side of the edge and is
+    pulled further by it, beside a margin one that is not pulled by a shadow; and by one that allows for a slope in the
+    light that a highlight adds (`sloped` gives the rest that is needed where one lies). `smear_gain`, `other_gain`: how
+    much further out a step seems to each of the two for each deviation by which its smear is longer than expected.
+    `widening`: how much wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each
+    is one for all edges, or (4, …), one for each.
     """
 
     steps: Floats
     solve_and_misfit: Matrix
-    sloped_misfit: Matrix
     table: Table
     other_table: Table
-    sloped_table: Table
+    sloped: Callable[[], Sloped]
     smear_gain: Floats
     other_gain: Floats
     widening: Floats
@@ -111,17 +118,14 @@ class SmearedModels:
     def __init__(self, *, textured: bool) -> None:
         smears = np.arange(0.0, MOST_SMEAR + SMEAR_STEP, SMEAR_STEP)
         models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
-        tables = [
-            [table.fenced() for table in (model.table, model.other_table, model.sloped_table)] for model in models
-        ]
+        slopes = [model.sloped() for model in models]
         self._solve = _between(np.stack([model.solve_and_misfit for model in models])).astype(np.float32)
-        self._sloped = _between(np.stack([model.sloped_misfit for model in models])).astype(np.float32)
+        self._sloped = _between(np.stack([slope.misfit for slope in slopes])).astype(np.float32)
         # Beside a margin, where an error of the blur moves no edge, a smear leaves nothing of it to undo.
         uneven = [model.uneven for model in models if model.uneven is not None]
         self._uneven = _between(np.stack(uneven)).astype(np.float32) if textured else None
-        answers = _between(np.array([[table.answers for table in row] for row in tables])).swapaxes(0, 1)
-        reach = _between(np.array([[table.reach for table in row] for row in tables])).swapaxes(0, 1)
-        self._tables = np.ascontiguousarray(np.stack([answers, reach]))  # else `take` copies all of them
+        self._tables = _tables_between([[model.table, model.other_table] for model in models])
+        self._sloped_tables = _tables_between([[slope.table] for slope in slopes])
         gains = np.array([(model.smear_gain, model.other_gain, model.widening) for model in models], dtype=np.float64)
         self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 
@@ -129,23 +133,25 @@ class SmearedModels:
         """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
         last = len(self._small) - 1
         places = np.array([min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()])
-        tables = self._tables.take(places, axis=2)
-        tables[0] += EDGES_APART
-        answers, reach = tables.reshape(2, 3, -1)
         small = self._small.take(places, axis=0)
+        table, other_table = _tables_at(self._tables, places)
         model = StepModel(
             small[:, 3:],
             self._solve.take(places, axis=0),
-            self._sloped.take(places, axis=0),
-            Table(answers[0], reach[0], EDGES_APART),
-            Table(answers[1], reach[1], EDGES_APART),
-            Table(answers[2], reach[2], EDGES_APART),
+            table,
+            other_table,
+            partial(self._sloped_at, places),
             small[:, 0],
             small[:, 1],
             small[:, 2],
             None if self._uneven is None else self._uneven.take(places, axis=0),
         )
         return model, places * (SMEAR_STEP / BETWEEN)
+
+    def _sloped_at(self, places: NDArray[np.intp]) -> Sloped:
+        """Few frames need it."""
+        (table,) = _tables_at(self._sloped_tables, places)
+        return Sloped(self._sloped.take(places, axis=0), table)
 
 
 @lru_cache(maxsize=2)
@@ -162,6 +168,22 @@ def _between(rows: NDArray[Any]) -> Floats:
     return rows[first] + part * (rows[first + 1] - rows[first])
 
 
+def _tables_between(tables: list[list[Table]]) -> Floats:
+    """Answers and reach, by the table and the smear (2, tables, smears, k), and of smears evenly between them."""
+    fenced = [[table.fenced() for table in row] for row in tables]
+    answers = _between(np.array([[table.answers for table in row] for row in fenced])).swapaxes(0, 1)
+    reach = _between(np.array([[table.reach for table in row] for row in fenced])).swapaxes(0, 1)
+    return np.ascontiguousarray(np.stack([answers, reach]))  # else `take` copies all of them
+
+
+def _tables_at(tables: Floats, places: NDArray[np.intp]) -> list[Table]:
+    """The tables of four edges, one behind the other."""
+    chosen = tables.take(places, axis=2)
+    chosen[0] += EDGES_APART
+    answers, reach = chosen.reshape(2, len(chosen[0]), -1)
+    return [Table(each, there, EDGES_APART) for each, there in zip(answers, reach, strict=True)]
+
+
 def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> StepModel:
     places = STEPS_ON_GRAIN if textured else STEPS
     steps = np.linspace(places[0] - 0.5 * smear, places[-1] + 0.5 * smear, len(places))
@@ -173,14 +195,14 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
     other = _other(steps, textured=textured, noise=noise, smear=smear)
     slope = np.column_stack([model, steps])
     sloped = _solution(slope, covariance, blur_error=KNOWN_BLUR if known_blur else LOOSE_BLUR)
+    beside_slope = Sloped(_misfit(slope), _table(seen, sloped, _reach(smear)))
     wanted = np.column_stack([solve[:, 1:3], free[:, 3], other[:, 1:3], sloped[:, 1:3]])
     return StepModel(
         steps,
         np.concatenate([wanted, _misfit(model)], axis=1).astype(np.float32),
-        _misfit(slope),
         _table(seen, solve, _reach(smear)),
         _table(seen, other, _reach(smear)),
-        _table(seen, sloped, _reach(smear)),
+        lambda: beside_slope,
         np.array(_by_smear(steps, smear) @ solve[:, 2]),
         np.array(_by_smear(steps, smear) @ other[:, 2]),
         np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),

@@ -205,7 +205,7 @@ def test_a_blur_is_told_by_the_profiles_on_which_no_highlight_lies() -> None:
         blur_change=np.where(glowing, -0.4, 0.03), glowing=glowing
     )
     corners, blur = CORNERS, np.full(4, 0.8)
-    look = passes.Look(corners, blur, EXPECTED, step_model(textured=True), np.zeros(4), blur, np.ones(4))
+    look = passes.Look(corners, blur, EXPECTED, step_model(textured=True), np.zeros(4), blur, np.ones(4), [])
     wider, change, share = passes.blur_change(found, _line(_noise(5), np.ones((4, COUNT))), look, shared_blur=True)
     np.testing.assert_allclose(wider, 0.03)
     np.testing.assert_allclose(change, 0.03)

@@ -23,9 +23,10 @@ def test_an_edge_of_a_turning_mark_moves_further_where_it_is_further_out(turn_ra
     smear = Smear(CENTRE, 3.0 - 1.0j, turn_rad)
     way = 3.0 - 1.0j + 1j * turn_rad * (POINTS - CENTRE)
     across = np.abs((EDGES.tangent[:, None].conj() * way).imag)
-    longer = along(smear.longer(EDGES, than=smear.across(EDGES)), count=COUNT)
-    np.testing.assert_allclose(longer, across - smear.across(EDGES)[:, None])
-    assert smear.across(EDGES) == pytest.approx(across.mean(axis=1))
+    inwards = smear.inwards(EDGES)
+    longer = along(smear.longer(EDGES, inwards, than=np.abs(inwards)), count=COUNT)
+    np.testing.assert_allclose(longer, across - np.abs(inwards)[:, None])
+    assert np.abs(inwards) == pytest.approx(across.mean(axis=1))
     assert np.ptp(across, axis=1).max() > 0.3
 
 

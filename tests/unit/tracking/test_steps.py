@@ -73,9 +73,9 @@ def test_a_slope_in_the_light_is_allowed_for_by_the_estimator_that_is_asked_to(n
     model = MODELS[name]
     light = _step(model.steps, place=0.2) + 0.08 * model.steps
     answer = light.astype(np.float32)[None, None] @ model.solve
-    read = float(model.sloped_table.place(answer[:, :, 6] / answer[:, :, 5])[0, 0])
+    read = float(model.sloped().table.place(answer[:, :, 6] / answer[:, :, 5])[0, 0])
     assert read == pytest.approx(0.2, abs=0.01)
-    assert float(np.sqrt(np.sum((light @ model.sloped_misfit) ** 2))) < 0.01
+    assert float(np.sqrt(np.sum((light @ model.sloped().misfit) ** 2))) < 0.01
 
 
 def test_light_that_changes_across_an_edge_pulls_one_of_two_estimators() -> None:
