@@ -52,6 +52,15 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
     return best, best_way
 
 
+def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
+    """The ratio T/N (n,) that is held against a load in a direction by a block that can only slide one way.
+
+    It is never below the threshold. Along the way that another model's block takes it is the threshold of a model near
+    that one, to first order in what is between them: the threshold is a minimum over the ways.
+    """
+    return model.friction(replace(contact, way_rad=way_rad)) / np.cos(way_rad - load_rad)
+
+
 def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:
     """The slope of ln (h / cos) by the offset from the load, and the slope of that.
 

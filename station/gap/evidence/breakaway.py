@@ -4,11 +4,11 @@ A block that is let go when the pull passes mu_s per press slides with
 
     v' = pull − press mu_s (1 − D − F (1 − s(v / v_s))) − k v,
 
-so that its friction may fall at once (D), with the speed (F over v_s; s is an exponential or the Lorentzian), and be
-dragged (k). Of a session all but the moment and mu_s, which that moment tells, are common; D is drawn anew for each run
-from a Gaussian, since what a contact gained at rest is lost. What is not known of the place, how the block crept with
-the tilt before it went, and D's draw are integrated out (they are linear), so that a run's frames leave a likelihood of
-the moment alone.
+so that its friction may fall at once (D), with the speed (F over v_s; s is an exponential or the Lorentzian, or there
+is a logarithm in its place, 1 − s = ln(1 + v / v_s)), and be dragged (k). Of a session all but the moment and mu_s,
+which that moment tells, are common; D is drawn anew for each run from a Gaussian, since what a contact gained at rest
+is lost. What is not known of the place, how the block crept with the tilt before it went, and D's draw are integrated
+out (they are linear), so that a run's frames leave a likelihood of the moment alone.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ OUTLIER = 20.0
 TRACE = 1e-3
 """How much a plate that holds counts as tilting, of how fast it tilts at most."""
 
-EXPONENTIAL, LORENTZIAN = 0, 1
+EXPONENTIAL, LORENTZIAN, LOGARITHM = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,7 +31,7 @@ class Rows(NamedTuple):
 def log_likelihoods(tried: Any, rows: Any, law: Any, out: Any) -> None:
     """Of each moment (r, k), s: place, creep and D's draw integrated out, the first with a flat prior.
 
-    `law` is D, its draws' standard deviation, F, v_s, k, the creep's standard deviation, and 1 for a Lorentzian.
+    `law` is D, its draws' standard deviation, F, v_s, k, the creep's standard deviation, and the shape's number.
     """
     width = rows.time_s.shape[1]
     shot, crept = np.empty((2, width)), np.empty(width)
@@ -110,8 +110,10 @@ def _held(speed: float, law: Any) -> tuple[float, float]:
     if law[6] == 0.0:
         left = np.exp(-ratio)
         return 1.0 - law[0] - fall * (1.0 - left), -fall * left / law[3]
-    left = 1.0 / (1.0 + ratio * ratio)
-    return 1.0 - law[0] - fall * (1.0 - left), -2.0 * fall * ratio * left * left / law[3]
+    if law[6] == 1.0:
+        left = 1.0 / (1.0 + ratio * ratio)
+        return 1.0 - law[0] - fall * (1.0 - left), -2.0 * fall * ratio * left * left / law[3]
+    return 1.0 - law[0] - fall * np.log(1.0 + ratio), -fall / (speed + law[3])
 
 
 @njit(cache=True)

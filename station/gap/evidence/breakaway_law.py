@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from station.gap.evidence.breakaway import COUNT, LORENTZIAN, Breakaways, Law
+from station.gap.evidence.breakaway import COUNT, LOGARITHM, LORENTZIAN, Breakaways, Law
 from station.physics.contact import Array
 
 FEW, MANY = 30, 120
@@ -48,7 +48,7 @@ NUMBERS = {
     "drop": _Number(0.0, 0.6, 0.01),
     "drop_spread": _Number(1e-4, 0.3),
     "fall": _Number(-0.3, 0.6, 0.01),
-    "fall_speed_m_s": _Number(4e-3, 0.2),
+    "fall_speed_m_s": _Number(2e-3, 0.2),
     "drag_per_s": _Number(-5.0, 30.0, 1.0),
     "creep_m": _Number(1e-6, 1e-2),
 }
@@ -70,7 +70,9 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
     gentle = max((_led(few, replace(none, fall=fall), GENTLE, SOFTENED[1:]) for fall in falls), key=_worth)
     found = [_led(few, none, COMMON, SOFTENED[2:]), replace(sudden, free=SUDDEN), gentle]
     if _worth(gentle) > max(map(_worth, found[:2])):
-        found.append(_led(few, replace(gentle.law, shape=LORENTZIAN), GENTLE, SOFTENED[2:]))
+        law = gentle.law
+        slow = replace(law, shape=LOGARITHM, fall=0.3 * law.fall, fall_speed_m_s=0.3 * law.fall_speed_m_s)
+        found += [_led(few, start, GENTLE, SOFTENED[2:]) for start in (replace(law, shape=LORENTZIAN), slow)]
         both = replace(max(found[2:], key=_worth).law, drop=0.2 * abs(gentle.law.fall))
         found.append(_led(few, both, (*GENTLE, "drop"), SOFTENED[2:]))
     return _among(paths.some(MANY), found).law

@@ -31,7 +31,7 @@ class Recorded:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
         tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
-        self.tracks = refined(tracks, self.plate)
+        self.tracks = refined(tracks, self.plate, setting)
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
 

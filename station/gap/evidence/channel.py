@@ -61,6 +61,12 @@ class Channel(ABC):
     def residual(self, model: Model) -> Array:
         """Recorded less predicted (n,), in `unit`."""
 
+    def near(self, model: Model | None) -> None:  # noqa: B027  # most channels have nothing to keep
+        """From now on takes all models for nearly this one, until None is given.
+
+        What costs much and does not change to first order need not be looked for anew.
+        """
+
     @property
     def hooks(self) -> frozenset[str]:
         """The methods of `Effect` that can change it."""

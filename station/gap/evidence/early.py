@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.gap.evidence.evidence import Setting
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.tracks import RunTrack
 from station.physics.contact import GRAVITY_M_S2, Array
@@ -16,6 +17,9 @@ BEFORE_S, AFTER_S = 0.3, 0.25
 
 LEAD_S = 0.25
 """Of rest before that, for the place at rest."""
+
+FREE_M, OUTWARDS_M = 1e-3, 1e-4
+"""A slide is looked at until it is so near to the foam, and nearer than at rest."""
 
 LEAST_FRAMES = 6
 GRID_S = 1e-3
@@ -44,8 +48,8 @@ class Early:
         return float(np.interp(time_s, self.grid_s, values))
 
 
-def early(track: RunTrack, plate: PlateMotion) -> Early | None:
-    """The first millimetres of a run; None where it did not slide, or not so far."""
+def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None:
+    """The first millimetres of a run; None where it did not slide, or not so far before it came to the foam."""
     if not track.slid or not track.sample.onset_sigma_rad > 0:
         return None
     from_ns = max(track.tilt_ns, track.slip_ns - round((BEFORE_S + LEAD_S) * 1e9))
@@ -55,7 +59,9 @@ def early(track: RunTrack, plate: PlateMotion) -> Early | None:
     if still.sum() < LEAST_FRAMES or (~still).sum() < LEAST_FRAMES:
         return None
     offset = place - np.median(place[still], axis=0)
-    far = ~still & (np.hypot(offset[:, 0], offset[:, 1]) > FARTHEST_M)
+    free = setting.free_m(place)
+    at_foam = free < min(FREE_M, float(np.median(free[still])) - OUTWARDS_M)
+    far = ~still & ((np.hypot(offset[:, 0], offset[:, 1]) > FARTHEST_M) | at_foam)
     last = int(np.argmax(far)) if far.any() else len(offset) - 1
     length = float(np.hypot(offset[last, 0], offset[last, 1]))
     if length < 0.5 * FARTHEST_M or last - int(still.sum()) < LEAST_FRAMES:

@@ -14,6 +14,7 @@ from station.gap.evidence.memory import memory_of
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion
+from station.gap.evidence.starts import leans, starts
 from station.gap.evidence.tracks import RunTrack
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
@@ -26,7 +27,6 @@ LEAST_SIGMA_RAD = 2e-4
 """What an attitude is trusted to, whatever a fit's standard error says."""
 
 LEAST_TILT_RAD = 0.02
-FREE_M = 1e-4
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -36,7 +36,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         return []
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
-    place_m, yaw = _starts(tracks)
+    place_m, yaw = starts(tracks)
     rested = recorded.rested.of([place for place, _ in chosen])
     moments = Moments(
         time_ns=time_ns,
@@ -74,13 +74,7 @@ def _usable(track: RunTrack, recorded: Recorded) -> bool:
     """Whether the plate was tilted, and the block free."""
     time_ns = _moment_ns(track, recorded.plate)
     steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
-    return steep and not leans(track, recorded)
-
-
-def leans(track: RunTrack, recorded: Recorded) -> bool:
-    """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
-    place_m, _ = _starts([track])
-    return bool(recorded.setting.free_m(place_m)[0] <= FREE_M)
+    return steep and not leans(track, recorded.setting)
 
 
 def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
@@ -104,16 +98,3 @@ def sigma_of(sample: Sample) -> float:
     if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:
         return max(width / math.sqrt(12), LEAST_SIGMA_RAD)
     return max(sample.onset_sigma_rad, LEAST_SIGMA_RAD)
-
-
-def _starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
-    """Where each block lay before its run, by its sample, or by its track where the sample says nothing."""
-    places, yaws = list[tuple[float, float]](), list[float]()
-    for track in tracks:
-        sample = track.sample
-        seen = track.pose[track.frames(track.level_ns, track.slip_ns or track.end_ns)]
-        noted = (sample.start_x_m, sample.start_y_m, sample.start_yaw_rad)
-        x, y, yaw = np.median(seen, axis=0) if noted == (0.0, 0.0, 0.0) and len(seen) else noted
-        places.append((float(x), float(y)))
-        yaws.append(float(yaw))
-    return np.array(places), np.array(yaws)

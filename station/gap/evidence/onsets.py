@@ -7,7 +7,7 @@ import numpy as np
 from station.gap.evidence.channel import Channel, Rows
 from station.gap.evidence.moments import Load, Moments
 from station.physics.contact import Array
-from station.physics.dissipation import threshold
+from station.physics.dissipation import held_along, threshold
 from station.physics.model import Model
 
 PLAIN = Model(mu_s=1.0)
@@ -43,25 +43,43 @@ class Onsets(Channel):
         self._log_recorded = np.log(_size(plain) / plain.normal)
         self._last: tuple[Model, Array] | None = None
         self._last_drawn: tuple[Model, Array] | None = None
+        self._typically, self._expecting, self._recording = self._ways = (_Way(), _Way(), _Way())
+
+    def near(self, model: Model | None) -> None:
+        """See `Channel.near`: blocks take the ways that this model's blocks take."""
+        for way in self._ways:
+            way.kept = False
+        if model is None:
+            return
+        if any(way.of is not model for way in self._ways):
+            self._last = self._last_drawn = None
+            self.residual(model)
+            self._own(model)
+        for way in self._ways:
+            way.kept = True
 
     def residual(self, model: Model) -> Array:
         """See the class; slides ask again for the last model."""
         if self._last is None or self._last[0] is not model:
-            steep = np.clip(np.arctan(self._typical.friction(model)), LEAST_TILT_RAD, MOST_TILT_RAD)
-            expected = _Expected(self.moments.tilted(steep)).friction(model)
+            ratio = self._typical.friction(model, self._typically)
+            steep = np.clip(np.arctan(ratio), LEAST_TILT_RAD, MOST_TILT_RAD)
+            expected = _Expected(self.moments.tilted(steep)).friction(model, self._expecting)
             self._last = (model, self._log_recorded - np.log(expected))
         return self._last[1]
 
     def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
         """Each run's (r,) own ln of friction over the model's, as its onset tells, and its residual; else 0."""
-        if self._last_drawn is None or self._last_drawn[0] is not model:
-            load, held = _held(self._recorded, model)
-            self._last_drawn = (model, np.clip(np.log(_size(load) / held), -MOST_DRAWN, MOST_DRAWN))
         known = ~self.rows.limit
         found = np.zeros((2, runs))
-        found[0, self.rows.run[known]] = self._last_drawn[1][known]
+        found[0, self.rows.run[known]] = self._own(model)[known]
         found[1, self.rows.run[known]] = self.residual(model)[known]
         return found[0], found[1]
+
+    def _own(self, model: Model) -> Array:
+        if self._last_drawn is None or self._last_drawn[0] is not model:
+            load, held = self._recording.held(self._recorded, model)
+            self._last_drawn = (model, np.clip(np.log(_size(load) / held), -MOST_DRAWN, MOST_DRAWN))
+        return self._last_drawn[1]
 
     def shaking(self, model: Model) -> Array:
         """Standard deviation (n,) of the residual by the model's random pushes."""
@@ -77,12 +95,27 @@ def _size(load: Load) -> Array:
     return np.maximum(np.hypot(load.tangential[:, 0], load.tangential[:, 1]), LEAST_M_S2)
 
 
-def _held(moments: Moments, model: Model) -> tuple[Load, Array]:
-    """The loads that a model sees, and the friction (n,), per mass, that it lets the block have against them."""
-    load = moments.loads(model)
-    toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
-    held, _ = threshold(model, load.contact, toward)
-    return load, np.maximum(load.normal * held, LEAST_M_S2)
+class _Way:
+    """The directions (n,) in which a model's blocks slip at some moments: sought for each model, or `kept`.
+
+    `of` is the model for which they were sought.
+    """
+
+    def __init__(self) -> None:
+        self.kept = False
+        self.of: Model | None = None
+        self._last_rad: Array = np.zeros(0)
+
+    def held(self, moments: Moments, model: Model) -> tuple[Load, Array]:
+        """The loads that a model sees, and the friction (n,), per mass, that it lets the block have against them."""
+        load = moments.loads(model)
+        toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
+        if self.kept:
+            held = held_along(model, load.contact, toward, self._last_rad)
+        else:
+            held, self._last_rad = threshold(model, load.contact, toward)
+            self.of = model
+        return load, np.maximum(load.normal * held, LEAST_M_S2)
 
 
 class _Expected:
@@ -92,8 +125,8 @@ class _Expected:
         plain = moments.loads(PLAIN)
         self._moments, self._pull, self._normal = moments, _size(plain), plain.normal
 
-    def friction(self, model: Model) -> Array:
+    def friction(self, model: Model, way: _Way) -> Array:
         """See the class."""
-        load, held = _held(self._moments, model)
+        load, held = way.held(self._moments, model)
         added = _size(load) - self._pull
         return np.maximum(held - added, 0.05 * held) / self._normal

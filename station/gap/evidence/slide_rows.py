@@ -12,10 +12,10 @@ import numpy as np
 from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.directions import Believed, believed
 from station.gap.evidence.moments import Moments
-from station.gap.evidence.onset_rows import leans
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
+from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
 from station.physics.contact import GRAVITY_M_S2, Array
@@ -39,7 +39,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     found = [
         (place, window)
         for place, track in enumerate(recorded.tracks)
-        if not leans(track, recorded)
+        if not leans(track, recorded.setting)
         for window in windows_of(track)
         if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
     ]

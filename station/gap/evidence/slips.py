@@ -17,8 +17,10 @@ import numpy as np
 from station.gap.evidence.breakaway import Breakaways
 from station.gap.evidence.breakaway_law import session_law
 from station.gap.evidence.early import Early, early
+from station.gap.evidence.evidence import Setting
 from station.gap.evidence.first_look import Look, first_look
 from station.gap.evidence.plate import PlateMotion
+from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
 from station.physics.contact import Array
 
@@ -35,9 +37,13 @@ UNSEEN_S, UNSEEN = 0.012, 0.5
 before or after a slip, this share may act at the slip, or not."""
 
 
-def refined(tracks: Sequence[RunTrack], plate: PlateMotion) -> tuple[RunTrack, ...]:
-    """The runs with their slips read anew, if the session's slides are not plain; else as they were."""
-    found = {place: seen for place, track in enumerate(tracks) if (seen := _seen(track, plate)) is not None}
+def refined(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> tuple[RunTrack, ...]:
+    """The runs with their slips read anew, if the session's slides are not plain; else as they were.
+
+    A block that lay against the foam was held, or pushed, by it: its slide tells nothing of the others'.
+    """
+    free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
+    found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
     if len(found) < LEAST_RUNS or _plain([look for _, look in found.values()]):
         return tuple(tracks)
     seen = list(found.values())
@@ -45,8 +51,8 @@ def refined(tracks: Sequence[RunTrack], plate: PlateMotion) -> tuple[RunTrack, .
     return tuple(_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
 
 
-def _seen(track: RunTrack, plate: PlateMotion) -> tuple[Early, Look] | None:
-    run = early(track, plate)
+def _seen(track: RunTrack, plate: PlateMotion, setting: Setting) -> tuple[Early, Look] | None:
+    run = early(track, plate, setting)
     look = None if run is None else first_look(run)
     return None if run is None or look is None else (run, look)
 

@@ -25,6 +25,16 @@ def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str,
 
     A channel that an effect cannot change is not evaluated: its slopes are zero.
     """
+    for channel in evidence.channels:
+        channel.near(model)
+    try:
+        return _differences(evidence, model, free, at)
+    finally:
+        for channel in evidence.channels:
+            channel.near(None)
+
+
+def _differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
     vector = vector_of(model, free)
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
     for place, number in enumerate(free):
