@@ -232,7 +232,14 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
 def _sd(found: Search, term: Term, name: str) -> float:
     """Of a number; one at its bound has none, 0, and one that is not free nan."""
     sd = found.model.sd(term.effect.id, name)
-    return 0.0 if sd == 0.0 else math.hypot(sd, EXACT * term.values[name])
+    return 0.0 if sd == 0.0 else math.hypot(sd, EXACT * _size(term, name))
+
+
+def _size(term: Term, name: str) -> float:
+    """Of a number, or of the vector that it is a component of: numbers alike, on both sides of 0."""
+    kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in term.effect.parameters}
+    like = [other for other, kind in kinds.items() if kind == kinds[name] and kind[1] == -kind[2]] or [name]
+    return math.hypot(*(term.values[other] for other in like))
 
 
 def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:

@@ -65,12 +65,12 @@ class Protocol:
 
 
 def tiers_of(names: str | None, cases: int | None, *, quick: bool) -> dict[str, int]:
-    """The tiers that were asked for, in the protocol's order.
+    """The tiers that were asked for, in the protocol's order; `name:12` asks for so many cases of one.
 
     Raises:
         UserError: for an unknown tier or a number of cases below 1.
     """
-    chosen = [name for name in (names or "").split(",") if name]
+    chosen = dict(_counted(name) for name in (names or "").split(",") if name)
     unknown = [name for name in chosen if name not in FULL]
     if unknown:
         raise UserError(f"Expected tiers among {', '.join(FULL)}, got {', '.join(unknown)}")
@@ -78,4 +78,12 @@ def tiers_of(names: str | None, cases: int | None, *, quick: bool) -> dict[str, 
         raise UserError(f"Expected 1 or more for --cases, got {cases}")
     sizes = QUICK if quick else FULL
     wanted = [name for name in FULL if name in chosen] if chosen else list(sizes)
-    return {name: cases or sizes.get(name, 2) for name in wanted}
+    return {name: chosen.get(name) or cases or sizes.get(name, 2) for name in wanted}
+
+
+def _counted(word: str) -> tuple[str, int | None]:
+    """A tier's name, and how many cases of it, if that is said."""
+    name, _, count = word.partition(":")
+    if ":" in word and not (count.isdecimal() and int(count) > 0):
+        raise UserError(f"Expected a number of cases of 1 or more after the colon of --tier {word}, as in single:54")
+    return name, int(count) if count else None

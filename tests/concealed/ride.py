@@ -137,7 +137,9 @@ def slide_step(
         arm = 0.3826 * world.side
         pull = np.array([ax, ay, (cx * ay - cy * ax) / arm])
         v[2] *= arm
-        edge = radius * direction_law(world, run, math.atan2(-hold[1], -hold[0]), pose[2])
+        # A block that is just let go has no friction yet whose direction could be asked: it will be against the pull.
+        against = math.atan2(-hold[1], -hold[0]) if math.hypot(hold[0], hold[1]) > 0.0 else math.atan2(ay, ax)
+        edge = radius * direction_law(world, run, against, pose[2])
         turning_step(world, hold, dt, v, pull, cx, cy, edge)
         v[2] /= arm
     else:

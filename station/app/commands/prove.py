@@ -36,7 +36,8 @@ HELP = "prove the diagnosis on recordings with concealed effects"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("--tier", metavar="NAME,…", help="only these tiers; without it all of the protocol")
+    tiers = "only these tiers, or N cases of one; without it all of the protocol"
+    parser.add_argument("--tier", metavar="NAME[:N],…", help=tiers)
     parser.add_argument("--cases", type=int, metavar="N", help="cases of each tier, instead of the protocol's numbers")
     parser.add_argument("--seed", type=int, default=1, help="of the generator; figures to report come from a fresh one")
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core")

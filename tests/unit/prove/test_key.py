@@ -54,6 +54,9 @@ def test_the_key_does_not_lie_among_the_cases(protocol: Protocol):
 def test_the_full_protocol_has_the_nulls_that_the_gate_is_about():
     assert FULL["null"] + FULL["null_nuisance"] >= 300
     assert tiers_of("pair,null", 3, quick=True) == {"null": 3, "pair": 3}
+    assert tiers_of("pair:7,null", 3, quick=True) == {"null": 3, "pair": 7}
+    with pytest.raises(UserError, match="number of cases of 1 or more after the colon"):
+        tiers_of("pair:none", None, quick=True)
     with pytest.raises(UserError, match="tiers among"):
         tiers_of("nil", None, quick=True)
     with pytest.raises(UserError, match="--cases"):
