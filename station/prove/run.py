@@ -34,8 +34,8 @@ class Proof:
     absent: Mapping[str, str]
 
 
-def prove(protocol: Protocol, tool: Tool, *, jobs: int, with_rivals: bool, refits: bool, console: Console) -> Proof:
-    """Runs whatever is missing and scores everything.
+def prove(protocol: Protocol, tool: Tool, *, jobs: int, rivalled: int, refits: bool, console: Console) -> Proof:
+    """Runs whatever is missing and scores everything; rivals on up to `rivalled` cases of each tier.
 
     Raises:
         UserError: without a checkout, for a folder of other cases or of another version of the tool, a changed key.
@@ -53,10 +53,15 @@ def prove(protocol: Protocol, tool: Tool, *, jobs: int, with_rivals: bool, refit
     # Only here is any key opened.
     truths = [truth for tier in made for truth in open_key(protocol, tier).values()]
     said = {truth.id: read_said(protocol.result(truth.tier, truth.id), digest=digest) for truth in truths}
-    absent = reasons() if with_rivals else {}
+    absent = reasons() if rivalled else {}
     if refits:
-        able = tuple(name for name in rivals() if with_rivals and name not in absent)
-        _refit(protocol, truths, said, tool, able=able, jobs=jobs, console=console)
+        able = tuple(name for name in rivals() if rivalled and name not in absent)
+        compared = {truth.id for tier in made for truth in _first(truths, tier, rivalled)}
+        tasks = [_task(protocol, truth, said[truth.id], tool, able if truth.id in compared else ()) for truth in truths]
+        work_on(
+            [task for task in tasks if task is not None and not _done(task)],
+            run_refit, jobs=jobs, title="oracle and rivals", console=console,
+        )  # fmt: skip
     cases = tuple(_scored(protocol, truth, said[truth.id], refits) for truth in truths)
     return Proof(
         cases=cases, seals={tier: seals[tier] for tier in made}, digest=digest, not_made=not_made, absent=absent
@@ -95,21 +100,9 @@ def _try(protocol: Protocol, tiers: Sequence[str], tool: Tool, *, digest: str, j
     work_on(trials, run_trial, jobs=jobs, title="diagnosing, once each", console=console)
 
 
-def _refit(
-    protocol: Protocol,
-    truths: Sequence[Truth],
-    said: Mapping[str, Said],
-    tool: Tool,
-    *,
-    able: tuple[str, ...],
-    jobs: int,
-    console: Console,
-) -> None:
-    tasks = [_task(protocol, truth, said[truth.id], tool, able) for truth in truths]
-    work_on(
-        [task for task in tasks if task is not None and not _done(task)],
-        run_refit, jobs=jobs, title="oracle and rivals", console=console,
-    )  # fmt: skip
+def _first(truths: Sequence[Truth], tier: str, count: int) -> list[Truth]:
+    """Up to so many of a tier, in the order of their names, which are drawn at random."""
+    return sorted((truth for truth in truths if truth.tier == tier), key=lambda truth: truth.id)[:count]
 
 
 def _task(protocol: Protocol, truth: Truth, said: Said, tool: Tool, able: tuple[str, ...]) -> Refit | None:

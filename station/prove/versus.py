@@ -41,7 +41,7 @@ class Line:
 
 def versus(cases: Sequence[Scored], reasons: Mapping[str, str]) -> list[Line]:
     """The tool, the rivals that ran, those that could not with the reason, and the oracle."""
-    refitted = [one for one in cases if one.refit]
+    refitted = [one for one in cases if one.refit.get("rivals")]
     if not refitted:
         return []
     lines = [_tool(refitted)]

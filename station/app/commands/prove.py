@@ -31,6 +31,9 @@ from station.prove.versus import versus
 from station.prove.workers import write_json
 
 NAME = "prove"
+RIVALLED = 24
+"""Cases of each tier that the rivals answer, of the full protocol: all of them would take as long as all the rest."""
+
 HELP = "prove the diagnosis on recordings with concealed effects"
 
 
@@ -46,13 +49,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument("--quick", action="store_true", help=f"{sum(QUICK.values())} cases, minutes (the default)")
     size.add_argument("--full", action="store_true", help="the whole protocol with its rivals, hours")
     parser.add_argument("--rivals", action="store_true", help="run the rivals on the same cases, too (--full has them)")
+    parser.add_argument(
+        "--rivals-cases", type=int, default=RIVALLED, metavar="N", help=f"on so many of each tier ({RIVALLED})"
+    )
     parser.add_argument("--no-refits", action="store_true", help="leave out the oracle, and with it the gap closed")
 
 
 def run(options: argparse.Namespace) -> int:
     """Makes, runs, opens, scores; 0 when every gate that has cases is met."""
-    if options.seed < 0 or options.jobs < 0:
-        raise UserError(f"Expected 0 or more for --seed and --jobs, got {options.seed} and {options.jobs}")
+    numbers = {"--seed": options.seed, "--jobs": options.jobs, "--rivals-cases": options.rivals_cases}
+    for name, number in numbers.items():
+        if number < 0:
+            raise UserError(f"Expected 0 or more for {name}, got {number}")
     tiers = tiers_of(options.tier, options.cases, quick=not options.full)
     protocol = Protocol(tiers=tiers, seed=options.seed, out=options.out)
     console = Console(width=None if sys.stdout.isatty() else 160)
@@ -60,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         protocol,
         Tool(diagnose=diagnosis_of, setting=setting_of),
         jobs=options.jobs or os.cpu_count() or 1,
-        with_rivals=options.full or options.rivals,
+        rivalled=options.rivals_cases if options.full or options.rivals else 0,
         refits=not options.no_refits,
         console=console,
     )
