@@ -9,7 +9,7 @@ import pytest
 
 from station.physics.catalogue import catalogue
 from station.physics.contact import Contact
-from station.physics.dissipation import support, threshold
+from station.physics.dissipation import held_along, support, threshold
 from station.physics.model import Model, Term
 from tests.contracts.effect_states import contacts, read_only
 
@@ -76,3 +76,20 @@ def test_support_has_the_derivatives_of_a_known_curve() -> None:
     np.testing.assert_allclose(here, 0.3 * (1 + 0.4 * np.cos(LOAD_RAD)))
     np.testing.assert_allclose(slope, -0.12 * np.sin(LOAD_RAD), atol=1e-4)
     np.testing.assert_allclose(bend, -0.12 * np.cos(LOAD_RAD), atol=1e-4)
+
+
+def test_a_model_near_another_holds_along_the_ways_of_that_one_but_for_the_square_of_what_is_between_them() -> None:
+    """What the slopes of a fit rest on; never less than the threshold itself."""
+    state = resting()
+    near = model("plate_anisotropy", {"cos2": 0.3, "sin2": 0.1, "shape": -1.0})
+    _, way = threshold(near, state, LOAD_RAD)
+    over: list[float] = []
+    for step in (0.04, 0.02, 0.01):
+        other = model("plate_anisotropy", {"cos2": 0.3 + step, "sin2": 0.1 - step, "shape": -1.0})
+        held, _ = threshold(other, state, LOAD_RAD)
+        more = held_along(other, state, LOAD_RAD, way) / held - 1.0
+        assert more.min() > -1e-7
+        over.append(float(more.max()))
+    assert over[0] < 2 * 0.04**2
+    assert over[1] == pytest.approx(over[0] / 4, rel=0.2)
+    assert over[2] == pytest.approx(over[1] / 4, rel=0.2)
