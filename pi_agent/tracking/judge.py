@@ -71,6 +71,8 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float)
     if not reason and shape is None:
         reason = _first_shape_reason(fit, sides, config)
     verdict = Verdict(reason) if reason or shape is None else _lying(sides, shape)
+    if not verdict.reason and fit.astray:
+        return Verdict("outline not found: an edge lies elsewhere than where it was looked for")
     if not verdict.reason and not fit.worst_px < _demand(config).limit_px(fit):
         return Verdict(f"edges too uncertain: sigma {fit.worst_px:.2f} px", rough=True)
     return verdict

@@ -42,7 +42,8 @@ class Fit(NamedTuple):
     share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
     profiles, whether neighbouring profiles show an edge beside the line of theirs, the least share of an edge's
     profiles that agree, readable or not, whether an edge is pulled by uneven light, and the path within the
-    exposure that was reckoned with; and whether the dark goes on outside an edge's ends.
+    exposure that was reckoned with; whether the dark goes on outside an edge's ends, and whether the last pass still
+    moved a corner far: then an edge lies elsewhere than where it was looked for.
     """
 
     corners: Points
@@ -61,6 +62,7 @@ class Fit(NamedTuple):
     alone: "Fit | None" = None
     recalled: bool = False
     goes_on: bool = False
+    astray: bool = False
 
     @property
     def by_edges(self) -> "Fit":
@@ -120,6 +122,7 @@ def refine(
             doubt_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
             path_px = 0.0 if smear is None else abs(smear.path_px)
             fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px, blur_known=blur_known)
+            fit = fit._replace(astray=True) if step.moved > still[0] else fit
             # From further away an edge seems to lie in uneven light that does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
                 return fit
