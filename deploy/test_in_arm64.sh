@@ -114,7 +114,7 @@ if [ -n "$tests" ]; then
   kill "$(cat "$root/var/lib/repose/agent.pid")" || true # under qemu it would take half of a core from them
   # shellcheck disable=SC2086 # the words of $tests are separate arguments
   status=0
-  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose REPOSE_PATIENCE_S=900 /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider -o timeout=3000 $tests" || status=$?
+  chroot "$root" /bin/sh -c "cd /srv/repose && PYTHONPATH=/srv/repose REPOSE_PATIENCE_S=900 /opt/repose/current/venv/bin/python -m pytest -q -p no:cacheprovider --timeout=3000 $tests" || status=$?
 fi
 
 echo "== uninstalling"
