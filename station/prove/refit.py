@@ -47,7 +47,8 @@ class Refit:
 def run_refit(task: Refit) -> None:
     """Fits and writes the held-out scores per run: `plain`, `oracle`, `tool`, and each rival's answer."""
     known = catalogue()
-    evidence = _evidence(task)
+    signals = load_signals(open_recording(task.case / "session.mcap"))
+    evidence = evidence_of(signals, task.tool.setting(load_rig(task.case / "rig.toml")))
     rng = np.random.default_rng(int(task.case.name[:8], 16) if _is_hex(task.case.name) else 1)
     fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
     plain = fit(evidence, levelled(evidence, Model(mu_s=task.mu_s)), ())
@@ -58,15 +59,10 @@ def run_refit(task: Refit) -> None:
         written["oracle"] = gain(oracle(evidence, plain, true, fold), base)
     if task.said:
         written["tool"] = gain(_tool(evidence, plain, task.said, known, fold), base)
-    table = Table(evidence=evidence, plain=plain, fold=fold, catalogue=known)
+    table = Table(signals=signals, evidence=evidence, plain=plain, fold=fold, catalogue=known)
     for name in task.rivals:
         written["rivals"][name] = _rival(name, table, base)
     write_json(task.result, written)
-
-
-def _evidence(task: Refit) -> Evidence:
-    signals = load_signals(open_recording(task.case / "session.mcap"))
-    return evidence_of(signals, task.tool.setting(load_rig(task.case / "rig.toml")))
 
 
 def _is_hex(name: str) -> bool:

@@ -26,12 +26,17 @@ from station.gap.statistics.student import log_density
 from station.gap.statistics.whitening import Whitening, stack
 from station.physics.catalogue import Catalogue
 from station.physics.contact import Array, Bools
+from station.signals.session import Signals
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
-    """A case as a table: the evidence, the plain fit of mu, the fold of each run (runs,), the catalogue."""
+    """A case as a table: the evidence, the plain fit of mu, the fold of each run (runs,), the catalogue.
 
+    `signals` is the recording itself, for rivals that simulate it.
+    """
+
+    signals: Signals
     evidence: Evidence
     plain: Fit
     fold: Array
@@ -78,12 +83,7 @@ def rivals() -> dict[str, Rival]:
     return found
 
 
-NOT_HERE: Mapping[str, str] = MappingProxyType(
-    {
-        "mujoco.sysid": "not run: it fits the parameters of a MuJoCo model whose structure is taken for right, and no "
-        "session is laid out as such a model here; of friction it could find mu, which is the line `refit mu only`",
-    }
-)
+NOT_HERE: Mapping[str, str] = MappingProxyType({})
 """Rivals that were thought of and have no file, with the reason."""
 
 

@@ -67,6 +67,11 @@ class Load:
 
 def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
     """The compiled model of one block on a plate."""
+    return described(setup, side_m=side_m, mass_kg=mass_kg).compile()
+
+
+def described(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
+    """The same before it is compiled (`MjSpec`), so that more can be added."""
     spec = mj.MjSpec()
     spec.modelname, spec.memory = "block on a tilting plate", _MEMORY
     contact, option = setup.contact, spec.option
@@ -88,7 +93,7 @@ def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
     _add_shape(block, setup, side_m)
     pair = spec.add_pair(geomname1="plate", geomname2="sole", condim=3 if setup.solid else 4)
     pair.solref, pair.solimp, pair.solreffriction = contact.solref, contact.solimp, contact.solref_friction
-    return spec.compile()
+    return spec
 
 
 def _solvers() -> dict[Solver, Any]:

@@ -1,11 +1,25 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from station.prove.rivals import NOT_HERE, reasons, rivals
+from shared.rig import load_rig
+from station.app.commands.diagnose import setting_of
+from station.gap.evidence.build import evidence_of
+from station.gap.statistics.fit import fit, levelled
+from station.physics.catalogue import catalogue
+from station.physics.model import Model
+from station.prove.rivals import NOT_HERE, Table, reasons, rivals
+from station.prove.rivals.mujoco_sysid import slides_of
 from station.prove.terms import Terms
 from station.prove.versus import versus
+from station.recording.arrays import load_signals
+from station.recording.reader import open_recording
+from station.simulators.mujoco.identify import Slide, identify, sysid
+from tests.concealed.design import Design, Nuisance, Setting
+from tests.concealed.files import rig_toml, write_session
+from tests.concealed.session import run_session
 from tests.unit.prove.made_up import claim, concealed, place, said, scored, truth
 
 
@@ -20,12 +34,70 @@ def planted(rng: np.random.Generator, *, slope: float, rows: int = 240) -> Terms
 
 
 def test_every_file_is_a_rival_and_every_absent_one_has_a_reason():
-    assert rivals().keys() == {"refit_mu", "best_bic", "pysindy", "gaussian_process"}
+    assert rivals().keys() == {"refit_mu", "best_bic", "pysindy", "gaussian_process", "mujoco_sysid"}
     assert all(reasons().values())
     assert NOT_HERE.keys() <= reasons().keys()
 
 
-def testsparse_regression_finds_the_planted_term_and_nothing_in_noise():
+def slide_with(*, mu: float, drag_per_s: float, slope_deg: float, turn: float, mass_kg: float = 0.008) -> Slide:
+    """A third of a second of Newton's law at 90 Hz, by steps of a tenth of a millisecond, seen to 0.01 mm."""
+    time_s = np.arange(30) / 90.0
+    fine = np.arange(0.0, time_s[-1] + 1e-3, 1e-4)
+    slope, way = math.radians(slope_deg), np.array([math.cos(turn), math.sin(turn)])
+    speed, gone = 0.03, np.zeros(len(fine))
+    for step in range(1, len(fine)):
+        speed += 1e-4 * (9.81 * (math.sin(slope) - mu * math.cos(slope)) - drag_per_s * speed)
+        gone[step] = gone[step - 1] + 1e-4 * speed
+    noise = 1e-5 * np.random.default_rng(1).standard_normal((len(time_s), 2))
+    pull = 9.81 * np.array([*(math.sin(slope) * way), -math.cos(slope)])
+    return Slide(
+        time_s=time_s, place_m=np.interp(time_s, fine, gone)[:, None] * way + noise, velocity_m_s=0.03 * way,
+        gravity_m_s2=np.tile(pull, (len(time_s), 1)), mass_kg=mass_kg,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("drag_per_s", [0.0, 4.0])
+def test_mujocos_own_identification_finds_the_planted_friction_of_every_slide(drag_per_s: float):
+    if sysid() is None:
+        pytest.skip("what mujoco.sysid needs is not installed")
+    planted = (0.28, 0.32, 0.36)
+    slides = [
+        slide_with(mu=mu, drag_per_s=drag_per_s, slope_deg=math.degrees(math.atan(mu)) + 3.0, turn=turn)
+        for mu, turn in zip(planted, (0.0, 2.0, 4.0), strict=True)
+    ]
+    found = identify(slides, side_m=0.01)
+    assert found.mu == pytest.approx(planted, rel=0.01)
+    assert found.drag_n_s_m / 0.008 == pytest.approx(drag_per_s, abs=0.3)
+
+
+def test_mujocos_own_identification_says_what_it_lacks():
+    why = rivals()["mujoco_sysid"].why_not()
+    assert (why is None) == (sysid() is not None)
+    assert why is None or "pip install 'mujoco[sysid]'" in why
+
+
+def test_its_slides_are_those_of_the_evidence(tmp_path: Path):
+    setting = Setting(design=Design(runs=4, adapt_after=2, wide_deg=36.0, wide_steps=18), nuisance=Nuisance())
+    path, rig = tmp_path / "session.mcap", rig_toml(setting, mu_guess=0.35, scatter_guess=0.1)
+    (tmp_path / "rig.toml").write_text(rig, encoding="utf-8")
+    write_session(run_session(setting, np.random.default_rng(1)), path, rig=rig, rng=np.random.default_rng(1))
+    signals = load_signals(open_recording(path))
+    evidence = evidence_of(signals, setting_of(load_rig(tmp_path / "rig.toml")))
+    plain = fit(evidence, levelled(evidence, Model(mu_s=0.35)), ())
+    slides = slides_of(
+        Table(signals=signals, evidence=evidence, plain=plain, fold=np.arange(4.0), catalogue=catalogue())
+    )
+    assert len(slides) >= 3
+    for slide in slides.values():
+        # It goes down the slope, faster and faster, under all of gravity.
+        gone = slide.place_m[-1] - slide.place_m[0]
+        down = slide.gravity_m_s2[0, :2]
+        assert gone @ down > 0.9 * np.hypot(*gone) * np.hypot(*down) > 0.0
+        assert np.linalg.norm(slide.gravity_m_s2, axis=1) == pytest.approx(9.81, abs=0.01)
+        assert (slide.time_s[0], slide.mass_kg) == (0.0, pytest.approx(0.00785))
+
+
+def test_sparse_regression_finds_the_planted_term_and_nothing_in_noise():
     pytest.importorskip("pysindy")
     from station.prove.rivals.pysindy_terms import sparse  # noqa: PLC0415  (needs the package)
 
@@ -63,4 +135,4 @@ def test_the_rivals_are_scored_on_the_same_cases():
     assert "failed on 1 of 1" in lines["best single term by BIC"].note
     assert lines["refit mu only"].gap.value == 0.0
     assert math.isnan(lines["refit mu only"].name.value)
-    assert "mujoco.sysid" in lines
+    assert "mujoco.sysid: sliding friction and damping" in lines
