@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from station.gap.candidates import Candidate, Fitter, single_candidates
-from station.gap.misfit import Gained, gained_by, superfluous
+from station.gap.misfit import Gained, gained_by, is_trifle, superfluous
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import is_nuisance, without_nuisances
 from station.physics.effect import Effect
@@ -95,7 +95,7 @@ def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit
         comparison = _comparison(fitter, current, effect, offered)
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
-        if best.odds < 0:
+        if best.odds < 0 or is_trifle(fitter.evidence, comparison.without, current):
             current, changed = comparison.without, True
             continue
         if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + SWAP):

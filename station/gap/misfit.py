@@ -1,4 +1,4 @@
-"""Whether a further gain is new physics, or only says that a law already found is not quite nature's.
+"""Whether a further gain is new physics, or only says that a law already found is not quite nature's, or a trifle.
 
 No law is exact, and with enough runs its misfit stands out. It is small beside the effect's own gain, and shows where
 the effect shows: in its channels, and above all in what depends on the same things.
@@ -9,8 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from station.gap.candidates import Candidate
 from station.gap.evidence.evidence import Evidence
+from station.gap.statistics.columns import Scores
+from station.gap.statistics.fit import Fit
+from station.gap.statistics.gain import estimate
+from station.gap.statistics.places import Place
 from station.physics.effect import Effect, Family
 from station.physics.smooth import is_smooth
 
@@ -45,6 +51,21 @@ def channels_of(evidence: Evidence, effects: Iterable[Effect]) -> frozenset[str]
     """The channels that effects can change."""
     hooks = frozenset[str]().union(*(effect.acts_through() for effect in effects))
     return frozenset(channel.name for channel in evidence.channels if channel.hooks & hooks)
+
+
+def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
+    """Whether a fit differs from one without some effect by less than any channel is trusted to."""
+    for channel in evidence.channels:
+        apart = channel.residual(fitted.model) - channel.residual(without.model)
+        if len(apart) and float(np.abs(apart).max()) > channel.trusted:
+            return False
+    return True
+
+
+def is_trifling_place(scored: Scores, place: Place) -> bool:
+    """Whether what stands out at a place is less than its channel is trusted to."""
+    apart = place.basis @ estimate(scored, place.columns)
+    return float(np.abs(apart).max(initial=0.0)) < place.channel.trusted
 
 
 def is_misfit(new: Gained, known: Sequence[Gained]) -> bool:

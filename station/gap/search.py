@@ -16,7 +16,7 @@ import numpy as np
 from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
-from station.gap.misfit import Gained, channels_of, gained_by, is_misfit
+from station.gap.misfit import Gained, channels_of, gained_by, is_misfit, is_trifle, is_trifling_place
 from station.gap.smooth import smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
@@ -142,7 +142,9 @@ def _stage(
     if global_p < (ALARM if first else NEXT):
         progress("fitting the best candidates in full")
         ranked = _in_full(fitter, current, ranked, rest)
-        chosen = _chosen(evidence, ranked, spots, gained)
+        telling = [one for one in ranked if one.fitted and not is_trifle(evidence, current, one.fitted)]
+        standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
+        chosen = _chosen(evidence, telling, standing, gained)
     return Stage(
         before=current,
         global_p=global_p,
@@ -211,11 +213,10 @@ def _chosen(
 
     A place stands for what no effect can say: it counts only in channels in which no smooth term acts.
     """
-    full = [candidate for candidate in ranked if candidate.fitted is not None]
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
     best = max(
-        (one for one in [*full, *alone] if not is_misfit(gained_by(evidence, one), gained)),
+        (one for one in [*ranked, *alone] if not is_misfit(gained_by(evidence, one), gained)),
         key=lambda candidate: candidate.odds,
         default=None,
     )

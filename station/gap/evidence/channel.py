@@ -44,12 +44,14 @@ class Channel(ABC):
         phase: when in a run it is seen: camera at rest, pre-slip, onset, slide or stop.
         unit: of the residual.
         shares_friction: whether the run's own draw of friction shifts its rows (by 1 per unit of ln mu).
+        trusted: what all rows together are trusted to, in `unit`: by less no effect is told, however many runs say so.
     """
 
     name: str
     phase: str
     unit: str
     shares_friction: bool = False
+    trusted: float = 0.0
 
     def __init__(self, rows: Rows) -> None:
         self.rows = rows
@@ -72,6 +74,9 @@ class Channel(ABC):
         """The methods of `Effect` that can change it."""
         return ACTING[self.name.partition(":")[0]]
 
+
+FRICTION_TRUSTED = 0.003
+"""0.06° at a tilt of 20°: attitude, clock, and the corners of a tilt's course; and what a simulator's contact does."""
 
 CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {

@@ -12,9 +12,18 @@ import numpy as np
 from shared.geometry import mark_corners
 from shared.messages import CameraGeometry
 from station.gap.evidence.channel import Channel, rows_of
-from station.gap.evidence.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
+from station.gap.evidence.marks import (
+    CREEP_POINTS,
+    PLACE_TRUSTED_M,
+    STRAIN_TRUSTED,
+    PlateMarks,
+    Rest,
+    Shape,
+    strain_of,
+)
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.plate import Times
+from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.windows import windows_of
 from station.physics.contact import Array, View
@@ -27,10 +36,6 @@ STRETCHES = 4
 LEAST_FRAMES = 3
 MEAN_POINTS = 24
 BEFORE_SLIP_NS = 30_000_000
-FLOOR_M = 2e-6
-"""What a mean place is trusted to, however many frames it is of."""
-
-FLOOR_STRAIN = 1e-4
 IMAGE_PX = 600
 
 
@@ -50,12 +55,13 @@ class _Stretch:
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The block's apparent motion before the onset."""
+    """The block's apparent motion before the onset, where the foam does not push it."""
     pairs: list[tuple[_Stretch, _Stretch]] = []
     for place, track in enumerate(recorded.tracks):
         start = _stretch(place, track, track.level_ns, track.tilt_ns)
         until = (track.slip_ns or track.end_ns) - BEFORE_SLIP_NS
-        if start is None or until <= track.tilt_ns or track.sample.censored:
+        held = track.sample.censored or leans(track, recorded.setting)
+        if start is None or until <= track.tilt_ns or held:
             continue
         edges = np.linspace(track.tilt_ns, until, STRETCHES + 1).astype(np.int64).tolist()
         stretches = (_stretch(place, track, *pair) for pair in itertools.pairwise(edges))
@@ -68,7 +74,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     sigma = np.array([s.track.sigma_m * np.sqrt(1 / s.frames + 1 / b.frames) for b, s in pairs])
     creeping = _creeping(stretches, recorded)
     rows = rows_of(
-        {**_span(stretches), "sigma": np.hypot(sigma, FLOOR_M)},
+        {**_span(stretches), "sigma": np.hypot(sigma, PLACE_TRUSTED_M)},
         {name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()}
         | {"tilt": view.tilt_rad},
     )
@@ -118,7 +124,7 @@ def _fiducial(
         "run": np.array(run),
         "from_ns": np.array(from_ns),
         "to_ns": np.array(to_ns),
-        "sigma": np.hypot(sigma, FLOOR_M),
+        "sigma": np.hypot(sigma, PLACE_TRUSTED_M),
     }
     covariates = {
         "tilt": views[0].tilt_rad,
@@ -161,7 +167,7 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
         "run": recorded.facts.number[span["run"]],
     }
     rows = rows_of(
-        {**thrice, "sigma": np.repeat(np.hypot(sigma, FLOOR_STRAIN), 3)},
+        {**thrice, "sigma": np.repeat(np.hypot(sigma, STRAIN_TRUSTED), 3)},
         {name: np.repeat(values, 3) for name, values in covariates.items()},
     )
     return [Shape(rows, strain_of(view.point_m, seen, yaw), view, yaw)]

@@ -11,6 +11,11 @@ from station.gap.evidence.moments import Moments
 from station.physics.contact import Array, View
 from station.physics.model import Model
 
+PLACE_TRUSTED_M, STRAIN_TRUSTED = 2e-6, 1e-4
+"""What a mean place, or a mark's shape, is trusted to, of however many frames it is the mean: a fiftieth of a pixel."""
+
+ANGLE_TRUSTED_RAD = 2e-4
+
 CREEP_POINTS = 12
 SENSOR_POINTS = 7
 
@@ -25,6 +30,7 @@ class Rest(Channel):
     name: str = "rest"
     phase: str = "pre-slip"
     unit: str = "m"
+    trusted: float = PLACE_TRUSTED_M
 
     def __init__(
         self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
@@ -48,6 +54,7 @@ class PlateMarks(Channel):
     name: str = "plate"
     phase: str = "pre-slip"
     unit: str = "m"
+    trusted: float = PLACE_TRUSTED_M
 
     def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
         super().__init__(rows)
@@ -68,6 +75,7 @@ class Shape(Channel):
     name: str = "shape"
     phase: str = "camera at rest"
     unit: str = "1"
+    trusted: float = STRAIN_TRUSTED
 
     def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array) -> None:
         super().__init__(rows)
@@ -75,7 +83,8 @@ class Shape(Channel):
 
     def residual(self, model: Model) -> Array:
         """See the class."""
-        if not model.acting("seen"):
+        # What is only allowed for (see `systematic`) shifts a mark as a whole.
+        if all(term.effect.id.startswith("_") for term in model.acting("seen")):
             return self._strain.ravel()
         moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
         return (self._strain - (moved - np.median(moved, axis=0))).ravel()
@@ -109,6 +118,7 @@ class Sensor(Channel):
     name: str = "sensor"
     phase: str = "pre-slip"
     unit: str = "rad"
+    trusted: float = ANGLE_TRUSTED_RAD
 
     def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
         super().__init__(rows)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.gap.evidence.channel import Channel, Rows
+from station.gap.evidence.channel import FRICTION_TRUSTED, Channel, Rows
 from station.gap.evidence.moments import Load, Moments
 from station.gap.evidence.windows import WEIGHTS
 from station.physics.contact import GRAVITY_M_S2, Array
@@ -88,6 +88,7 @@ class Along(_Slides):
     name: str = "along"
     unit: str = "relative friction"
     shares_friction: bool = True
+    trusted: float = FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
@@ -118,6 +119,7 @@ class Across(_Slides):
 
     name: str = "across"
     unit: str = "relative friction"
+    trusted: float = FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
@@ -138,6 +140,10 @@ class Across(_Slides):
         return self._recorded - (held - self._mean(changed)) / self._unit_force
 
 
+TURN_TRUSTED_RAD_S2 = 0.5
+"""A block whose mass is 3 µm off the middle of its sole turns so."""
+
+
 class Turn(_Slides):
     """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
 
@@ -148,6 +154,7 @@ class Turn(_Slides):
 
     name: str = "turn"
     unit: str = "rad/s²"
+    trusted: float = TURN_TRUSTED_RAD_S2
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
-from station.physics.contact import Array, Contact
+from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
@@ -28,6 +28,9 @@ PRIOR = 0.003
 
 BLUR_S2 = 2e-4
 """The same of the variance of an onset's time: readings near a corner of the tilt's course scatter to one side."""
+
+PICTURE_M, TILTED = 2e-6, 0.05
+"""A fiftieth of a pixel: the mean of many frames of many runs, all alike, is not surer. And the sine of a tilt."""
 
 LEAST_SLOPE = 0.05
 FARTHEST = 3.0
@@ -61,13 +64,42 @@ class OnsetReading(Effect):
 ONSET_READING = OnsetReading()
 
 
+class PictureReading(Effect):
+    """A mark on a tilted plate is read beside where it is, by as little as a tracker is trusted to."""
+
+    id: ClassVar[str] = "_picture_reading"
+    title: ClassVar[str] = "reading of the block's place"
+    law: ClassVar[str] = "the block seems to lie sag sin(tilt), and step once the plate is tilted, down the slope (0)"
+    source: ClassVar[str] = "none: a nuisance of the measurement"
+    layer: ClassVar[Layer] = "camera"
+    family: ClassVar[Family] = "image"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="sag_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
+        Parameter(name="step_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
+    )
+    separated_by: ClassVar[str] = "nothing: it is allowed for"
+
+    def seen(self, view: View, values: Values) -> Array | None:
+        """See the class."""
+        if not view.on_block:
+            return None
+        sine = np.sin(view.tilt_rad)
+        shift = (values["sag_m"] * sine + values["step_m"] * np.minimum(sine / TILTED, 1.0))[:, None] * view.down
+        return np.broadcast_to(shift[:, None, :], view.point_m.shape)
+
+
+PICTURE_READING = PictureReading()
+
+
 def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     """Those of the measurement, and those that a model allows for.
 
     Where there are no slides, the reading of the onsets is part of mu.
     """
-    reading = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
-    allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect != ONSET_READING)
+    onset = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
+    picture = (PICTURE_READING,) if evidence.channel("rest") else ()
+    reading = (*onset, *picture)
+    allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)
 
 
