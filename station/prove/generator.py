@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 import subprocess
@@ -38,13 +39,16 @@ def require_generator(module: str) -> None:
 def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | None:
     """Makes a tier's cases, those that are missing; None, or the reason why there are none.
 
-    The hash of the key is written to `protocol.seals` before this returns; a key that changed is refused.
+    The hash of the key is written to `protocol.seals` before this returns; a key that changed is refused. What is
+    sealed and complete is left alone: planning it again takes as long as writing it.
 
     Raises:
         UserError: if the folder holds a key of other cases.
     """
     module = module_of(tier)
     require_generator(module)
+    if _is_made(protocol, tier):
+        return None
     command = [
         sys.executable,
         "-m",
@@ -70,6 +74,19 @@ def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | 
         return f"the generator made no cases: {last}"
     _seal(protocol, tier, digest.group(1))
     return None
+
+
+def _is_made(protocol: Protocol, tier: str) -> bool:
+    """Whether all cases that are asked for are there, with the key that was sealed."""
+    key = protocol.key(tier) / "key.json"
+    if not (protocol.seals.exists() and key.exists()):
+        return False
+    text = key.read_bytes()
+    sealed: dict[str, str] = json.loads(protocol.seals.read_text("utf-8"))
+    told = json.loads(text)
+    asked = (told.get("seed"), len(told["cases"]), told.get("only")) == (protocol.seed, protocol.tiers[tier], [])
+    same = sealed.get(tier) == hashlib.sha256(text).hexdigest()
+    return asked and same and all((protocol.cases(tier) / case / "session.mcap").exists() for case in told["cases"])
 
 
 def _run(command: list[str], tell: Tell) -> tuple[int, str, str]:
