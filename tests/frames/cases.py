@@ -31,6 +31,8 @@ LEFT_OUT = frozenset({"truth/scene", "tf"})
 """The truth; and the transforms, which follow from the rest and take a third of the file."""
 FEWEST = 0.5
 """A session that had to end before this share of its runs is no case."""
+ATTEMPTS = 5
+"""A session that had to end early is begun again, as on a real rig, with other random numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +121,7 @@ def write_case(plan: Plan, out: Path) -> None:
     """Writes a case's folder, the recording last.
 
     Raises:
-        UserError: if the session had to end before half of its runs.
+        UserError: if all attempts had to end before half of their runs.
     """
     folder = out / plan.id
     folder.mkdir(parents=True, exist_ok=True)
@@ -133,15 +135,19 @@ def write_case(plan: Plan, out: Path) -> None:
         versions={"repose": versions()["repose"]},
     )
     path = folder / "session.mcap"
-    with Recording(path, provenance=origin, overwrite=True, flush_every_s=10.0) as recording:
-        lockstep = session_of(plan, folder / "rig.toml", recording, rng=generator(plan.origin, "session"))
-        outcome = lockstep.run()
-    if outcome.samples < FEWEST * plan.design.runs:
+    told = ""
+    for attempt in range(ATTEMPTS):
+        rng = generator(plan.origin, f"session {attempt}" if attempt else "session")
+        with Recording(path, provenance=origin, overwrite=True, flush_every_s=10.0) as recording:
+            outcome = session_of(plan, folder / "rig.toml", recording, rng=rng).run()
+        if outcome.samples >= FEWEST * plan.design.runs:
+            return
         path.unlink()
-        raise UserError(
-            f"Expected {plan.design.runs} runs in case {plan.id} of tier {plan.tier}, but the session ended after "
-            f"{outcome.samples}: {outcome.fault}; take another seed"
-        )
+        told = f"{outcome.samples}: {outcome.fault}"
+    raise UserError(
+        f"Expected {plan.design.runs} runs in case {plan.id} of tier {plan.tier}, but {ATTEMPTS} sessions ended early, "
+        f"the last after {told}; take another seed"
+    )
 
 
 def session_of(plan: Plan, rig_file: Path, recording: Recording | None, *, rng: Generator) -> Lockstep:

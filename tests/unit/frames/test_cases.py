@@ -5,14 +5,19 @@ import math
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+from numpy.random import Generator
 
+from shared.errors import UserError
 from shared.rig import load_rig
+from station.app.lockstep import Outcome
 from station.prove.key import truth_of
 from station.prove.parameters import EXACT, INEXACT
 from station.recording.reader import open_recording
 from tests.concealed.making import make
+from tests.frames import cases
 from tests.frames.cases import TIERS, Plan, plan_case, write_case
 from tests.frames.effects import EFFECTS
 from tests.frames.sessions import PAIRS, rig_toml
@@ -99,6 +104,35 @@ def test_a_recording_tells_nothing(through_frames: Path, tmp_path: Path):
 def test_the_same_arguments_give_the_same_bytes(tmp_path: Path):
     first, again = (written(small("twin_null", effect=""), tmp_path / name) for name in ("first", "again"))
     assert first.read_bytes() == again.read_bytes()
+
+
+class Broken:
+    """A session that ends at once."""
+
+    def run(self) -> Outcome:
+        return Outcome(samples=0, simulated_s=0.0, fault="the block does not come to rest")
+
+
+def test_a_session_that_ends_early_is_begun_again_and_given_up_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    plan, real, begun = small("twin_null", effect=""), cases.session_of, list[float]()
+
+    def breaks(count: int) -> None:
+        def session(*given: Any, rng: Generator) -> Any:
+            begun.append(float(rng.random()))
+            return Broken() if len(begun) <= count else real(*given, rng=rng)
+
+        begun.clear()
+        monkeypatch.setattr(cases, "session_of", session)
+
+    breaks(2)
+    assert len(open_recording(written(plan, tmp_path)).samples()) == 3
+    assert len(set(begun)) == 3
+    breaks(99)
+    with pytest.raises(UserError, match="5 sessions ended early, the last after 0: the block does not come to rest"):
+        written(plan, tmp_path / "never")
+    assert not list((tmp_path / "never").rglob("session.mcap"))
 
 
 def test_the_key_is_sealed_before_a_recording_exists(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
