@@ -29,7 +29,7 @@ class Design:
     Slides from there end on the plate: a block that leans on the foam is pushed by it as the plate tilts.
 
     `scatter` is the standard deviation of a contact's friction angle over its mean; `noise_px` is that of a corner's
-    coordinate where there are no frames (the tracker's, twice up and down), and `light` how bright white is where there
+    coordinate where there are no frames (the tracker's, and twice that), and `light` how bright white is where there
     are.
     """
 
@@ -87,7 +87,7 @@ def draw_design(rng: Generator, *, pair: str, runs: int, needs: Collection[str])
         yaw_varies="yaw" in features,
         dwell_s=(0.3, 40.0) if "dwell" in features else (0.4, 0.4),
         rate_deg_s=12.0 if "dwell" in features else float(rng.choice([5.0, 8.0, 12.0])),
-        noise_px=math.exp(float(rng.uniform(math.log(0.03), math.log(0.15)))),
+        noise_px=math.exp(float(rng.uniform(math.log(0.03), math.log(0.1)))),
         light=float(rng.uniform(0.6, 1.0)),
     )
 
