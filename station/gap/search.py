@@ -142,9 +142,8 @@ def _stage(
     if global_p < (ALARM if first else NEXT):
         progress("fitting the best candidates in full")
         ranked = _in_full(fitter, current, ranked, rest)
-        telling = [one for one in ranked if one.fitted and not is_trifle(evidence, current, one.fitted)]
         standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
-        chosen = _chosen(evidence, telling, standing, gained)
+        chosen = _chosen(evidence, current, ranked, standing, gained)
     return Stage(
         before=current,
         global_p=global_p,
@@ -207,17 +206,23 @@ def _kind(candidate: Candidate) -> str:
 
 
 def _chosen(
-    evidence: Evidence, ranked: Sequence[Candidate], spots: Sequence[Candidate], gained: Sequence[Gained]
+    evidence: Evidence,
+    current: Fit,
+    ranked: Sequence[Candidate],
+    spots: Sequence[Candidate],
+    gained: Sequence[Gained],
 ) -> Candidate | None:
-    """The likeliest, if it is likelier than nothing.
+    """The likeliest, if it is likelier than nothing, and neither a misfit of what was gained nor a trifle.
 
     A place stands for what no effect can say: it counts only in channels in which no smooth term acts.
     """
+    full = [candidate for candidate in ranked if candidate.fitted is not None]
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
-    best = max(
-        (one for one in [*ranked, *alone] if not is_misfit(gained_by(evidence, one), gained)),
-        key=lambda candidate: candidate.odds,
-        default=None,
-    )
-    return best if best is not None and best.odds > 0 else None
+    for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
+        if one.odds <= 0:
+            return None
+        trifle = one.fitted is not None and is_trifle(evidence, current, one.fitted)
+        if not trifle and not is_misfit(gained_by(evidence, one), gained):
+            return one
+    return None

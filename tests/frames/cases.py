@@ -17,10 +17,11 @@ from station.app import assembly
 from station.app.lockstep import Lockstep
 from station.recording.provenance import Provenance, versions
 from station.recording.writer import Recording
+from tests.concealed.design import PAIRS
 from tests.concealed.sealing import Origin, case_id, generator, short
 from tests.frames.effects import EFFECTS, NOTHING, Effect, Parameters
 from tests.frames.rig import camera_builder, friction_of, world_builder
-from tests.frames.sessions import PAIRS, Design, draw_design, rig_toml
+from tests.frames.sessions import RIG_ID, Design, draw_design, rig_toml
 
 TIERS = ("twin_null", "frames")
 FIRST_TIER = 100
@@ -128,7 +129,7 @@ def write_case(plan: Plan, out: Path) -> None:
     text = rig_toml(plan.design, mu_guess=plan.mu_guess)
     (folder / "rig.toml").write_text(text, encoding="utf-8")
     origin = Provenance(
-        rig_id="bench",
+        rig_id=RIG_ID,
         started_ns=SIMULATION_EPOCH_NS,
         mode="lockstep",
         rig_toml=text,

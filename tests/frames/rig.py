@@ -76,6 +76,7 @@ def leaning(level: tuple[float, float]) -> np.ndarray:
 
 
 _Moment = tuple[Sequence[float], Pose, TwinScene]
+"""Of a frame: the plate's quaternion, the block's pose, the scene."""
 
 
 @dataclass(eq=False)
@@ -84,9 +85,7 @@ class _Ago:
 
     twin: Twin
     frames: int
-    _kept: deque[tuple[Sequence[float], Pose, TwinScene]] = field(
-        default_factory=deque[tuple[Sequence[float], Pose, TwinScene]]
-    )
+    _kept: deque[_Moment] = field(default_factory=deque[_Moment])
 
     @property
     def world(self) -> _Ago:

@@ -9,14 +9,8 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, SlipPlan, TiltPlan
+from tests.concealed.design import PAIRS
 
-PAIRS = {
-    "steel on steel": ("steel", "steel", 0.365, 0.00785),
-    "steel on wood": ("steel", "wood", 0.21, 0.00785),
-    "wood on steel": ("wood", "steel", 0.22, 0.00070),
-    "wood on wood": ("wood", "wood", 0.46, 0.00070),
-}
-"""The paper's four pairs: the block's and the plate's material, friction coefficient, mass of a 10 mm cube (kg)."""
 FEATURES = ("free", "yaw", "replace", "dwell")
 """What a session may vary: the azimuth, the block's yaw, its place, the dwell. `calm` means little scatter."""
 RIG_ID = "bench"

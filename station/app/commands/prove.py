@@ -31,10 +31,10 @@ from station.prove.versus import versus
 from station.prove.workers import write_json
 
 NAME = "prove"
+HELP = "prove the diagnosis on recordings with concealed effects"
+
 RIVALLED = 24
 """Cases of each tier that the rivals answer, of the full protocol: all of them would take as long as all the rest."""
-
-HELP = "prove the diagnosis on recordings with concealed effects"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

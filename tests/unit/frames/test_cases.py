@@ -16,11 +16,12 @@ from station.app.lockstep import Outcome
 from station.prove.key import truth_of
 from station.prove.parameters import EXACT, INEXACT
 from station.recording.reader import open_recording
+from tests.concealed.design import PAIRS
 from tests.concealed.making import make
 from tests.frames import cases
 from tests.frames.cases import TIERS, Plan, plan_case, write_case
 from tests.frames.effects import EFFECTS
-from tests.frames.sessions import PAIRS, rig_toml
+from tests.frames.sessions import rig_toml
 from tests.unit.frames.worlds import DESIGN
 
 

@@ -17,9 +17,10 @@ from shared.rig import rig_of_table
 from station.app import assembly
 from station.app.lockstep import Lockstep
 from station.simulators.mujoco.world import TwinWorld
+from tests.concealed.design import PAIRS
 from tests.frames.effects import Changes
 from tests.frames.rig import camera_builder, friction_of, world_builder
-from tests.frames.sessions import PAIRS, Design, rig_toml
+from tests.frames.sessions import Design, rig_toml
 
 PAIR = "steel on steel"
 MU = PAIRS[PAIR][2]
