@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from station.gap.candidates import Candidate
 from station.gap.comparison import Comparison
 from station.gap.search import Search, Stage
 from station.physics.effect import Effect
@@ -25,9 +26,10 @@ NOMINAL = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Belief:
-    """Posterior of each term's class, of something other, of nothing; `classes` by the terms' ids."""
+    """Posterior of each term's class, of each place, of something other, of nothing; `classes` by the terms' ids."""
 
     effects: Mapping[str, float]
+    places: Sequence[float]
     classes: Mapping[str, tuple[str, ...]]
     other: float
     none: float
@@ -42,9 +44,9 @@ def beliefs(found: Search) -> Belief:
         for name, members in classes.items()
     }
     other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
-    if found.places:
-        other = max(other, _sure(found.places[-1].odds))
-    return Belief(effects=effects, classes=classes, other=other, none=_none(found.stages[0]))
+    places = [_sure(place.odds) * _trust_in_place(found, place) for place in found.places]
+    other = max([other, *places])
+    return Belief(effects=effects, classes=classes, places=places, other=other, none=_none(found.stages[0]))
 
 
 def _trust(found: Search, name: str) -> float:
@@ -64,6 +66,13 @@ def _trust(found: Search, name: str) -> float:
         share = DOUBT_OF_SERIES if left else DOUBT if is_smooth(mine) else 0.0
         doubt = max(doubt, share * _gain(comparison, other))
     return own / max(own + doubt, 1e-9)
+
+
+def _trust_in_place(found: Search, place: Candidate) -> float:
+    """That what stands out at a place is more than the misfit of a law that acts in its channel."""
+    channel = place.place.channel.name if place.place is not None else ""
+    laws = (_gain(comparison, name) for name, comparison in found.compared.items() if channel in found.channels[name])
+    return float(place.twice_gain / max(place.twice_gain + DOUBT * max(laws, default=0.0), 1e-9))
 
 
 def _effect_of(found: Search, name: str) -> Effect:

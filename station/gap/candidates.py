@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,8 +31,8 @@ but everybody expects it."""
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
 
-AT_BOUND = 0.5
-"""What a shape at its bound costs: enough that of two laws that are the same there the simpler one is taken."""
+LEAST_COST = 1.0
+"""What a shape costs that nothing tells, or that is at its bound: of two laws that agree the simpler one is named."""
 
 HARDLY = 0.003
 """The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
@@ -42,7 +42,8 @@ HARDLY = 0.003
 class Candidate:
     """Effects (one or two), or a place: what they gain in twice the log likelihood, their BIC, the uncorrected p.
 
-    `odds` is the BIC with the prior: twice the log of the posterior odds against nothing.
+    `odds` is the BIC with the prior: twice the log of the posterior odds against nothing. `against` is what the blocks'
+    paths have against a law of sliding, see `by_paths`.
     """
 
     effects: tuple[Effect, ...]
@@ -54,6 +55,7 @@ class Candidate:
     bic: float
     prior: float
     fitted: Fit | None = None
+    against: float = 0.0
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -86,7 +88,7 @@ class Candidate:
     @property
     def odds(self) -> float:
         """See the class."""
-        return self.bic + 2.0 * math.log(self.prior / NONE)
+        return self.bic + 2.0 * math.log(self.prior / NONE) - self.against
 
 
 def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
@@ -174,16 +176,33 @@ def _inside(effect: Effect, values: Values) -> bool:
     )
 
 
+Asked = Callable[["Fitter", Fit], float]
+
+
 class Fitter:
     """Fits models to one evidence; of models with the same effects the likeliest is kept."""
 
     def __init__(self, evidence: Evidence) -> None:
         self.evidence = evidence
         self._known: dict[frozenset[str], Fit] = {}
+        self._asked: list[tuple[Fit, Asked, float]] = []
+
+    def once(self, fitted: Fit, ask: Asked) -> float:
+        """What `ask` says of a fit: it takes its time, and is asked once only."""
+        for known, asked, answer in self._asked:
+            if known is fitted and asked is ask:
+                return answer
+        self._asked.append((fitted, ask, ask(self, fitted)))
+        return self._asked[-1][2]
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
         """The fit of these effects, from `start` where none is known."""
         return self._known.get(_key(effects)) or self._refit(start, effects, noise)
+
+    def begin(self, current: Fit, candidate: Candidate) -> None:
+        """Fits the candidate from its own starts: `fitted` goes on from the likeliest fit that is known."""
+        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        self._refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
         """The candidate after a full fit of everything in the model together with it.
@@ -218,7 +237,7 @@ class Fitter:
             return full
         sd = found.sd(effect.id, parameter.name)
         spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
-        return min(full, max(2.0 * math.log(spread / sd), 0.0)) if sd > 0.0 else AT_BOUND
+        return min(full, max(2.0 * math.log(spread / sd), LEAST_COST)) if sd > 0.0 else LEAST_COST
 
     def _refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)

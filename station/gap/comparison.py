@@ -10,8 +10,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from station.gap.by_paths import against_nothing, gained, judged
 from station.gap.candidates import Candidate, Fitter, single_candidates
-from station.gap.misfit import Gained, gained_by, is_trifle, superfluous
+from station.gap.misfit import Gained, is_trifle, superfluous
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import is_nuisance, without_nuisances
 from station.physics.effect import Effect
@@ -36,10 +37,19 @@ CREDIBLE = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty."""
+    """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty.
+
+    `against_nothing` is what the blocks' paths have against that, see `by_paths`.
+    """
 
     without: Fit
     candidates: tuple[Candidate, ...]
+    against_nothing: float = 0.0
+
+    @property
+    def needless(self) -> bool:
+        """Whether nothing is likelier than anything."""
+        return self.candidates[0].odds + self.against_nothing < 0
 
     @property
     def temperature(self) -> float:
@@ -52,9 +62,9 @@ class Comparison:
 
     def shares(self) -> dict[str, float]:
         """Posterior by id, all smooth terms together as `other`, nothing as `none`; they add up to 1."""
-        top = max((0.0, *(candidate.odds for candidate in self.candidates)))
+        top = max((-self.against_nothing, *(candidate.odds for candidate in self.candidates)))
         temperature = self.temperature
-        weights = {"none": math.exp(-0.5 * top / temperature)}
+        weights = {"none": math.exp(-0.5 * (top + self.against_nothing) / temperature)}
         for candidate in self.candidates:
             (name,) = candidate.ids
             # A smooth term has no law whose misfit could be excused.
@@ -95,14 +105,14 @@ def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit
         comparison = _comparison(fitter, current, effect, offered)
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
-        if best.odds < 0 or is_trifle(fitter.evidence, comparison.without, current):
+        if comparison.needless or is_trifle(fitter.evidence, comparison.without, current):
             current, changed = comparison.without, True
             continue
         if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + SWAP):
             current, changed, mine = best.fitted, True, best
         if mine is not None:
             compared[mine.effects[0].id] = comparison
-            gains[mine.effects[0].id] = gained_by(fitter.evidence, mine)
+            gains[mine.effects[0].id] = gained(fitter, comparison.without, mine)
     name = superfluous(gains) or _substitute(fitter, current, gains)
     if name is not None:
         current, changed = compared[name].without, True
@@ -145,8 +155,9 @@ def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[
     smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
     own = [one for one in ranked if one.key == (effect.id,)]
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
-    good = [one for one in full if one.credible or one.key == (effect.id,)]
-    return Comparison(without, tuple(sorted(good, key=lambda candidate: -candidate.odds)))
+    good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
+    good.sort(key=lambda candidate: -candidate.odds)
+    return Comparison(without, tuple(good), against_nothing(fitter, without, good[0]))
 
 
 def _without(fitter: Fitter, current: Fit, effect: Effect) -> Fit:

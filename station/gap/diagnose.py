@@ -191,7 +191,7 @@ def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> M
 
 def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:
     listed = [_effect(found, belief, term, improves) for term in without_nuisances(found.model.model).terms]
-    for candidate in found.places:
+    for candidate, believed in zip(found.places, belief.places, strict=True):
         place = candidate.place
         where = f"{place.channel.phase} against {place.covariate}" if place is not None else ""
         listed.append(
@@ -199,8 +199,8 @@ def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound
                 id="other",
                 title=f"something outside the catalogue: {where}",
                 class_ids=("other",),
-                probability=belief.other,
-                verdict="supported",
+                probability=believed,
+                verdict="supported" if believed > EVEN else "not supported",
                 parameters={},
             )
         )

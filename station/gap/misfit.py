@@ -17,12 +17,17 @@ from station.gap.statistics.columns import Scores
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.gain import estimate
 from station.gap.statistics.places import Place
+from station.gap.statistics.systematic import is_nuisance
 from station.physics.effect import Effect, Family
+from station.physics.model import Model
 from station.physics.smooth import is_smooth
 
 UNNAMED, SAME_FAMILY, OTHER_FAMILY = 0.04, 0.02, 0.01
 """Below these shares of what was found a further gain is the law's misfit: of a smooth term, which can look like
 anything; of an effect that looks alike; and of one that looks otherwise."""
+
+BELIEVED = 2.0
+"""So many of its standard deviations something that is allowed for may well have."""
 
 DRIFT = 0.002
 """The same of a drift: what is drawn anew for each run has no order, and neither has the misfit of a law of it."""
@@ -54,12 +59,29 @@ def channels_of(evidence: Evidence, effects: Iterable[Effect]) -> frozenset[str]
 
 
 def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
-    """Whether a fit differs from one without some effect by less than any channel is trusted to."""
+    """Whether a fit differs from one without some effect by less than any channel is trusted to.
+
+    What is allowed for may stand in for the effect as far as it is believed to, and not farther.
+    """
+    model = _believable(without.model)
     for channel in evidence.channels:
-        apart = channel.residual(fitted.model) - channel.residual(without.model)
+        apart = channel.residual(fitted.model) - channel.residual(model)
         if len(apart) and float(np.abs(apart).max()) > channel.trusted:
             return False
     return True
+
+
+def _believable(model: Model) -> Model:
+    """The model with what is only allowed for within BELIEVED of its standard deviations."""
+    for term in model.terms:
+        if is_nuisance(term.effect):
+            kept = {
+                one.name: min(max(term.values[one.name], one.neutral - reach), one.neutral + reach)
+                for one in term.effect.parameters
+                for reach in (BELIEVED * one.typical,)
+            }
+            model = model.with_term(term.with_values(**kept))
+    return model
 
 
 def is_trifling_place(scored: Scores, place: Place) -> bool:

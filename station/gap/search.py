@@ -13,10 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.gap.by_paths import gained, judged, proposed
 from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
-from station.gap.misfit import Gained, channels_of, gained_by, is_misfit, is_trifle, is_trifling_place
+from station.gap.misfit import Gained, channels_of, is_misfit, is_trifle, is_trifling_place
 from station.gap.smooth import smooth_terms
 from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
@@ -98,14 +99,14 @@ def search(
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     fitter = Fitter(evidence)
     current, stages, places = null, list[Stage](), list[Candidate]()
-    gained: list[Gained] = []
+    known: list[Gained] = []
     for number in range(MOST_STAGES):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
-        stage = _stage(fitter, current, offered, rng=rng, first=number == 0, gained=gained, progress=progress)
+        stage = _stage(fitter, current, offered, rng=rng, first=number == 0, known=known, progress=progress)
         stages.append(stage)
         if stage.chosen is None:
             break
-        gained.append(gained_by(evidence, stage.chosen))
+        known.append(gained(fitter, current, stage.chosen))
         if stage.chosen.fitted is None:
             places.append(stage.chosen)
             break
@@ -123,12 +124,12 @@ def _stage(
     *,
     rng: np.random.Generator,
     first: bool,
-    gained: Sequence[Gained],
+    known: Sequence[Gained],
     progress: Progress,
 ) -> Stage:
     evidence = fitter.evidence
-    known = {term.effect.id for term in current.model.terms}
-    rest = [effect for effect in offered if effect.id not in known]
+    acting = {term.effect.id for term in current.model.terms}
+    rest = [effect for effect in offered if effect.id not in acting]
     places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = scores(evidence, current, rest, columns)
     candidates, couples = candidates_of(scored)
@@ -143,7 +144,7 @@ def _stage(
         progress("fitting the best candidates in full")
         ranked = _in_full(fitter, current, ranked, rest)
         standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
-        chosen = _chosen(evidence, current, ranked, standing, gained)
+        chosen = _chosen(fitter, current, ranked, standing, known)
     return Stage(
         before=current,
         global_p=global_p,
@@ -167,12 +168,13 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
-    best = [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
+    best = proposed(fitter, current, ranked)
+    best += [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
     full = {one.key: fitter.fitted(current, one) for one in best}
     for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
         if pair.key not in full:
             full[pair.key] = fitter.fitted(current, pair)
-    good = [candidate for candidate in full.values() if candidate.credible]
+    good = judged(fitter, [candidate for candidate in full.values() if candidate.credible])
     rest = [candidate for candidate in ranked if candidate.key not in full]
     return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]
 
@@ -206,11 +208,11 @@ def _kind(candidate: Candidate) -> str:
 
 
 def _chosen(
-    evidence: Evidence,
+    fitter: Fitter,
     current: Fit,
     ranked: Sequence[Candidate],
     spots: Sequence[Candidate],
-    gained: Sequence[Gained],
+    known: Sequence[Gained],
 ) -> Candidate | None:
     """The likeliest, if it is likelier than nothing, and neither a misfit of what was gained nor a trifle.
 
@@ -222,7 +224,7 @@ def _chosen(
     for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
         if one.odds <= 0:
             return None
-        trifle = one.fitted is not None and is_trifle(evidence, current, one.fitted)
-        if not trifle and not is_misfit(gained_by(evidence, one), gained):
+        trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
+        if not trifle and not is_misfit(gained(fitter, current, one), known):
             return one
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,10 @@ class Contact:
 
     def __len__(self) -> int:
         return len(self.run)
+
+    def chosen(self, rows: NDArray[np.int64]) -> Contact:
+        """The moments of some rows (m,), each as often as it is named."""
+        return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     @property
     def pressing_m_s2(self) -> Array:

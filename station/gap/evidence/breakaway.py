@@ -15,12 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from station.gap.evidence.breakaway_kernel import STEP_S, Rows, log_likelihoods
+from station.gap.evidence.breakaway_kernel import SPEEDS_M_S, STEP_S, Laws, Rows, log_likelihoods
 from station.gap.evidence.early import Early
 from station.gap.evidence.first_look import Look
+from station.gap.evidence.plate import Times
 from station.physics.contact import Array
 
 EDGE_S = 3 * STEP_S
@@ -52,12 +54,30 @@ class Law:
     creep_m: float = 1e-5
     shape: int = EXPONENTIAL
 
-    @property
-    def numbers(self) -> Array:
-        """As the kernel takes them."""
-        return np.array(
-            [self.drop, self.drop_spread, self.fall, self.fall_speed_m_s, self.drag_per_s, self.creep_m, self.shape]
+    def of_runs(self, runs: int) -> Laws:
+        """The same for each of so many runs."""
+        return Laws(
+            held=(1.0 - self.drop - self.fall * self._fallen())[None],
+            slowing_m_s2=(self.drag_per_s * SPEEDS_M_S)[None],
+            of_run=np.zeros(runs, dtype=np.int64),
+            spread=self.drop_spread,
+            creep_m=self.creep_m,
         )
+
+    def _fallen(self) -> Array:
+        """The share of the fall, by speed."""
+        ratio = SPEEDS_M_S / self.fall_speed_m_s
+        if self.shape == LOGARITHM:
+            return np.log1p(ratio)
+        return -np.expm1(-ratio) if self.shape == EXPONENTIAL else 1.0 - 1.0 / (1.0 + ratio * ratio)
+
+
+class Falling(Protocol):
+    """What says by which law each of some runs slides."""
+
+    def of_runs(self, runs: int) -> Laws:
+        """The laws of so many runs."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +107,7 @@ class Breakaways:
         expected = [_expected(run, row) for run, row in zip(self.runs, tried, strict=True)]
         return replace(self, tried_s=tried, log_expected=np.log(np.array(expected)))
 
-    def nearer(self, law: Law, count: int) -> Breakaways:
+    def nearer(self, law: Falling, count: int) -> Breakaways:
         """The same with moments where a law puts the slips."""
         chance, tried = self.chances(law), self.tried_s
         mean = (chance * tried).sum(axis=1)
@@ -96,7 +116,10 @@ class Breakaways:
 
     def some(self, number: int) -> Breakaways:
         """At most so many of the runs, evenly."""
-        chosen = np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int))
+        return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
+
+    def of_places(self, chosen: Times) -> Breakaways:
+        """Of some runs, by their places in this."""
         rows = Rows(*(part[chosen] for part in self.rows))
         return Breakaways([self.runs[row] for row in chosen], rows, self.tried_s[chosen], self.log_expected[chosen])
 
@@ -104,19 +127,19 @@ class Breakaways:
         """The same with so many times the noise: a law far from the truth is led to it."""
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
-    def log_likelihoods(self, law: Law) -> Array:
+    def log_likelihoods(self, law: Falling) -> Array:
         """Of each moment (r, k), with how much friction it stands for."""
         out = np.empty(self.tried_s.shape)
-        log_likelihoods(self.tried_s, self.rows, law.numbers, out)
+        log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs)), out)
         return out + self.log_expected
 
-    def chances(self, law: Law) -> Array:
+    def chances(self, law: Falling) -> Array:
         """Of each moment (r, k); of each run they sum to 1."""
         log = self.log_likelihoods(law)
         chance = np.exp(log - log.max(axis=1, keepdims=True))
         return chance / chance.sum(axis=1, keepdims=True)
 
-    def log_likelihood(self, law: Law) -> float:
+    def log_likelihood(self, law: Falling) -> float:
         """Of the session, the moments integrated out; a run that no law fits counts as an outlier."""
         log = self.log_likelihoods(law)
         best = log.max(axis=1)

@@ -11,6 +11,23 @@ from station.physics.contact import Array
 
 STEP_S = 4e-3
 
+ROOT, COUNT = 6e-3, 112
+SPEEDS_M_S: Array = np.square(ROOT * np.arange(COUNT))
+"""At which laws are tabulated: finely where blocks break away, and up to 0.44 m/s."""
+
+
+class Laws(NamedTuple):
+    """Laws of sliding friction (g, COUNT) at SPEEDS_M_S, and which of them each run (r,) follows."""
+
+    held: Array
+    """Sliding friction over static."""
+    slowing_m_s2: Array
+    of_run: Any
+    spread: float
+    """Standard deviation of the runs' draws of `held`."""
+    creep_m: float
+    """Standard deviation of the creep before the slip, per relative rise of the tilt's sine."""
+
 
 class Rows(NamedTuple):
     """Runs (r), each row padded: what pulls and presses on even grids of STEP_S (r, m), and the frames (r, n)."""
@@ -28,34 +45,32 @@ class Rows(NamedTuple):
 
 
 @njit(cache=True)
-def log_likelihoods(tried: Any, rows: Any, law: Any, out: Any) -> None:
-    """Of each moment (r, k), s: place, creep and D's draw integrated out, the first with a flat prior.
-
-    `law` is D, its draws' standard deviation, F, v_s, k, the creep's standard deviation, and the shape's number.
-    """
+def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
+    """Of each moment (r, k), s: place, creep and the run's draw integrated out, the first with a flat prior."""
     width = rows.time_s.shape[1]
     shot, crept = np.empty((2, width)), np.empty(width)
     left, slope = shot
     for run in range(tried.shape[0]):
         size, sigma = rows.count[run], rows.sigma_m[run]
         for m in range(tried.shape[1]):
-            begin = _shoot(rows, run, tried[run, m], law, shot)
+            begin = _shoot(rows, run, tried[run, m], laws, shot)
             for i in range(size):
                 risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
-                crept[i] = risen * law[5] / sigma
-                slope[i] *= law[1] / sigma
+                crept[i] = risen * laws.creep_m / sigma
+                slope[i] *= laws.spread / sigma
                 left[i] = (rows.path_m[run, i] - left[i]) / sigma
             out[run, m] = _marginal(left, crept, slope, size) - size * np.log(sigma)
 
 
 @njit(cache=True)
-def _shoot(rows: Any, run: int, start: float, law: Any, shot: Any) -> int:
+def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
     """Writes the path at a run's frames of a block let go at `start`, and its slope in D; the first frame not before.
 
     By Heun's rule from grid point to grid point; friction is looked up once a step, where the rule's guess is, and
     taken on from there along its slope.
     """
     pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
+    held_at, slowed_at = laws.held[laws.of_run[run]], laws.slowing_m_s2[laws.of_run[run]]
     path, slope = shot
     place = (start - rows.first_s[run]) / STEP_S
     node = int(place)
@@ -64,9 +79,9 @@ def _shoot(rows: Any, run: int, start: float, law: Any, shot: Any) -> int:
     pressed = press[node] + part * (press[node + 1] - press[node])
     friction = pulled / pressed
     now, speed, way, speed_d, way_d = start, 0.0, 0.0, 0.0, 0.0
-    held, falls = _held(0.0, law)
-    gain = pulled - pressed * friction * held
-    gain_d, steep = pressed * friction, -pressed * friction * falls - law[4]
+    held, falls, slowed, slows = _looked_up(0.0, held_at, slowed_at)
+    gain = pulled - pressed * friction * held - slowed
+    gain_d, steep = pressed * friction, -pressed * friction * falls - slows
     k = 0
     while k < size - 1 and time[k] <= start:
         path[k] = slope[k] = 0.0
@@ -78,9 +93,9 @@ def _shoot(rows: Any, run: int, start: float, law: Any, shot: Any) -> int:
         after = rows.first_s[run] + node * STEP_S
         span = after - now
         guess = max(speed + span * gain, 0.0)
-        held, falls = _held(guess, law)
+        held, falls, slowed, slows = _looked_up(guess, held_at, slowed_at)
         holds = press[last] * friction
-        then, steep_then = pull[last] - holds * held - law[4] * guess, -holds * falls - law[4]
+        then, steep_then = pull[last] - holds * held - slowed, -holds * falls - slows
         faster = speed + 0.5 * span * (gain + then)
         faster_d = speed_d + 0.5 * span * (
             gain_d + steep * speed_d + holds + steep_then * (speed_d + span * (gain_d + steep * speed_d))
@@ -101,19 +116,13 @@ def _shoot(rows: Any, run: int, start: float, law: Any, shot: Any) -> int:
 
 
 @njit(cache=True)
-def _held(speed: float, law: Any) -> tuple[float, float]:
-    """Sliding friction over static, and its slope in the speed."""
-    fall = law[2]
-    if fall == 0.0:
-        return 1.0 - law[0], 0.0
-    ratio = speed / law[3]
-    if law[6] == 0.0:
-        left = np.exp(-ratio)
-        return 1.0 - law[0] - fall * (1.0 - left), -fall * left / law[3]
-    if law[6] == 1.0:
-        left = 1.0 / (1.0 + ratio * ratio)
-        return 1.0 - law[0] - fall * (1.0 - left), -2.0 * fall * ratio * left * left / law[3]
-    return 1.0 - law[0] - fall * np.log(1.0 + ratio), -fall / (speed + law[3])
+def _looked_up(speed: float, held: Any, slowed: Any) -> tuple[float, float, float, float]:
+    """Sliding friction over static and what slows besides, each with its slope in the speed."""
+    at = min(int(np.sqrt(speed) / ROOT), COUNT - 2)
+    low = (ROOT * at) ** 2
+    width = ROOT * ROOT * (2 * at + 1)
+    falls, slows = (held[at + 1] - held[at]) / width, (slowed[at + 1] - slowed[at]) / width
+    return held[at] + falls * (speed - low), falls, slowed[at] + slows * (speed - low), slows
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from station.gap.evidence.breakaway import COUNT, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.gap.evidence.breakaway import COUNT, EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
 from station.physics.contact import Array
 
 FEW, MANY = 30, 120
@@ -22,7 +22,13 @@ SHORTEST, LONGEST = 10, 25
 NEAR_ENOUGH = 0.01
 """Of the ln of the likelihood: a step that brings less ends a search."""
 
-SOFTENED, NARROW = (20.0, 6.0, 1.5, 1.0), 5.0
+SPEEDS_M_S = (0.005, 0.03)
+"""Of gentle falls, from which their search starts."""
+
+BESIDE = {"fall_speed_m_s": 0.005, "shape": LOGARITHM}
+"""Where a gentle law is sought that a sudden fall hides."""
+
+SOFTENED, NARROW, ROUGHLY = (20.0, 6.0, 1.5, 1.0), 5.0, 1.5
 """How much noise is taken on the way from afar, and above how much the moments are all looked at."""
 
 GAIN, NEARLY = 5.0, 15.0
@@ -66,16 +72,46 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
     far = Law(drop=0.01, drop_spread=0.01, drag_per_s=drag_per_s, creep_m=1e-4)
     sudden = _led(few, far, (*SUDDEN, CREEP))
     none = replace(sudden.law, drop=0.0, fall_speed_m_s=0.02)
-    falls = (sudden.law.drop + 0.02, -0.02)
-    gentle = max((_led(few, replace(none, fall=fall), GENTLE, SOFTENED[1:]) for fall in falls), key=_worth)
-    found = [_led(few, none, COMMON, SOFTENED[2:]), replace(sudden, free=SUDDEN), gentle]
-    if _worth(gentle) > max(map(_worth, found[:2])):
-        law = gentle.law
-        slow = replace(law, shape=LOGARITHM, fall=0.3 * law.fall, fall_speed_m_s=0.3 * law.fall_speed_m_s)
-        found += [_led(few, start, GENTLE, SOFTENED[2:]) for start in (replace(law, shape=LORENTZIAN), slow)]
-        both = replace(max(found[2:], key=_worth).law, drop=0.2 * abs(gentle.law.fall))
-        found.append(_led(few, both, (*GENTLE, "drop"), SOFTENED[2:]))
+    plain = _led(few, none, COMMON, SOFTENED[2:])
+    gentle = [_gentle(few, none, sudden.law.drop, shape) for shape in (EXPONENTIAL, LORENTZIAN, LOGARITHM)]
+    found = [plain, replace(sudden, free=SUDDEN), *gentle]
+    if _worth(sudden) > _worth(plain):
+        found.append(
+            _with_drop(few, [replace(none, **BESIDE, drop=sudden.law.drop, fall=fall) for fall in (-0.01, 0.01)])
+        )
+    if max(map(_worth, gentle)) > max(map(_worth, found[:2])) - NEARLY:
+        both = [each for each in gentle if _worth(each) > max(map(_worth, gentle)) - NEARLY]
+        found += [_with_drop(few, _dropping(each.law, sudden.law.drop)) for each in both]
     return _among(paths.some(MANY), found).law
+
+
+def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
+    """The likeliest fall or rise of a shape: from the likeliest of some starts."""
+    falls = (0.3 * drop + 0.01, -0.01) if shape == LOGARITHM else (drop + 0.02, -0.02)
+    starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in SPEEDS_M_S]
+    tried = [_fitted(_near(paths, start, ROUGHLY), start, GENTLE, SHORTEST) for start in starts]
+    return _fitted_near(paths, max(tried, key=_worth).law, GENTLE)
+
+
+def _dropping(law: Law, drop: float) -> list[Law]:
+    """Little of a sudden fall beside a gentle one, or about as much as there is alone."""
+    return [replace(law, drop=0.2 * abs(law.fall)), replace(law, drop=max(drop, 0.01), fall=0.5 * law.fall)]
+
+
+def _with_drop(paths: Breakaways, starts: Sequence[Law]) -> _Found:
+    """The likeliest law with a sudden fall beside another, from the likeliest of some starts."""
+    free = (*GENTLE, "drop")
+    tried = [_fitted(_near(paths, start, ROUGHLY), start, free, SHORTEST) for start in starts]
+    return _fitted_near(paths, max(tried, key=_worth).law, free)
+
+
+def _near(paths: Breakaways, law: Law, times: float = 1.0) -> Breakaways:
+    soft = paths.softened(times)
+    return soft.nearer(law, COUNT).nearer(law, TRIED)
+
+
+def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
+    return _fitted(_near(paths, law), law, free, LONGEST)
 
 
 def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:

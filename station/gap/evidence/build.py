@@ -14,11 +14,12 @@ from station.gap.evidence.image_rows import plate_channel, rest_channel, shape_c
 from station.gap.evidence.moments import RunFacts
 from station.gap.evidence.onset_rows import onset_channel
 from station.gap.evidence.onsets import Onsets
+from station.gap.evidence.paths import Paths
 from station.gap.evidence.plate import PlateMotion
 from station.gap.evidence.rested import rested
 from station.gap.evidence.sensor_rows import sensor_channel
 from station.gap.evidence.slide_rows import slide_channels
-from station.gap.evidence.slips import refined
+from station.gap.evidence.slips import Reread, reread
 from station.gap.evidence.tips import tips_of
 from station.gap.evidence.tracks import RunTrack, run_tracks
 from station.signals.session import Signals
@@ -31,7 +32,8 @@ class Recorded:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
         tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
-        self.tracks = refined(tracks, self.plate, setting)
+        self.reread = reread(tracks, self.plate, setting)
+        self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
 
@@ -56,7 +58,20 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
         total_runs=len(signals.samples),
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
+        paths=_paths(recorded.reread, onsets),
     )
+
+
+def _paths(read: Reread, onsets: Onsets | None) -> Paths | None:
+    """The paths of the runs whose slips were read anew and whose onsets are known."""
+    if read.paths is None or onsets is None:
+        return None
+    row = {int(run): row for row, run in enumerate(onsets.rows.run)}
+    known = np.array([place for place, run in enumerate(read.places) if run in row], dtype=np.int64)
+    if not len(known):
+        return None
+    rows = np.array([row[read.places[place]] for place in known], dtype=np.int64)
+    return Paths.of(read.paths.of_places(known), onsets.moments.reported.chosen(rows), read.law)
 
 
 def _notes(recorded: Recorded) -> list[str]:

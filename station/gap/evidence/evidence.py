@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from station.gap.evidence.channel import Channel, Part
 from station.gap.evidence.moments import RunFacts
 from station.gap.evidence.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools
+
+if TYPE_CHECKING:
+    from station.gap.evidence.paths import Paths
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -31,7 +35,8 @@ class Setting:
 class Evidence:
     """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it.
 
-    `tips` says in which runs the block turned over: no channel has those.
+    `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
+    that is not plain.
     """
 
     channels: tuple[Channel, ...]
@@ -40,6 +45,7 @@ class Evidence:
     total_runs: int
     notes: tuple[str, ...] = field(default=())
     tips: Tips = NO_TIPS
+    paths: Paths | None = None
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, if the recording has it."""

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from station.physics.contact import Array
 from station.signals.tracks import AttitudeTrack, MotionTrack
 
 Times = NDArray[np.int64]
+
+AGREE_RAD_S2, WILD, FEW, LEAST_READINGS = 0.1, 2.0, 0.998, 100
+"""Attitudes and rates agree where their accelerations are typically no farther apart, and nowhere wildly larger."""
 
 NEAR_S, STILL_RAD = 0.05, 5e-4
 """What moves by less than the second in twice the first is at rest."""
@@ -39,7 +42,9 @@ class Attitude:
 
 
 class PlateMotion:
-    """Interpolates the recorded attitude: gravity by cubics through its values and rates, the others linearly.
+    """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
+
+    The accelerations are those of the cubics, or else the rates' differences.
 
     Chords of gravity would lie a tenth of a millidegree off while the plate is set in motion: always to the same side,
     so that a thousand slides would tell it from nothing.
@@ -51,11 +56,12 @@ class PlateMotion:
         self._origin = int(known.time_ns[0]) if len(known) else 0
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
         rate = _rate(known, self._time_s)
-        acceleration = np.gradient(rate, self._time_s, axis=0) if len(known) > 2 else np.zeros_like(rate)
         # By columns: interpolation would copy each strided one, a whole session, at every call.
-        self._columns = np.ascontiguousarray(np.column_stack([rate, acceleration]).T)
+        self._rates = np.ascontiguousarray(rate.T)
+        self._accelerations = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None] if len(known) > 1 else rate[:0]
         gravity = known.gravity
         self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
+        self._bend = self._bending(gravity)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
@@ -74,10 +80,14 @@ class PlateMotion:
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate at `time_ns` − `delay_s`."""
         seconds = self._seconds(time_ns) - delay_s
-        parts = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._columns])
+        rate = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._rates])
         gravity = self._gravity_at(seconds)
         last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
-        return Attitude(gravity, parts[:, :3], parts[:, 3:], self._rising[last], self._since_step(time_ns, delay_s))
+        acceleration = self._accelerations[np.minimum(last, len(self) - 2)]
+        if self._bend is not None:
+            bend = np.asarray(self._bend(np.clip(seconds, self._time_s[0], self._time_s[-1])))
+            acceleration = _seen(bend, gravity) + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
+        return Attitude(gravity, rate, acceleration, self._rising[last], self._since_step(time_ns, delay_s))
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
         """When the arm was sent off, from `from_ns` until `to_ns`."""
@@ -87,6 +97,23 @@ class PlateMotion:
     def gravity_at(self, time_ns: Times) -> Array:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))
+
+    def _bending(self, gravity: Array) -> PPoly | None:
+        """The second derivative of gravity's spline, where attitudes and rates agree so well that it shows more.
+
+        Between two readings a plate that stops midway has two accelerations, and rates alone show their mean. That is
+        half a per cent of a block's friction just when it goes.
+        """
+        if self._gravity is None or len(gravity) < LEAST_READINGS:
+            return None
+        bend = self._gravity.derivative(2)
+        within = np.linalg.norm(_seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1]), axis=1)
+        between = np.linalg.norm(self._accelerations, axis=1)
+        seen = self._accelerations - gravity[:-1] * (self._accelerations * gravity[:-1]).sum(axis=1, keepdims=True)
+        apart = np.linalg.norm(_seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1]) - seen, axis=1)
+        rough = float(np.median(apart)) > AGREE_RAD_S2
+        wild = float(np.quantile(within, FEW)) > WILD * float(np.quantile(between, FEW)) + AGREE_RAD_S2
+        return None if rough or wild else bend
 
     def _seconds(self, time_ns: Times) -> Array:
         return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)
@@ -111,6 +138,11 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
     return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+
+
+def _seen(bend: Array, gravity: Array) -> Array:
+    """The angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
+    return np.cross(bend, gravity)
 
 
 def _rising(time_s: Array, tilt_rad: Array) -> Array:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.gap.evidence.breakaway import Breakaways
+from station.gap.evidence.breakaway import Breakaways, Law
 from station.gap.evidence.breakaway_law import session_law
 from station.gap.evidence.early import Early, early
 from station.gap.evidence.evidence import Setting
@@ -37,7 +37,17 @@ UNSEEN_S, UNSEEN = 0.012, 0.5
 before or after a slip, this share may act at the slip, or not."""
 
 
-def refined(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> tuple[RunTrack, ...]:
+@dataclass(frozen=True, eq=False)
+class Reread:
+    """A session's runs; of those whose slips were read anew (`places` of theirs) the paths, and the law of them all."""
+
+    tracks: tuple[RunTrack, ...]
+    places: tuple[int, ...] = ()
+    paths: Breakaways | None = None
+    law: Law = Law()  # noqa: RUF009 (it is frozen)
+
+
+def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> Reread:
     """The runs with their slips read anew, if the session's slides are not plain; else as they were.
 
     A block that lay against the foam was held, or pushed, by it: its slide tells nothing of the others'.
@@ -45,10 +55,12 @@ def refined(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) ->
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
     if len(found) < LEAST_RUNS or _plain([look for _, look in found.values()]):
-        return tuple(tracks)
-    seen = list(found.values())
-    slips = dict(zip(found, _slips(seen), strict=True))
-    return tuple(_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
+        return Reread(tuple(tracks))
+    paths = Breakaways.of(list(found.values()))
+    law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in found.values()])))
+    slips = dict(zip(found, _slips(paths, law), strict=True))
+    moved = (_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
+    return Reread(tuple(moved), tuple(found), paths, law)
 
 
 def _seen(track: RunTrack, plate: PlateMotion, setting: Setting) -> tuple[Early, Look] | None:
@@ -82,10 +94,8 @@ def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
     )
 
 
-def _slips(seen: Sequence[tuple[Early, Look]]) -> list[_Slip]:
+def _slips(paths: Breakaways, law: Law) -> list[_Slip]:
     """Of each run the time and the tilt that are expected, and the tilt's standard error."""
-    paths = Breakaways.of(seen)
-    law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in seen])))
     paths = paths.nearer(law, READ).nearer(law, READ)
     read = zip(paths.runs, paths.chances(law), paths.tried_s, strict=True)
     return [_slip(run, chance, tried) for run, chance, tried in read]

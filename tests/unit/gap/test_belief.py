@@ -61,3 +61,13 @@ def test_a_series_leaves_nothing_where_it_does_not_act() -> None:
 def test_beside_an_exact_law_another_is_believed() -> None:
     believed = beliefs(_found(["kinetic_drop", LAW], gains={"kinetic_drop": 1000.0, LAW: 50.0})).effects
     assert believed[LAW] == pytest.approx(1.0)
+
+
+def test_what_stands_out_where_a_law_acts_is_doubted_by_its_share_of_the_laws_gain() -> None:
+    found: Any = _found([LAW], gains={LAW: 1000.0}, channels={LAW: frozenset({"rest"})})
+    for channel, believed in (("rest", 0.25), ("turn", 1.0)):
+        place = SimpleNamespace(
+            place=SimpleNamespace(channel=SimpleNamespace(name=channel)), odds=40.0, twice_gain=50.0
+        )
+        found.places = (place,)
+        assert beliefs(found).places == pytest.approx([believed], abs=0.01)

@@ -45,7 +45,7 @@ def _path(friction: Friction, drag_per_s: float, tilt_rad: float) -> tuple[Array
     return np.array(times), np.array(ways)
 
 
-def _run(friction: Friction, drag_per_s: float, rng: np.random.Generator) -> tuple[Early, float]:
+def one_run(friction: Friction, drag_per_s: float, rng: np.random.Generator) -> tuple[Early, float]:
     """A run as it is recorded, and when it slipped, s from what the rig took for it."""
     tilt_rad = math.atan(MU * math.exp(rng.normal(0.0, 0.1)))
     slip_s = float(rng.uniform(-0.03, 0.03))
@@ -62,7 +62,7 @@ def _run(friction: Friction, drag_per_s: float, rng: np.random.Generator) -> tup
     return run, slip_s
 
 
-def _looked_at(run: Early) -> tuple[Early, Look]:
+def looked_at(run: Early) -> tuple[Early, Look]:
     look = first_look(run)
     assert look is not None
     return run, look
@@ -73,8 +73,8 @@ def test_slips_are_read_from_what_they_have_in_common(name: str) -> None:
     """All alike to a few milliseconds (a hundredth of a degree), and each beside the others within what it says."""
     friction, drag = LAWS[name]
     rng = np.random.default_rng(5)
-    runs, slip_s = zip(*(_run(friction, drag, rng) for _ in range(RUNS)), strict=True)
-    seen = [_looked_at(run) for run in runs]
+    runs, slip_s = zip(*(one_run(friction, drag, rng) for _ in range(RUNS)), strict=True)
+    seen = [looked_at(run) for run in runs]
     paths = Breakaways.of(seen)
     law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in seen])))
     paths = paths.nearer(law, 41).nearer(law, 41)
