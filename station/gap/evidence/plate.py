@@ -107,12 +107,12 @@ class PlateMotion:
         if self._gravity is None or len(gravity) < LEAST_READINGS:
             return None
         bend = self._gravity.derivative(2)
-        within = np.linalg.norm(_seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1]), axis=1)
-        between = np.linalg.norm(self._accelerations, axis=1)
-        seen = self._accelerations - gravity[:-1] * (self._accelerations * gravity[:-1]).sum(axis=1, keepdims=True)
-        apart = np.linalg.norm(_seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1]) - seen, axis=1)
-        rough = float(np.median(apart)) > AGREE_RAD_S2
-        wild = float(np.quantile(within, FEW)) > WILD * float(np.quantile(between, FEW)) + AGREE_RAD_S2
+        shown = _seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1])
+        along = (self._accelerations * gravity[:-1]).sum(axis=1, keepdims=True)
+        mean = self._accelerations - gravity[:-1] * along
+        rough = float(np.median(np.linalg.norm(shown - mean, axis=1))) > AGREE_RAD_S2
+        most = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, mean))
+        wild = next(most) > WILD * next(most) + AGREE_RAD_S2
         return None if rough or wild else bend
 
     def _seconds(self, time_ns: Times) -> Array:
