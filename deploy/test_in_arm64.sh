@@ -1,7 +1,8 @@
 #!/bin/bash
 # A Pi without a Pi: builds a Debian 13 for 64-bit Arm, runs the camera agent's tests in it under qemu, deploys to it
-# over a real ssh connection, and listens for its corners. Not part of `make test`: it takes hours, and Debian's
-# package server. Everything happens in private namespaces and one folder; no service of this machine is touched.
+# over a real ssh connection, and listens for its corners. Not part of `make test`: it takes an hour (hours on a busy
+# computer), and Debian's package server. Everything happens in private namespaces and one folder; no service of this
+# machine is touched.
 #
 #   deploy/test_in_arm64.sh [FOLDER]      FOLDER (default ~/.cache/repose/arm64) keeps the system for the next time
 #
