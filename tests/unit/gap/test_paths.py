@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from station.gap.by_paths import SECOND
 from station.gap.evidence.breakaway import Breakaways
 from station.gap.evidence.breakaway_law import session_law
 from station.gap.evidence.paths import Paths
@@ -82,3 +83,14 @@ def test_two_laws_that_nearly_cancel_are_found_by_how_blocks_gather_speed() -> N
     assert off_m_s2 < 0.02
     assert terms[0].values["drop"] == pytest.approx(0.06, abs=0.02)
     assert terms[1].values["drag_n_s_m"] / 0.008 == pytest.approx(2.0, abs=0.7)
+
+
+def test_a_second_law_is_wanted_where_there_is_one_and_not_where_there_is_none() -> None:
+    """By more than `by_paths.SECOND`, which no paths of a single law reach."""
+    film = Term(catalogue()["viscous"], {"drag_n_s_m": 0.01, "by_load": 0.0})
+    for drag_per_s, wanted in ((3.0, True), (0.0, False)):
+        paths = _paths(LAWS["kinetic_drop"], drag_per_s=drag_per_s)
+        alone, both = (
+            paths.log_likelihood(terms) for terms in ([_term("kinetic_drop")], [_term("kinetic_drop"), film])
+        )
+        assert (2.0 * (both - alone) > SECOND) is wanted
