@@ -42,6 +42,8 @@ _ACROSS = 0.2
 is smaller."""
 _STOPPED_M_S, _NO_TIME_S = 1e-8, 1e-9
 _NONE = np.empty(0, dtype=np.intp)
+_LEAST_FRICTION = 1e-9
+"""A law may take all friction away."""
 _CORNER = 15.0
 """Change of G per radian, in units of the friction, beyond which a limit curve has a facet (2 : 1 ellipse: 4)."""
 
@@ -207,7 +209,8 @@ class Slide:
             push = np.maximum(blocks.shake, 0.0) * self._world.model.shaking(contact)
             x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
         h = self._curve.at(contact, blocks.friction, bends=like is None)
-        slow = like.slow if like is not None else at.speed < SLOW_M_S * (1.0 + np.maximum(h.bend, 0.0) / h.value)
+        bend = np.maximum(h.bend, 0.0) / np.maximum(h.value, _LEAST_FRICTION)
+        slow = like.slow if like is not None else at.speed < SLOW_M_S * (1.0 + bend)
         if like is not None:
             h = h._replace(bend=like.bend)
         ahead, aside = x * cosine + y * sine, y * cosine - x * sine
