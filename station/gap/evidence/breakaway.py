@@ -114,6 +114,10 @@ class Breakaways:
         variance = (chance * (tried - mean[:, None]) ** 2).sum(axis=1) + (tried[:, 1] - tried[:, 0]) ** 2
         return self._trying(mean, np.maximum(NEAR_SIGMAS * np.sqrt(variance), STEP_S), count)
 
+    def around(self, law: Falling, count: int) -> Breakaways:
+        """The same with so many moments where a law puts the slips, looked for twice, the first time widely."""
+        return self.nearer(law, COUNT).nearer(law, count)
+
     def some(self, number: int) -> Breakaways:
         """At most so many of the runs, evenly."""
         return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from station.gap.evidence.breakaway import COUNT, EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.gap.evidence.breakaway import EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
 from station.physics.contact import Array
 
 FEW, MANY = 30, 120
@@ -22,7 +22,7 @@ SHORTEST, LONGEST = 10, 25
 NEAR_ENOUGH = 0.01
 """Of the ln of the likelihood: a step that brings less ends a search."""
 
-SPEEDS_M_S = (0.005, 0.03)
+STARTS_M_S = (0.005, 0.03)
 """Of gentle falls, from which their search starts."""
 
 BESIDE = {"fall_speed_m_s": 0.005, "shape": LOGARITHM}
@@ -88,7 +88,7 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
 def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
     """The likeliest fall or rise of a shape: from the likeliest of some starts."""
     falls = (0.3 * drop + 0.01, -0.01) if shape == LOGARITHM else (drop + 0.02, -0.02)
-    starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in SPEEDS_M_S]
+    starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in STARTS_M_S]
     tried = [_fitted(_near(paths, start, ROUGHLY), start, GENTLE, SHORTEST) for start in starts]
     return _fitted_near(paths, max(tried, key=_worth).law, GENTLE)
 
@@ -106,8 +106,7 @@ def _with_drop(paths: Breakaways, starts: Sequence[Law]) -> _Found:
 
 
 def _near(paths: Breakaways, law: Law, times: float = 1.0) -> Breakaways:
-    soft = paths.softened(times)
-    return soft.nearer(law, COUNT).nearer(law, TRIED)
+    return paths.softened(times).around(law, TRIED)
 
 
 def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
@@ -117,11 +116,7 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
 def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:
     """The one that many runs speak for, of those for which a few speak about as much as for any."""
     least = max(map(_worth, found)) - NEARLY
-    fitted = [
-        _fitted(paths.nearer(each.law, COUNT).nearer(each.law, TRIED), each.law, (*each.free, CREEP), LONGEST)
-        for each in found
-        if _worth(each) > least
-    ]
+    fitted = [_fitted_near(paths, each.law, (*each.free, CREEP)) for each in found if _worth(each) > least]
     return max(fitted, key=_worth)
 
 
@@ -141,8 +136,7 @@ def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[
     """The likeliest law that differs from `start` in what is free, from afar."""
     found = _Found(start, -math.inf, free)
     for times in softened:
-        soft = paths.softened(times)
-        near = soft if times > NARROW else soft.nearer(found.law, COUNT).nearer(found.law, TRIED)
+        near = paths.softened(times) if times > NARROW else _near(paths, found.law, times)
         found = _fitted(near, found.law, free, LONGEST if times == softened[-1] else SHORTEST)
     return found
 

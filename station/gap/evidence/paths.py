@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares, minimize
 
-from station.gap.evidence.breakaway import COUNT as LOOKS
 from station.gap.evidence.breakaway import Breakaways, Law
 from station.gap.evidence.breakaway_kernel import COUNT, SPEEDS_M_S, Laws
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
@@ -91,9 +90,9 @@ class Paths:
         found = _Sliding(self.contact, tuple(terms), self.law.drop_spread, max(self.law.creep_m, 2e-6))
         for times in SOFTENED:
             soft = self.breakaways.softened(times)
-            near = soft.nearer(found, LOOKS).nearer(found, TRIED)
+            near = soft.around(found, TRIED)
             found = self._fitted(near, found, numbers)
-        return self.breakaways.nearer(found, LOOKS).nearer(found, TRIED).log_likelihood(found)
+        return self.breakaways.around(found, TRIED).log_likelihood(found)
 
     def _fitted(self, near: Breakaways, start: _Sliding, numbers: Sequence[_Number]) -> _Sliding:
         def law_of(inner: Array) -> _Sliding:
