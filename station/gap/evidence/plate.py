@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,10 @@ Times = NDArray[np.int64]
 
 AGREE_RAD_S2, WILD, FEW, LEAST_READINGS = 0.1, 2.0, 0.998, 100
 """Attitudes and rates agree where their accelerations are typically no farther apart, and nowhere wildly larger."""
+
+APART_S = 0.0025
+"""Accelerations are the rates' differences from this much before to this much after. An acceleration that jumps at each
+reading would jump for all frames at once that fall on readings, and the least delay would seem to matter."""
 
 NEAR_S, STILL_RAD = 0.05, 5e-4
 """What moves by less than the second in twice the first is at rest."""
@@ -44,7 +49,7 @@ class Attitude:
 class PlateMotion:
     """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
 
-    The accelerations are those of the cubics, or else the rates' differences.
+    The accelerations are differences of the cubics' slopes, or else of the rates.
 
     Chords of gravity would lie a tenth of a millidegree off while the plate is set in motion: always to the same side,
     so that a thousand slides would tell it from nothing.
@@ -58,10 +63,9 @@ class PlateMotion:
         rate = _rate(known, self._time_s)
         # By columns: interpolation would copy each strided one, a whole session, at every call.
         self._rates = np.ascontiguousarray(rate.T)
-        self._accelerations = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None] if len(known) > 1 else rate[:0]
         gravity = known.gravity
         self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
-        self._bend = self._bending(gravity)
+        self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
@@ -80,14 +84,14 @@ class PlateMotion:
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate at `time_ns` − `delay_s`."""
         seconds = self._seconds(time_ns) - delay_s
-        rate = np.column_stack([np.interp(seconds, self._time_s, column) for column in self._rates])
         gravity = self._gravity_at(seconds)
         last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
-        acceleration = self._accelerations[np.minimum(last, len(self) - 2)]
-        if self._bend is not None:
-            bend = np.asarray(self._bend(np.clip(seconds, self._time_s[0], self._time_s[-1])))
-            acceleration = _seen(bend, gravity) + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
-        return Attitude(gravity, rate, acceleration, self._rising[last], self._since_step(time_ns, delay_s))
+        acceleration = self._apart(self._rates_at, seconds)
+        if self._swing is not None:
+            seen = _seen(self._apart(self._swing, seconds), gravity)
+            acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
+        rising = self._rising[last]
+        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, self._since_step(time_ns, delay_s))
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
         """When the arm was sent off, from `from_ns` until `to_ns`."""
@@ -98,8 +102,17 @@ class PlateMotion:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))
 
-    def _bending(self, gravity: Array) -> PPoly | None:
-        """The second derivative of gravity's spline, where attitudes and rates agree so well that it shows more.
+    def _rates_at(self, seconds: Array) -> Array:
+        return np.column_stack([np.interp(seconds, self._time_s, column) for column in self._rates])
+
+    def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
+        """The slope (n, 3) of what moves, from APART_S before to as much after."""
+        after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
+        before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
+        return (np.asarray(moving(after)) - np.asarray(moving(before))) / (2.0 * APART_S)
+
+    def _swinging(self, gravity: Array, rate: Array) -> PPoly | None:
+        """The first derivative of gravity's spline, where attitudes and rates agree so well that its own shows more.
 
         Between two readings a plate that stops midway has two accelerations, and rates alone show their mean. That is
         half a per cent of a block's friction just when it goes.
@@ -108,12 +121,12 @@ class PlateMotion:
             return None
         bend = self._gravity.derivative(2)
         shown = _seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1])
-        along = (self._accelerations * gravity[:-1]).sum(axis=1, keepdims=True)
-        mean = self._accelerations - gravity[:-1] * along
+        mean = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None]
+        mean -= gravity[:-1] * (mean * gravity[:-1]).sum(axis=1, keepdims=True)
         rough = float(np.median(np.linalg.norm(shown - mean, axis=1))) > AGREE_RAD_S2
         most = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, mean))
         wild = next(most) > WILD * next(most) + AGREE_RAD_S2
-        return None if rough or wild else bend
+        return None if rough or wild else self._gravity.derivative()
 
     def _seconds(self, time_ns: Times) -> Array:
         return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)

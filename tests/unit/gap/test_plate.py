@@ -63,3 +63,11 @@ def test_attitudes_that_do_not_agree_with_their_rates_make_no_wild_accelerations
     time_ns = np.arange(500_000_000, round((STEPS * STEP_S - 0.5) * 1e9), 1_300_000)
     read = made.at(time_ns).acceleration_rad_s2[:, 1]
     assert np.abs(read).max() < 1.1 * ACCELERATION_RAD_S2
+
+
+@pytest.mark.parametrize("noise_rad", [0.0, 1e-4], ids=["exact", "noise"])
+def test_the_least_delay_changes_no_acceleration_at_a_reading(noise_rad: float) -> None:
+    """Frames often fall on readings: if all their accelerations jumped there, a clock's offset would seem to matter."""
+    motion, time_ns = _motion(noise_rad=noise_rad), np.arange(500_000_000, 15_000_000_000, 10_000_000)
+    now, late = (motion.at(time_ns, delay_s=delay).acceleration_rad_s2[:, 1] for delay in (0.0, 1e-6))
+    assert np.abs(late - now).max() < 2e-3 * ACCELERATION_RAD_S2
