@@ -96,7 +96,7 @@ EXACT: Mapping[str, Map] = {
 }
 INEXACT: Mapping[str, str] = {
     "contact_aging": "reference time and cutoff differ, and the power law is another law",
-    "friction_patch": "a spot or waves there, a polynomial here",
+    "friction_patch": "a spot or waves there, a series here",
     "presliding": "another law of the load",
     "border_contact": "another depth: the generator's lip has a width",
     "pivot_offset": "the generator leaves the centripetal part out",

@@ -10,6 +10,10 @@ from typing import ClassVar
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
+EARLIEST_S = -2e-3
+"""Buffers, exposure and networks make stamps late. Early they can only be by what is wrong with the comparison of the
+clocks, which is less than half a round trip."""
+
 
 class ClockOffset(Effect):
     """The camera's clock is off."""
@@ -21,7 +25,7 @@ class ClockOffset(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="delay_s", unit="s", low=-0.3, high=0.3, typical=0.02),
+        Parameter(name="delay_s", unit="s", low=EARLIEST_S, high=0.3, typical=0.02),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "contact_aging", "kinetic_drop", "rate_strengthening")
     separated_by: ClassVar[str] = (

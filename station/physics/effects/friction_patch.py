@@ -1,8 +1,13 @@
 """Patches: friction depends on the place on the plate.
 
-m = exp(gx u + gy v + b (u² + v²) + p (u² − v²) + q 2uv), (u, v) the place over 40 mm in the plate's own grain: a slope
-across the plate, a spot or ring about its centre (b) and a saddle (p, q). The logarithm keeps friction positive. A
-small spot off the centre shows in these terms only in part: what is left of it is located as `other`.
+ln m is a Fourier series of the place of the first order, with a length of its own: with u = x / L and v = y / L in the
+plate's own grain, A = 1 − cos u and B = 1 − cos v,
+
+    a sin u + b sin v + c (A + B) + d (A − B) + t sin u sin v + p B sin u + q A sin v + s A B,
+
+all that sines and cosines of u and v span together but for the level, which is mu_s. Where L is long beside the paths
+it is a slope across the plate (a, b), a bowl (c), a saddle (d, t); where it is short, waves, or a spot at any place. The
+logarithm keeps friction positive. Of several spots it shows the strongest, and what is left is located as `other`.
 """
 
 from __future__ import annotations
@@ -15,9 +20,7 @@ from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
-RADIUS_M = 0.04
-FARTHEST = 2.0
-"""Places farther out than this many radii count as this far: a polynomial says nothing there."""
+SIZES = ("slope_x", "slope_y", "bowl", "saddle", "twist", "ridge_x", "ridge_y", "spot")
 
 
 class FrictionPatch(Effect):
@@ -25,15 +28,17 @@ class FrictionPatch(Effect):
 
     id: ClassVar[str] = "friction_patch"
     title: ClassVar[str] = "friction by place"
-    law: ClassVar[str] = "ln mu is a second-degree polynomial of the place over 40 mm (all terms 0)"
+    law: ClassVar[str] = "ln mu is a first-order Fourier series of the place over a length of its own (all terms 0)"
     source: ClassVar[str] = (
         "Dressel et al., figure 8 (maps of the angle by place); Yu et al. 2016, IROS (pushing data set: 5 % sd)"
     )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "place"
-    parameters: ClassVar[tuple[Parameter, ...]] = tuple(
-        Parameter(name=name, unit="1", low=-0.4, high=0.4, typical=0.05)
-        for name in ("slope_x", "slope_y", "bowl", "saddle", "twist")
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        *(Parameter(name=name, unit="1", low=-0.5, high=0.5, typical=0.05) for name in SIZES),
+        Parameter(
+            name="length_m", unit="m", low=0.005, high=0.04, typical=0.01, null=None, starts=(0.014, 0.008, 0.03)
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = (
         "platform_level",
@@ -46,15 +51,19 @@ class FrictionPatch(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
-        u, v = _place(contact)
-        terms = {"slope_x": u, "slope_y": v, "bowl": u * u + v * v, "saddle": u * u - v * v, "twist": 2.0 * u * v}
-        return np.exp(sum((values[name] * term for name, term in terms.items()), np.zeros(len(contact))))
+        u, v = _place(contact, values["length_m"])
+        sin_u, sin_v, low_u, low_v = np.sin(u), np.sin(v), 1.0 - np.cos(u), 1.0 - np.cos(v)
+        terms = (
+            *(sin_u, sin_v, low_u + low_v, low_u - low_v, sin_u * sin_v),
+            *(sin_u * low_v, low_u * sin_v, low_u * low_v),
+        )
+        sizes = (values[name] for name in SIZES)
+        return np.exp(sum((size * term for size, term in zip(sizes, terms, strict=True)), np.zeros(len(contact))))
 
 
-def _place(contact: Contact) -> tuple[Array, Array]:
-    """The place over the radius, in the plate's grain."""
+def _place(contact: Contact, length_m: float) -> tuple[Array, Array]:
+    """The place over the length, in the plate's grain."""
     cos, sin = np.cos(contact.mount_rad), np.sin(contact.mount_rad)
-    u = (cos * contact.x_m + sin * contact.y_m) / RADIUS_M
-    v = (cos * contact.y_m - sin * contact.x_m) / RADIUS_M
-    shrink = np.minimum(1.0, FARTHEST / np.maximum(np.hypot(u, v), 1e-12))
-    return u * shrink, v * shrink
+    u = (cos * contact.x_m + sin * contact.y_m) / length_m
+    v = (cos * contact.y_m - sin * contact.x_m) / length_m
+    return u, v

@@ -170,9 +170,23 @@ def test_wear_settles() -> None:
 def test_a_patch_turns_with_the_plate() -> None:
     """What was right of the centre is above it after a quarter turn."""
     state = at_rest(2, x_m=np.array([0.02, 0.0]), y_m=np.array([0.0, 0.02]), mount_rad=np.array([0.0, np.pi / 2]))
-    right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1)
-    assert right == pytest.approx(np.exp(0.2 * 0.5 + 0.1 * 0.25))
+    right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1, length_m=0.04)
+    assert right == pytest.approx(np.exp(0.2 * np.sin(0.5) + 0.1 * (1.0 - np.cos(0.5))))
     assert above == pytest.approx(right)
+
+
+def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
+    """What rubs, stains and grinding leave: within a tenth of a spot off the centre, exactly for waves."""
+    x, y = (each.ravel() for each in np.meshgrid(*2 * [np.linspace(-0.03, 0.03, 25)]))
+    state = at_rest(len(x), x_m=x, y_m=y)
+    names = [one.name for one in catalogue()["friction_patch"].parameters if not one.is_shape]
+    spot = 0.2 * np.exp(-0.5 * (np.square(x - 0.008) + np.square(y + 0.004)) / 0.012**2)
+    waves = 0.2 * np.sin((x - 0.003) / 0.007) * np.cos((y + 0.002) / 0.007)
+    for shape, length_m, most in ((spot, 0.010, 0.1), (waves, 0.007, 1e-6)):
+        terms = [np.log(said("friction_patch", "friction", state, **{name: 0.1}, length_m=length_m)) for name in names]
+        basis = np.column_stack([*terms, np.ones_like(x)])
+        left = shape - basis @ np.linalg.lstsq(basis, shape, rcond=None)[0]
+        assert np.abs(left).max() < most * np.abs(shape).max()
 
 
 def test_a_leading_mass_keeps_straight_and_a_trailing_one_swings_round() -> None:
