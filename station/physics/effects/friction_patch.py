@@ -6,8 +6,8 @@ plate's own grain, A = 1 − cos u and B = 1 − cos v,
     a sin u + b sin v + c (A + B) + d (A − B) + t sin u sin v + p B sin u + q A sin v + s A B,
 
 all that sines and cosines of u and v span together but for the level, which is mu_s. Where L is long beside the paths
-it is a slope across the plate (a, b), a bowl (c), a saddle (d, t); where it is short, waves, or a spot at any place. The
-logarithm keeps friction positive. Of several spots it shows the strongest, and what is left is located as `other`.
+it is a slope across the plate (a, b), a bowl (c), a saddle (d, t); where it is short, waves, or a spot at any place.
+The logarithm keeps friction positive. Of several spots it shows the strongest, and what is left is located as `other`.
 """
 
 from __future__ import annotations

@@ -178,7 +178,7 @@ def test_a_patch_turns_with_the_plate() -> None:
 def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
     """What rubs, stains and grinding leave: within a tenth of a spot off the centre, exactly for waves."""
     x, y = (each.ravel() for each in np.meshgrid(*2 * [np.linspace(-0.03, 0.03, 25)]))
-    state = at_rest(len(x), x_m=x, y_m=y)
+    state = at_rest(len(x), x_m=x, y_m=y, mount_rad=np.zeros_like(x))
     names = [one.name for one in catalogue()["friction_patch"].parameters if not one.is_shape]
     spot = 0.2 * np.exp(-0.5 * (np.square(x - 0.008) + np.square(y + 0.004)) / 0.012**2)
     waves = 0.2 * np.sin((x - 0.003) / 0.007) * np.cos((y + 0.002) / 0.007)
