@@ -34,6 +34,9 @@ OFF_NULL = 0.1
 LEAST_COST = 1.0
 """What a shape costs that nothing tells, or that is at its bound: of two laws that agree the simpler one is named."""
 
+PROMISED = 0.5
+"""The share of what the scores promise below which a fit has lost its way, and begins again where they say."""
+
 HARDLY = 0.003
 """The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
 
@@ -207,8 +210,8 @@ class Fitter:
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
         """The candidate after a full fit of everything in the model together with it.
 
-        It begins at what its own parts were fitted to; a model that fits worse than a part of it has not found its
-        maximum, and is begun again near that part.
+        It begins at what its own parts were fitted to; a model that fits worse than a part of it, or far worse than its
+        scores promise, has not found its maximum, and is begun again: near that part, or where the scores say.
         """
         acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
         effects = [*acting, *candidate.effects]
@@ -219,6 +222,8 @@ class Fitter:
         found = self.fit(_with(base.model, missing), effects, noise=base.noise)
         if found.log_likelihood < base.log_likelihood:
             found = self._refit(_with(base.model, map(_small, missing)), effects, base.noise)
+        if 2 * (found.log_likelihood - current.log_likelihood) < PROMISED * candidate.twice_gain:
+            found = self._refit(_with(current.model, candidate.starts), effects, current.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
         cost = sum(self._cost(found, effect, parameter) for effect, parameter in self._numbers(candidate))
         return replace(candidate, twice_gain=twice, bic=twice - cost, fitted=found)

@@ -8,7 +8,7 @@ law does not fit.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -51,6 +51,9 @@ LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time", "tilt_rate
 """Covariates that are a push's (the place), that stand for others, or that hold the error of what they explain: an
 onset that is read late makes its slide seem younger, and its friction less than the onset's; and the tilt's rate is
 that of the moment which was read."""
+
+SAME = 1e-6
+"""Angles are the same that differ by less than this, whole turns aside."""
 
 LEAST_CHOSEN = {"dwell": 0.2}
 """Spread from which on a covariate can only be the protocol's choice: a block that holds longer also rests longer, and
@@ -95,7 +98,20 @@ def _values(evidence: Evidence) -> dict[str, Array]:
         for name, values in channel.rows.covariates.items() if channel else ():
             if name not in LEFT_OUT and name not in found and _varies(name, values):
                 found[name] = values[np.isfinite(values)]
-    return found
+    return {name: values for name, values in found.items() if not _is_another(name, values, found)}
+
+
+def _is_another(name: str, values: Array, found: Mapping[str, Array]) -> bool:
+    """Whether an angle is one that stands before it: of a plate that is never turned in its mount, the grain's.
+
+    The same term under two names would count twice.
+    """
+    before = itertools.takewhile(lambda other: other != name, found)
+    return name in ANGLES and any(
+        len(found[other]) == len(values) and float(np.abs(np.exp(1j * found[other]) - np.exp(1j * values)).max()) < SAME
+        for other in before
+        if other in ANGLES
+    )
 
 
 def _varies(name: str, values: Array) -> bool:

@@ -30,8 +30,14 @@ CONVERGED = 1e-3
 NOISE_ROUNDS = 3
 WORTH_RENEWING = 0.5
 
-FARTHEST = 30.0
-"""Typical sizes of one step at most: a shape without an effect has no slope, and must not run away."""
+FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
+"""Typical sizes of one step at most: a shape without an effect has no slope, and must not run away; and how it bends
+the law is known only near where it is."""
+
+SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
+ENOUGH = 0.2
+"""The share of the promised gain that a step must bring, or else it is shortened: one to the far end of a shape's range
+may gain a little, and leads to where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
 
 _RIDGE = 1e-9
 
@@ -121,6 +127,17 @@ def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
     return levelled(evidence, without_nuisances(fitted.model))
 
 
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """Where a step would lead."""
+
+    vector: Array
+    model: Model
+    at: dict[str, Array]
+    white: Array
+    whitening: Whitening
+
+
 class _Search:
     def __init__(
         self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None, runs: Bools | None
@@ -131,6 +148,7 @@ class _Search:
         self.low = np.array([number.low for number in free])
         self.high = np.array([number.high for number in free])
         self.precision = np.array([number.precision for number in free])
+        self.reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
         self.noise = noise or self._noise()
@@ -172,7 +190,9 @@ class _Search:
         pull, curve = pulls(self.white[counted], self.whitening.tail[counted], self.whitening.limit[counted])
         gradient = slope.T @ pull + self.precision * self.vector
         hessian = (slope * curve[:, None]).T @ slope + np.diag(self.precision)
-        move, gain = _bounded(gradient, hessian, self.vector, self.low, self.high)
+        least = np.maximum(self.low - self.vector, -self.reach)
+        most = np.minimum(self.high - self.vector, self.reach)
+        move, gain = _bounded(gradient, hessian, least, most)
         self.curvature = Curvature(
             slope=slope,
             pull=pull,
@@ -184,18 +204,27 @@ class _Search:
         if gain < CONVERGED:
             return True
         before = self._total(self.white, self.whitening, self.vector)
-        for shrink in (1.0, 0.5, 0.2, 0.05, 0.01):
-            vector = np.clip(self.vector + shrink * move, self.low, self.high)
-            model = model_of(vector, self.free, base=self.model)
-            at = residuals(self.evidence, model)
-            whitening = self.whitening
-            if model.acting("shaking"):
-                whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
-            white = whitening(stack(self.evidence, at))
-            if self._total(white, whitening, vector) > before:
-                self.vector, self.model, self.at, self.white, self.whitening = vector, model, at, white, whitening
-                return False
+        best, most = None, before
+        for shrink in SHRUNK:
+            tried = self._at(np.clip(self.vector + shrink * move, self.low, self.high))
+            total = self._total(tried.white, tried.whitening, tried.vector)
+            if total > most:
+                best, most = tried, total
+            if best is not None and most > before + ENOUGH * shrink * gain:
+                break
+        if best is not None:
+            self.vector, self.model, self.at = best.vector, best.model, best.at
+            self.white, self.whitening = best.white, best.whitening
+            return False
         return gain < 0.5  # no way up from here: as good as converged only if little was to be gained
+
+    def _at(self, vector: Array) -> _Tried:
+        model = model_of(vector, self.free, base=self.model)
+        at = residuals(self.evidence, model)
+        whitening = self.whitening
+        if model.acting("shaking"):
+            whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
+        return _Tried(vector, model, at, whitening(stack(self.evidence, at)), whitening)
 
     def result(self, converged: bool) -> Fit:
         density = log_density(self.white, self.whitening.tail, self.whitening.limit)
@@ -214,15 +243,14 @@ class _Search:
         )
 
 
-def _bounded(gradient: Array, hessian: Array, vector: Array, low: Array, high: Array) -> tuple[Array, float]:
-    """The step to the top of the quadratic within bounds, and the gain that it promises.
+def _bounded(gradient: Array, hessian: Array, least: Array, most: Array) -> tuple[Array, float]:
+    """The step to the top of the quadratic between two bounds, and the gain that it promises.
 
     A Newton step that is merely cut off at the bounds can lead downhill: what is held at its bound changes where the
     others belong (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
     """
-    ridge = _RIDGE * max(float(np.trace(hessian)), 1e-12) * np.eye(len(vector))
+    ridge = _RIDGE * max(float(np.trace(hessian)), 1e-12) * np.eye(len(gradient))
     root = np.linalg.cholesky(hessian + ridge)
-    least, most = np.maximum(low - vector, -FARTHEST), np.minimum(high - vector, FARTHEST)
     found = lsq_linear(root.T, -solve_triangular(root, gradient, lower=True), (least, most), method="bvls")
     move = np.clip(np.asarray(found.x, dtype=np.float64), least, most)
     return move, -float(gradient @ move + 0.5 * move @ hessian @ move)

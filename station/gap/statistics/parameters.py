@@ -39,6 +39,11 @@ class Free:
         return 1.0 if self.effect is not None and self.effect.id.startswith("_") else 0.0
 
     @property
+    def is_shape(self) -> bool:
+        """Whether it says nothing without an effect's size."""
+        return self.parameter is not None and self.parameter.is_shape
+
+    @property
     def scale(self) -> float:
         """The size of a step of 1."""
         return 1.0 if self.parameter is None else self.parameter.typical
