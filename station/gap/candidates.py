@@ -31,7 +31,7 @@ but everybody expects it."""
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
 
-LEAST_COST = 1.0
+LEAST_COST = 2.0
 """What a shape costs that nothing tells, or that is at its bound: of two laws that agree the simpler one is named."""
 
 PROMISED = 0.5

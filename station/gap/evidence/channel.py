@@ -10,6 +10,7 @@ import numpy as np
 
 from station.gap.evidence.plate import Times
 from station.physics.contact import Array, Bools
+from station.physics.effect import Effect
 from station.physics.model import Model
 
 
@@ -71,8 +72,12 @@ class Channel(ABC):
 
     @property
     def hooks(self) -> frozenset[str]:
-        """The methods of `Effect` that can change it."""
+        """The methods of `Effect` through which one shows in it."""
         return ACTING[self.name.partition(":")[0]]
+
+    def changed_by(self, effect: Effect) -> bool:
+        """Whether an effect changes it at all: also where it shows far more in another channel."""
+        return bool(self.hooks & effect.acts_through())
 
 
 FRICTION_TRUSTED = 0.003
@@ -124,6 +129,10 @@ class Part(Channel):
         self.name, self.phase, self.unit = whole.name, whole.phase, whole.unit
         self.shares_friction = whole.shares_friction
         self._whole, self._chosen = whole, chosen
+
+    def changed_by(self, effect: Effect) -> bool:
+        """As the whole is."""
+        return self._whole.changed_by(effect)
 
     def residual(self, model: Model) -> Array:
         """Of the chosen rows."""

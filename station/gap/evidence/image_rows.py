@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shared.geometry import mark_corners
 from shared.messages import CameraGeometry
 from station.gap.evidence.channel import Channel, rows_of
 from station.gap.evidence.marks import (
@@ -25,6 +24,7 @@ from station.gap.evidence.moments import Moments
 from station.gap.evidence.plate import Times
 from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
+from station.gap.evidence.views import IMAGE_PX, block_view
 from station.gap.evidence.windows import windows_of
 from station.physics.contact import Array, View
 from station.physics.covariates import covariates_of
@@ -36,7 +36,6 @@ STRETCHES = 4
 LEAST_FRAMES = 3
 MEAN_POINTS = 24
 BEFORE_SLIP_NS = 30_000_000
-IMAGE_PX = 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,42 +202,18 @@ def _span(stretches: Sequence[_Stretch]) -> dict[str, Times]:
 
 
 def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
-    geometry = recorded.signals.geometry or CameraGeometry(
-        marker_side_m=recorded.setting.block_side_m, mm_per_px=0.1667
-    )
-    pose = np.array([stretch.pose for stretch in stretches])
-    cosine, sine = np.cos(pose[:, 2]), np.sin(pose[:, 2])
-    mark = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
-    turned = np.stack(
-        [
-            np.outer(cosine, mark[:, 0]) - np.outer(sine, mark[:, 1]),
-            np.outer(sine, mark[:, 0]) + np.outer(cosine, mark[:, 1]),
-        ],
-        axis=-1,
-    )
     middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)
     tilt_rad, down_rad = _mean_attitude(recorded, [(stretch.from_ns, stretch.to_ns) for stretch in stretches])
     tilt_ns = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
-    return View(
-        point_m=turned + pose[:, None, :2],
-        on_block=True,
+    return block_view(
+        recorded,
+        np.array([stretch.pose for stretch in stretches]),
         velocity_m_s=np.array([stretch.velocity for stretch in stretches]),
         yaw_rate_rad_s=np.array([stretch.yaw_rate for stretch in stretches]),
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=np.maximum((middle - tilt_ns) * 1e-9, 0.0),
-        side_m=geometry.marker_side_m,
-        camera_height_m=geometry.camera_height_m or 0.3,
-        image_centre_m=np.array([geometry.camera_x_m, geometry.camera_y_m]),
-        row_m=np.array([0.0, -1.0]),
-        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3 * _nearer(geometry),
     )
-
-
-def _nearer(geometry: CameraGeometry) -> float:
-    """The scale of the picture at the mark's height, in metres a pixel, over that on the plate."""
-    height = geometry.camera_height_m
-    return 1.0 - geometry.mark_height_m / height if height > geometry.mark_height_m else 1.0
 
 
 def _mean_attitude(recorded: Recorded, spans: Sequence[tuple[int, int]]) -> tuple[Array, Array]:

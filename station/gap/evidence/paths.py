@@ -85,9 +85,17 @@ class Paths:
         return min((near(start) for start in starts), key=lambda each: each[1])
 
     def log_likelihood(self, terms: Sequence[Term]) -> float:
-        """Of the paths, of the likeliest values near those of the terms."""
+        """Of the paths, of the likeliest values near those of the terms.
+
+        Of two laws that nearly cancel in the slides' windows those say little of either, and the search begins as well
+        where the two together come nearest to the likeliest law of all.
+        """
+        starts = [tuple(terms), self.nearest([terms])[0]] if len(terms) > 1 else [tuple(terms)]
+        return max(self._climbed(start) for start in starts)
+
+    def _climbed(self, terms: tuple[Term, ...]) -> float:
         numbers = _numbers(terms)
-        found = _Sliding(self.contact, tuple(terms), self.law.drop_spread, max(self.law.creep_m, 2e-6))
+        found = _Sliding(self.contact, terms, self.law.drop_spread, max(self.law.creep_m, 2e-6))
         for times in SOFTENED:
             soft = self.breakaways.softened(times)
             near = soft.around(found, TRIED)

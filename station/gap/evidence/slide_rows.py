@@ -17,8 +17,9 @@ from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
 from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
+from station.gap.evidence.views import block_view
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
-from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         None if onsets is None else lambda model: _of_runs(onsets.drawn(model, len(recorded.tracks)), runs),
         np.concatenate([window.node_yaw_rate_rad_s for window in windows]),
         _between(windows, recorded.plate),
+        _seen(recorded, windows, moments.reported),
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
@@ -106,6 +108,19 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         Across(rows(np.hypot(relative, deviation.sigma_rad)), motion),
         Turn(rows(turning), motion),
     ]
+
+
+def _seen(recorded: Recorded, windows: Sequence[Window], contact: Contact) -> View:
+    """How the camera sees the windows' nodes."""
+    return block_view(
+        recorded,
+        np.concatenate([window.node_pose for window in windows]),
+        velocity_m_s=np.concatenate([window.node_velocity for window in windows]),
+        yaw_rate_rad_s=np.concatenate([window.node_yaw_rate_rad_s for window in windows]),
+        tilt_rad=contact.tilt_rad,
+        down_rad=contact.down_rad,
+        rest_s=contact.slid_s,
+    )
 
 
 def _directions(windows: Sequence[Window], recorded: Recorded, runs: Times) -> tuple[Array, Believed]:

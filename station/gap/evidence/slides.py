@@ -10,9 +10,10 @@ import numpy as np
 from station.gap.evidence.channel import FRICTION_TRUSTED, Channel, Rows
 from station.gap.evidence.moments import Load, Moments
 from station.gap.evidence.windows import WEIGHTS
-from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.contact import GRAVITY_M_S2, Array, View
 from station.physics.dissipation import support
-from station.physics.model import Model
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
 
 PLAIN = Model(mu_s=1.0)
 """Changes neither attitude nor clock and pushes nothing."""
@@ -30,7 +31,8 @@ class Motion:
     `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
     and those onsets' residuals;
     `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 2) what the three nodes miss of
-    the pull's mean over a window in which the plate is set in motion or stopped.
+    the pull's mean over a window in which the plate is set in motion or stopped; `view` is how the camera sees the
+    nodes.
     """
 
     moments: Moments
@@ -39,6 +41,7 @@ class Motion:
     drawn: Callable[[Model], tuple[Array, Array]] | None = None
     yaw_rate_rad_s: Array | float = 0.0
     between_m_s2: Array | float = 0.0
+    view: View | None = None
 
     @property
     def reach_m(self) -> Array:
@@ -54,9 +57,40 @@ class Motion:
         speed = np.maximum(self.moments.reported.speed_m_s, LEAST_M_S)
         return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
+    def seen_m_s2(self, model: Model) -> Array | float:
+        """How much the windows (n, 2) seem to be accelerated more by what a model does to the picture.
+
+        A lens that enlarges what is far from its axis makes a block that goes there seem to be slowed less.
+        """
+        terms = [term for term in model.acting("seen") if _bends(term.effect)]
+        if self.view is None or not terms:
+            return 0.0
+        moved = sum((_mean_shift(term, self.view) for term in terms), np.zeros((1, 2)))
+        first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
+        half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
+        return (first - 2.0 * middle + last) / half_s[:, None] ** 2
+
+
+def _bends(effect: Effect) -> bool:
+    """Whether an effect displaces the picture of a block that slides."""
+    return effect.layer == "camera" and "seen" in effect.acts_through()
+
+
+def _mean_shift(term: Term, view: View) -> Array:
+    """Of the mark's middle (n, 2)."""
+    shift = term.effect.seen(view, term.values)
+    return np.zeros((len(view.tilt_rad), 2)) if shift is None else shift.mean(axis=1)
+
 
 class _Slides(Channel):
     phase: str = "slide"
+    sees: bool = False
+    """Whether it compares forces, from accelerations in the picture."""
+
+    def changed_by(self, effect: Effect) -> bool:
+        """Also by what bends the picture: it shows in the mark's shape, long before."""
+        return super().changed_by(effect) or (self.sees and _bends(effect))
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows)
@@ -69,6 +103,10 @@ class _Slides(Channel):
     def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
         """See `Motion`; 0 where no onset says anything."""
         return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
+
+    def _seen(self, model: Model, toward: Array) -> Array:
+        """See `Motion.seen_m_s2`, in directions (3 n, 2): (n,)."""
+        return (self.motion.seen_m_s2(model) * _unit(self._mean(toward))).sum(axis=1)
 
     def _force(self, load: Load, toward: Array) -> Array:
         """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
@@ -86,6 +124,7 @@ class Along(_Slides):
     """
 
     name: str = "along"
+    sees: bool = True
     unit: str = "relative friction"
     shares_friction: bool = True
     trusted: float = FRICTION_TRUSTED
@@ -110,7 +149,8 @@ class Along(_Slides):
         changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
         drawn, onset = self._drawn(model)
         held = self._mean(load.normal * model.friction(load.contact) * self._sliding) * np.exp(drawn)
-        predicted = (held - self._mean(changed)) / self._normal
+        changed = self._mean(changed) + self._seen(model, self._way)
+        predicted = (held - changed) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
 
 
@@ -118,6 +158,7 @@ class Across(_Slides):
     """Sideways force to the left of the motion: recorded less predicted, over the typical friction."""
 
     name: str = "across"
+    sees: bool = True
     unit: str = "relative friction"
     trusted: float = FRICTION_TRUSTED
 
@@ -137,7 +178,7 @@ class Across(_Slides):
         changed = ((load.tangential - self._plain.tangential) * self._left).sum(axis=1)
         _, slope, _ = support(model, load.contact, load.contact.way_rad)
         held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
-        return self._recorded - (held - self._mean(changed)) / self._unit_force
+        return self._recorded - (held - self._mean(changed) - self._seen(model, self._left)) / self._unit_force
 
 
 TURN_TRUSTED_RAD_S2 = 0.5

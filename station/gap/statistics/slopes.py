@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from station.gap.evidence.channel import Channel
 from station.gap.evidence.evidence import Evidence
 from station.gap.statistics.parameters import Free, model_of, vector_of
 from station.physics.contact import Array
@@ -43,12 +44,12 @@ def _differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dic
         moved[place] += step
         changed = model_of(moved, free, base=model)
         for channel in evidence.channels:
-            if _changes(channel.hooks, channel.shares_friction or channel.name == "across", number):
+            if _changes(channel, number):
                 found[channel.name][:, place] = (channel.residual(changed) - at[channel.name]) / step
     return found
 
 
-def _changes(hooks: frozenset[str], depends_on_mu: bool, number: Free) -> bool:
+def _changes(channel: Channel, number: Free) -> bool:
     if number.effect is None:
-        return depends_on_mu
-    return bool(hooks & number.effect.acts_through())
+        return channel.shares_friction or channel.name == "across"
+    return channel.changed_by(number.effect)

@@ -71,7 +71,7 @@ class PictureReading(Effect):
     title: ClassVar[str] = "reading of the block's place"
     law: ClassVar[str] = "the block seems to lie sag sin(tilt), and step once the plate is tilted, down the slope (0)"
     source: ClassVar[str] = "none: a nuisance of the measurement"
-    layer: ClassVar[Layer] = "camera"
+    layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="sag_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
