@@ -15,6 +15,7 @@ from station.gap.candidates import Candidate, Fitter
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.paths import Paths
 from station.gap.misfit import Gained, gained_by
+from station.gap.smooth import covariate_of
 from station.gap.statistics.columns import variants_of
 from station.gap.statistics.fit import Fit
 from station.gap.statistics.systematic import is_nuisance, without_nuisances
@@ -67,7 +68,9 @@ def against_nothing(fitter: Fitter, without: Fit, candidate: Candidate) -> float
 def _gain(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
     """Of twice the paths' log likelihood; 0 for what they do not tell."""
     paths, fitted = fitter.evidence.paths, candidate.fitted
-    if paths is None or fitted is None or _group(paths, candidate) is None or without.model.acting("delay_s"):
+    if paths is None or fitted is None or candidate.smooth or without.model.acting("delay_s"):
+        return 0.0
+    if _group(paths, candidate) is None:
         return 0.0
     return max(2.0 * (fitter.once(fitted, _of_paths) - fitter.once(without, _of_paths)), 0.0)
 
@@ -108,9 +111,14 @@ def _sized(start: Term, sign: float) -> Term:
 
 
 def _group(paths: Paths, candidate: Candidate) -> Group | None:
-    """None for what the paths do not tell: a smooth term, or a model that shifts the clock that they are read by."""
-    if candidate.fitted is None or candidate.smooth or candidate.fitted.model.acting("delay_s"):
+    """None for what the paths do not tell: a smooth term but of the speed, or a model that shifts their clock.
+
+    A smooth term of the speed begins at any level and goes on from there: it is what a drop and a second law are.
+    """
+    if candidate.fitted is None or candidate.fitted.model.acting("delay_s"):
         return None
+    if candidate.smooth:
+        return (frozenset(), 2) if [covariate_of(effect) for effect in candidate.effects] == ["speed"] else None
     told = {term.effect.id for term in paths.told(candidate.fitted.model)}
     laws = [effect.id for effect in candidate.effects if effect.id in told]
     return (frozenset(candidate.key) - set(laws), len(laws)) if laws else None

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.gap.by_paths import gained, judged, proposed
+from station.gap.by_paths import against_nothing, gained, judged, proposed
 from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
@@ -222,8 +222,8 @@ def _chosen(
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
     for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
-        if one.odds <= 0:
-            return None
+        if one.odds + against_nothing(fitter, current, one) <= 0:
+            continue
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
         if not trifle and not is_misfit(gained(fitter, current, one), known):
             return one
