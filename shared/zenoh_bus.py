@@ -82,7 +82,8 @@ class ZenohBus:
             raise UserError(f"Expected a rig id without '/' and '*' in the rig file (id = \"…\"), got '{rig_id}'")
         self._prefix = f"repose/{rig_id}"
         self._clock = clock or SystemClock()
-        self._inbox: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        # Not a SimpleQueue: a signal that comes just as its `get` times out lets it wait for ever (CPython to 3.11).
+        self._inbox: queue.Queue[Callable[[], None]] = queue.Queue()
         self._publishers: dict[str, Any] = {}
         self._entities: list[Any] = []
         self._alive: dict[str, int] = {}

@@ -1,7 +1,9 @@
 """Both buses keep the same promises: order, services, presence; Zenoh's also for a station that comes late."""
 
 import itertools
+import signal
 import socket
+import threading
 import time
 from collections.abc import Callable, Generator
 
@@ -175,6 +177,30 @@ def test_two_rigs_do_not_hear_each_other():
         other.poll(0.1)
         assert got == []
         assert other.alive() == frozenset()
+
+
+@pytest.mark.timeout(30)
+def test_no_signal_keeps_a_poll_from_returning():
+    """A signal that came just as a poll timed out let a process wait for ever that had been asked to end."""
+    main, done, heard = threading.get_ident(), threading.Event(), list[int]()
+    assert threading.current_thread() is threading.main_thread()
+
+    def shower() -> None:
+        while not done.wait(0.0007):
+            signal.pthread_kill(main, signal.SIGUSR1)
+
+    before = signal.signal(signal.SIGUSR1, lambda number, _frame: heard.append(number))
+    thread = threading.Thread(target=shower, daemon=True)
+    try:
+        with ZenohBus("contract", listen=[endpoint()]) as bus:
+            thread.start()
+            polls = [bus.poll(0.001) for _ in range(2000)]
+    finally:
+        done.set()
+        thread.join()
+        signal.signal(signal.SIGUSR1, before)
+    assert polls == [0] * 2000
+    assert len(heard) > 100
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "a*"])
