@@ -68,9 +68,8 @@ def against_nothing(fitter: Fitter, without: Fit, candidate: Candidate) -> float
 def _gain(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
     """Of twice the paths' log likelihood; 0 for what they do not tell."""
     paths, fitted = fitter.evidence.paths, candidate.fitted
-    if paths is None or fitted is None or candidate.smooth or without.model.acting("delay_s"):
-        return 0.0
-    if _group(paths, candidate) is None:
+    told = paths is not None and not candidate.smooth and _group(paths, candidate) is not None
+    if not told or fitted is None or without.model.acting("delay_s"):
         return 0.0
     return max(2.0 * (fitter.once(fitted, _of_paths) - fitter.once(without, _of_paths)), 0.0)
 

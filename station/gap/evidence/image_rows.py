@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -247,20 +247,7 @@ def _fixed_view(points: Array, recorded: Recorded, spans: Sequence[tuple[int, in
 
 def _level(view: View) -> View:
     """The same mark with the plate level."""
-    return View(
-        point_m=view.point_m,
-        on_block=view.on_block,
-        velocity_m_s=view.velocity_m_s,
-        yaw_rate_rad_s=view.yaw_rate_rad_s,
-        tilt_rad=np.zeros_like(view.tilt_rad),
-        down_rad=view.down_rad,
-        rest_s=np.zeros_like(view.rest_s),
-        side_m=view.side_m,
-        camera_height_m=view.camera_height_m,
-        image_centre_m=view.image_centre_m,
-        row_m=view.row_m,
-        image_size_m=view.image_size_m,
-    )
+    return replace(view, tilt_rad=np.zeros_like(view.tilt_rad), rest_s=np.zeros_like(view.rest_s))
 
 
 def _mean_corners(time_ns: Times, corner_m: Array, from_ns: int, to_ns: int) -> tuple[Array, int] | None:

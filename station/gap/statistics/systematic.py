@@ -65,7 +65,10 @@ ONSET_READING = OnsetReading()
 
 
 class PictureReading(Effect):
-    """A mark on a tilted plate is read beside where it is, by as little as a tracker is trusted to."""
+    """A mark on a tilted plate is read beside where it is, by as little as a tracker is trusted to.
+
+    It is the reading's and not the camera's, whose effects bend slides too: by so little nobody would see a slide bent.
+    """
 
     id: ClassVar[str] = "_picture_reading"
     title: ClassVar[str] = "reading of the block's place"
