@@ -19,7 +19,7 @@ def test_every_tier_of_the_protocol_is_made_by_the_generator_that_has_it():
 
 def test_the_tiers_through_everything_can_be_asked_for():
     assert tiers_of("frames,twin_null", None, quick=True) == {"twin_null": 2, "frames": 2}
-    assert tiers_of(None, None, quick=False)["frames"] == 12
+    assert tiers_of(None, None, quick=False) == dict(FULL)
 
 
 def test_a_generator_that_is_not_there_is_named():
