@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.motion import Four, Way, unsheared
 from pi_agent.tracking.refine import Fit
 
 Points = NDArray[np.complex128]
@@ -60,13 +61,14 @@ class Verdict:
     rough: bool = False
 
 
-def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, shear: float) -> Verdict:
+def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, way: Way) -> Verdict:
     """The verdict on a fit.
 
-    `shape`: the mark when it lay flat (see `flat_shape`), None at first sight; `shear`: the shift in x per row that the
-    rolling shutter causes at the present speed.
+    `shape`: the mark when it lay flat (see `flat_shape`), None at first sight; `way`: how it moves, by which a rolling
+    shutter makes it another shape.
     """
-    sides = side_vectors(fit.by_edges.corners, aspect=config.mark.aspect, shear=shear)
+    at_once = unsheared(fit.by_edges.corners, way=way, line_s=config.shutter.line_s)
+    sides = side_vectors(at_once, aspect=config.mark.aspect)
     reason = _pixels_reason(fit, first=shape is None) or _size_reason(sides, config)
     if not reason and shape is None:
         reason = _first_shape_reason(fit, sides, config)
@@ -141,11 +143,10 @@ def _size_reason(sides: tuple[complex, complex], config: TrackerConfig) -> str:
     return "" if 0.9 * low <= side <= 1.1 * high else f"wrong size: {side:.0f} px where {wanted} are expected"
 
 
-def side_vectors(corners: Points, *, aspect: float, shear: float) -> tuple[complex, complex]:
-    """Mean first and second side as vectors (the second divided by the aspect), the rolling shutter's shear undone."""
-    a, b, c, d = corners.tolist()
-    right, down = 0.5 * (b + c - a - d), 0.5 * (d + c - a - b) / aspect
-    return right - shear * right.imag, down - shear * down.imag
+def side_vectors(corners: Four, *, aspect: float) -> tuple[complex, complex]:
+    """Mean first and second side as vectors (the second divided by the aspect), of corners at one time."""
+    a, b, c, d = corners
+    return 0.5 * (b + c - a - d), 0.5 * (d + c - a - b) / aspect
 
 
 def flat_shape(sides: tuple[complex, complex]) -> Shape:

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pi_agent.tracking.lines import EdgeVariance
-from pi_agent.tracking.motion import Way
+from pi_agent.tracking.motion import Four, Way, unsheared
 
 Points = NDArray[np.complex128]
-Four = list[complex]
 
 APART_PX = 3.0  # from here on another place's grain lies under the edges
 LENS = 0.001  # change of the shape from place to place, in shares of the way, before any was seen
@@ -194,18 +193,6 @@ def _pose_px2(match: _Match) -> float:
     across = sum(1.0 / (1.0 / match.spread[k][0] + 1.0 / match.spread[k + 2][0]) for k in (0, 1))
     turned = sum(length * length / rise for (_, length), (_, rise) in zip(match.edges, match.spread, strict=True))
     return 0.5 * across + sum(length * length for _, length in match.edges) / 16.0 / turned
-
-
-def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:
-    """Corners at the time of their centre's row, from corners at their own rows' times."""
-    seen: Four = corners.tolist()
-    if line_s == 0.0:
-        return seen
-    centre = sum(seen) / 4
-    # From frame to frame a corner's row moves along, and its time with it.
-    velocity = way.velocity_px_s / (1.0 + line_s * way.velocity_px_s.imag)
-    turning = 1j * way.yaw_rate_rad_s
-    return [z - (velocity + turning * (z - centre)) * ((z - centre).imag * line_s) for z in seen]
 
 
 def _onto(shape: Four, seen: Four) -> Four:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.complex128]
+Four = list[complex]
 
 LONGEST_GAP_S = 0.25  # after a longer dropout the last velocity says nothing
 LEAST_GAIN_PX = 0.4  # a change of the step from frame to frame that is expected to go on: less may be noise
@@ -27,6 +28,18 @@ def centre_of(corners: Points) -> complex:
     """The mean of corners (4,): as plain numbers, in a third of the time of an array's."""
     a, b, c, d = corners.tolist()
     return (a + b + c + d) / 4
+
+
+def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:
+    """Corners at the time of their centre's row, from corners at their own rows' times."""
+    seen: Four = corners.tolist()
+    if line_s == 0.0:
+        return seen
+    centre = sum(seen) / 4
+    # From frame to frame a corner's row moves along, and its time with it.
+    velocity = way.velocity_px_s / (1.0 + line_s * way.velocity_px_s.imag)
+    turning = 1j * way.yaw_rate_rad_s
+    return [z - (velocity + turning * (z - centre)) * ((z - centre).imag * line_s) for z in seen]
 
 
 class Motion:

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pi_agent.tracking.judge import PERSPECTIVE
-from pi_agent.tracking.motion import centre_of
+from pi_agent.tracking.motion import Way, centre_of, unsheared
 
 Points = NDArray[np.complex128]
 Compared = tuple[Points, Points, float]
+Seen = tuple[Points, Way]
 
 NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
 NEAR_ON_GRAIN_PX = 0.15  # the same for the grain of a plate beside bare tape
@@ -27,16 +28,19 @@ DEVIATIONS = 4.0
 
 
 class RestingShape:
-    """The mark's outline, learned from frame to frame; well known while it stays within `near_px` of its place."""
+    """The mark's outline, learned from frame to frame; well known while it stays within `near_px` of its place.
 
-    def __init__(self, *, near_px: float) -> None:
-        self._near_px = near_px
+    `line_s`: time from row to row, by which a mark that moves is seen as another shape.
+    """
+
+    def __init__(self, *, near_px: float, line_s: float) -> None:
+        self._near_px, self._line_s = near_px, line_s
         self._place: Points | None = None
         self._sigma_px = 0.0
         self._frames = 0
-        self._compared: tuple[Points, Compared | None] | None = None
+        self._compared: tuple[Seen, Compared | None] | None = None
 
-    def departed(self, corners: Points) -> Compared | None:
+    def departed(self, corners: Points, *, way: Way) -> Compared | None:
         """Arms (4,) of the outline about its centre, those of the corners turned onto it, and the way between (px).
 
         None before an outline was learned, or far away from it.
@@ -44,35 +48,43 @@ class RestingShape:
         place = self._place
         if place is None:
             return None
-        if self._compared is not None and self._compared[0] is corners:
+        if self._compared is not None and self._compared[0][0] is corners and self._compared[0][1] == way:
             return self._compared[1]
-        own, centre = centre_of(place), centre_of(corners)
-        arms, seen = place - own, corners - centre
+        at_once = self._at_once(corners, way)
+        own, centre = centre_of(place), centre_of(at_once)
+        arms, seen = place - own, at_once - centre
         turn = complex(np.vdot(seen, arms))
         turn /= max(abs(turn), 1e-9)
         way = abs(centre - own) + abs(turn - 1.0) * max(np.abs(arms).tolist())
         told = None if way > FARTHEST_PX else (arms, seen * turn, way)
-        self._compared = corners, told
+        self._compared = (corners, way), told
         return told
 
-    def limit_px(self, *, way_px: float, contrast: float, sigma_px: float) -> float:
-        """The largest departure that pixel noise and sampling explain, and further away grain and lens."""
+    def limit_px(self, *, way_px: float, contrast: float, sigma_px: float, slack_px: float) -> float:
+        """The largest departure that pixel noise and sampling explain, and further away grain and lens.
+
+        `slack_px`: what the rolling shutter may make of the outline by a speed that is not steady.
+        """
         noise = NOISE_PX / contrast * float(np.sqrt(1.0 + 1.0 / max(self._frames, 1)))
-        limit = SYSTEMATIC_PX + DEVIATIONS * noise
+        limit = SYSTEMATIC_PX + DEVIATIONS * noise + slack_px
         if way_px < self._near_px:
             return limit
         return max(limit, DEVIATIONS * float(np.hypot(sigma_px, self._sigma_px))) + LENS * way_px
 
-    def learn(self, corners: Points, *, sigma_px: float) -> None:
+    def learn(self, corners: Points, *, way: Way, sigma_px: float) -> None:
         """Takes the corners of a frame that was believed, and their sigma."""
-        near = self.departed(corners)
+        near = self.departed(corners, way=way)
         self._compared = None
         if near is None or near[2] > self._near_px or self._place is None:
-            self._place, self._frames, self._sigma_px = corners, 1, sigma_px
+            self._place, self._frames, self._sigma_px = self._at_once(corners, way), 1, sigma_px
             return
         self._frames += 1
         share = max(1.0 / self._frames, LEAST_SHARE)
         self._place = self._place + share * (near[1] - near[0])
+
+    def _at_once(self, corners: Points, way: Way) -> Points:
+        """The corners at the time of one row."""
+        return corners if self._line_s == 0.0 else np.array(unsheared(corners, way=way, line_s=self._line_s))
 
 
 def lean_of(arms: Points, seen: Points, *, limit_px: float) -> float:

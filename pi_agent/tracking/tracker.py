@@ -14,7 +14,7 @@ from pi_agent.tracking.acquire import candidates
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.lines import EdgeVariance
-from pi_agent.tracking.motion import Motion, Way, centre_of
+from pi_agent.tracking.motion import STILL, Motion, Way, centre_of, unsheared
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
@@ -39,6 +39,7 @@ SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows b
 STILL_PX = 0.3, 0.6  # a path within the exposure that is no smear: beside a textured plate, and beside a margin
 UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
 FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
+BEGUN = 2.0  # times what a steady gain of speed makes of the outline: a block that begins has all its speed since then
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
@@ -82,7 +83,7 @@ class Tracker:
         elif fit is not None and self._doubtful(time_s):
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
-            verdict = self._at_rest(fit, verdict)
+            verdict = self._at_rest(fit, verdict, time_s)
         if verdict.tip_rad > self._largest_lean(time_s):
             verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
         if fit is not None and verdict.rough:
@@ -96,14 +97,20 @@ class Tracker:
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
 
-    def _at_rest(self, fit: Fit, verdict: judge.Verdict) -> judge.Verdict:
+    def _at_rest(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> judge.Verdict:
         """The verdict when the outline is compared with that of the last frames."""
-        compared = self._resting.departed(fit.by_edges.corners)
+        way = self._motion.way_to(fit.corners, time_s)
+        compared = self._resting.departed(fit.by_edges.corners, way=way)
         if compared is None:
             return verdict
         arms, seen, way_px = compared
         departure = max(np.abs(seen - arms).tolist())
-        limit = self._resting.limit_px(way_px=way_px, contrast=fit.contrast, sigma_px=fit.by_edges.worst_px)
+        limit = self._resting.limit_px(
+            way_px=way_px,
+            contrast=fit.contrast,
+            sigma_px=fit.by_edges.worst_px,
+            slack_px=BEGUN * self._unsteady_px(fit.corners, way),
+        )
         if departure < limit:
             self._departed = 0
             return verdict
@@ -122,9 +129,10 @@ class Tracker:
         return max(self._lean_rad, UNSEEN_LEAN_RAD) + FASTEST_LEAN_RAD_S * gap_s
 
     def _forget_outline(self) -> None:
-        self._resting = RestingShape(near_px=NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX)
+        near_px, line_s = NEAR_ON_GRAIN_PX if self.config.mark.margin <= 0 else NEAR_PX, self.config.shutter.line_s
+        self._resting = RestingShape(near_px=near_px, line_s=line_s)
         self._departed = 0
-        self._known = KnownShape(line_s=self.config.shutter.line_s)
+        self._known = KnownShape(line_s=line_s)
 
     def _follow(self, time_s: float) -> Attempt:
         """The mark near its prediction, else near its last place."""
@@ -147,10 +155,10 @@ class Tracker:
         if not _inside(corners, self._reader):
             return None, LEAVES
         way = self._motion.way
-        fit = self._fitted(corners, way)
+        fit = self._fitted(corners, way, time_s)
         if fit is None:
             return None, NO_MARK
-        return self._with_smear(fit, self._judged(fit, way), time_s)
+        return self._with_smear(fit, self._judged(fit, time_s), time_s)
 
     def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
@@ -158,14 +166,14 @@ class Tracker:
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
         way = self._motion.way_to(fit.corners, time_s)
-        again = self._fitted(fit.corners, way)
-        return (None, NO_MARK) if again is None else (again, self._judged(again, way))
+        again = self._fitted(fit.corners, way, time_s)
+        return (None, NO_MARK) if again is None else (again, self._judged(again, time_s))
 
-    def _judged(self, fit: Fit, way: Way) -> judge.Verdict:
+    def _judged(self, fit: Fit, time_s: float) -> judge.Verdict:
         shape = self._shape if self._shape_known else None
-        return judge.judge(fit, config=self.config, shape=shape, shear=self._shear(way))
+        return judge.judge(fit, config=self.config, shape=shape, way=self._motion.way_to(fit.corners, time_s))
 
-    def _fitted(self, corners: Points, way: Way) -> Fit | None:
+    def _fitted(self, corners: Points, way: Way, time_s: float) -> Fit | None:
         path = way.velocity_px_s * self._exposure_s
         smear = None
         if self._smeared_px(abs(path)) > 0.0:
@@ -180,17 +188,22 @@ class Tracker:
             smear=smear,
             turn_per_row_rad=self._turn_per_row_rad(corners, way),
         )
-        return fit if fit is None or fit.edges is None else self._settled(fit, fit.edges, way)
+        if fit is None or fit.edges is None:
+            return fit
+        return self._settled(fit, fit.edges, self._motion.way_to(fit.corners, time_s))
 
     def _settled(self, fit: Fit, variance: EdgeVariance, way: Way) -> Fit:
         """The fit with corners that agree with how this place, and with the shape that other places told."""
         recalled = self._known.recall(fit.corners, variance, sigma_px=fit.sigma_px, way=way)
         if recalled is not None:
             return _agreed(fit, recalled)._replace(recalled=recalled.agrees)
-        change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
-        slack_px = 0.25 * change * self.config.shutter.line_s * abs(complex(fit.corners[2] - fit.corners[0]))
-        settled = self._known.settle(fit.corners, variance, way=way, slack_px=slack_px)
+        settled = self._known.settle(fit.corners, variance, way=way, slack_px=self._unsteady_px(fit.corners, way))
         return fit if settled is None else _agreed(fit, settled)
+
+    def _unsteady_px(self, corners: Points, way: Way) -> float:
+        """What a steady gain of speed since the last frames makes of the shape: the way's speed is half a frame old."""
+        change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
+        return 0.25 * change * self.config.shutter.line_s * abs(complex(corners[2] - corners[0]))
 
     def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
         """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
@@ -204,9 +217,6 @@ class Tracker:
 
     def _smeared_px(self, path_px: float) -> float:
         return path_px if path_px >= STILL_PX[self._task.even] else 0.0
-
-    def _shear(self, way: Way) -> float:
-        return way.velocity_px_s.real * self.config.shutter.line_s
 
     def _acquire(self, frame: Frame, time_s: float, why: judge.Verdict) -> Attempt:
         """The mark anywhere in the frame (or the region): the candidate that is believed, when it is the only one."""
@@ -240,7 +250,7 @@ class Tracker:
         fit = refine(self._reader, near, blur_px=blur, task=self._first_task, most_passes=MOST_PASSES)
         if fit is None:
             return None, NO_MARK
-        verdict = judge.judge(fit, config=self.config, shape=None, shear=0.0)
+        verdict = judge.judge(fit, config=self.config, shape=None, way=STILL)
         if not verdict.reason and not self._task.even and self._unknown_path_px(fit) > SMEAR_AT_SIGHT_PX:
             verdict = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
         return fit, verdict
@@ -262,7 +272,7 @@ class Tracker:
         again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)
         if again is None:
             return None, NO_MARK
-        return again, judge.judge(again, config=self.config, shape=None, shear=0.0)
+        return again, judge.judge(again, config=self.config, shape=None, way=STILL)
 
     def _doubtful(self, time_s: float) -> bool:
         """Whether continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
@@ -326,15 +336,15 @@ class Tracker:
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
         alone = fit.by_edges
-        sides = judge.side_vectors(alone.corners, aspect=self.config.mark.aspect, shear=self._shear(self._motion.way))
-        seen = judge.flat_shape(sides)
+        at_once = unsheared(alone.corners, way=self._motion.way, line_s=self.config.shutter.line_s)
+        seen = judge.flat_shape(judge.side_vectors(at_once, aspect=self.config.mark.aspect))
         if self._shape is None or not self._shape_known:
             # At first sight nothing is known of the speed, nor of what the rolling shutter makes of the shape by it.
             self._shape, self._shape_known = seen, self._motion.has_velocity or self.config.shutter.line_ns == 0
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
             self._shape = (a, b, c)
-        self._resting.learn(alone.corners, sigma_px=alone.worst_px)
+        self._resting.learn(alone.corners, way=self._motion.way, sigma_px=alone.worst_px)
         self._learn_shape(alone)
         if abs(fit.path_px - self._path_px()) < OTHER_PATH_PX and (
             self._motion.has_velocity or self.config.shutter.exposure_ns == 0

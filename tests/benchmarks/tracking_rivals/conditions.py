@@ -188,6 +188,43 @@ def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, fram
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 
 
+def begun(rng: Rng) -> Trial:
+    """The beginning of a slide, rolling shutter: from rest at 1 to 5 m/s² to 0.3 m/s or to any frame before."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    return beginning(Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials()), rng)
+
+
+def begun_tape(rng: Rng) -> Trial:
+    """The same with bare tape."""
+    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
+    return beginning(scene, rng)
+
+
+def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float = 300.0) -> Trial:
+    """Frames of a block at rest that begins to slide within one, and to turn; the last one is any before the fastest.
+
+    It lies so that the fastest frame would show it in the middle of the plate.
+    """
+    gain = float(rng.uniform(1000.0, 5000.0))
+    lasts_s = fastest_mm_s / gain
+    began_s = (at_rest - float(rng.uniform())) * FRAME_S
+    count = at_rest + 1 + int(rng.integers(1 + int(lasts_s / FRAME_S)))
+    direction, yaw = rng.uniform(0, 2 * np.pi, 2).tolist()
+    turn_per_mm = float(rng.uniform(-0.01, 0.01))
+    along, across = float(np.cos(direction)), float(np.sin(direction))
+    before, last = ExactRenderer(scene, quality=BEFORE), ExactRenderer(scene, quality=MOVING)
+    shots = []
+    for number in range(count):
+        time = max(number * FRAME_S - began_s, 0.0)
+        way, speed = 0.5 * gain * time**2, gain * time
+        place = way - 0.5 * fastest_mm_s * lasts_s
+        turned = yaw + turn_per_mm * way
+        pose = Pose(place * along, place * across, turned, speed * along, speed * across, turn_per_mm * speed)
+        shots.append((last if number == count - 1 else before).render(pose, rng=rng))
+    config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
+    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+
+
 def _adverse(rng: Rng, mark: Mark, disturb: Callable[[Scene, Floats, Rng], Scene]) -> Trial:
     """An undisturbed frame, then a disturbed one."""
     tone = PI_DEFAULT if rng.random() < 0.3 else LINEAR
@@ -292,6 +329,8 @@ NORMAL: dict[str, Maker] = {
     "out of focus": blurred,
     "sliding": sliding,
     "sliding tape": sliding_tape,
+    "sliding begun": begun,
+    "sliding begun, tape": begun_tape,
 }
 _DISTURBANCES = {"glare": glare, "clutter": clutter, "occlusion": occlusion, "dim": dim, "shadow": shadow}
 

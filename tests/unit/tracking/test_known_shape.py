@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from pi_agent.rendering import Pose, Scene, surface
 from pi_agent.rendering.projection import corners_px
-from pi_agent.tracking.known_shape import KnownShape, Settled, unsheared
+from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.mark import Mark
-from pi_agent.tracking.motion import STILL, Way
+from pi_agent.tracking.motion import STILL, Way, unsheared
 from pi_agent.tracking.shutter import Shutter
 
 Points = NDArray[np.complex128]

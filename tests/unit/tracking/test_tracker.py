@@ -107,6 +107,25 @@ def test_a_slide_is_exact_once_each_corner_has_its_rows_time(wood: NDArray[np.fl
     assert float(np.sqrt(np.mean(np.sum(np.square(errors), axis=2)))) <= 0.05
 
 
+@pytest.mark.parametrize("mark", [RECOMMENDED, Mark(side_mm=15.0)])
+@pytest.mark.parametrize("direction", [0.3, 1.4, 2.5, 4.6])
+def test_no_frame_of_a_slides_beginning_is_lost_to_a_rolling_shutter(
+    wood: NDArray[np.float32], mark: Mark, direction: float
+) -> None:
+    """It makes a mark that moves another shape than the one at rest: of a slide's first frames six were refused."""
+    shutter, gain = Shutter(line_ns=17_000.0, exposure_ns=1_000_000), 2000.0
+    renderer = FastRenderer(Scene(wood, mark=mark, shutter=shutter), rng=np.random.default_rng(1))
+    tracker = Tracker(TrackerConfig(mark=mark, shutter=shutter))
+    along, across = np.cos(direction), np.sin(direction)
+    for number in range(16):
+        time = max(number - 3.4, 0.0) / 90
+        way, speed = 0.5 * gain * time**2, gain * time
+        frame, truth = renderer.render(Pose(way * along, way * across, 0.2, speed * along, speed * across))
+        seen = tracker.track(frame, capture_ns=number * FRAME_NS)
+        assert seen.reason == "", f"frame {number}: {seen.reason}"
+        assert float(np.abs(seen.corners_px - truth).max()) < 0.2
+
+
 @pytest.mark.parametrize("name", ADVERSE)
 def test_a_bad_frame_is_right_or_declared(name: str) -> None:
     _, followed = _scores(name, 8)
