@@ -23,6 +23,10 @@ from station.prove.trial import Tool, Trial, run_trial, tool_digest
 from station.prove.workers import bar, work_on
 
 
+COMPARED = ("null", "single", "pair")
+"""The tiers whose cases the rivals' figures are about."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Proof:
     """All cases scored; the tiers that were not made and the rivals that did not run, with reasons."""
@@ -35,7 +39,7 @@ class Proof:
 
 
 def prove(protocol: Protocol, tool: Tool, *, jobs: int, rivalled: int, refits: bool, console: Console) -> Proof:
-    """Runs whatever is missing and scores everything; rivals on up to `rivalled` cases of each tier.
+    """Runs whatever is missing and scores everything; rivals on up to `rivalled` cases of each tier of `COMPARED`.
 
     Raises:
         UserError: without a checkout, for a folder of other cases or of another version of the tool, a changed key.
@@ -56,7 +60,7 @@ def prove(protocol: Protocol, tool: Tool, *, jobs: int, rivalled: int, refits: b
     absent = reasons() if rivalled else {}
     if refits:
         able = tuple(name for name in rivals() if rivalled and name not in absent)
-        compared = {truth.id for tier in made for truth in _first(truths, tier, rivalled)}
+        compared = {truth.id for tier in COMPARED for truth in _first(truths, tier, rivalled)}
         tasks = [_task(protocol, truth, said[truth.id], tool, able if truth.id in compared else ()) for truth in truths]
         work_on(
             [task for task in tasks if task is not None and not _done(task)],

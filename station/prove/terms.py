@@ -12,8 +12,15 @@ from station.gap.evidence.plate import Times
 from station.physics.contact import Array, Bools
 from station.prove.rivals import Table
 
-CHANNELS = ("onset", "along")
-"""The two tables: onsets, and windows of slides; their residuals are relative friction."""
+CHANNELS = ("onset", "along", "across", "turn", "rest", "plate")
+"""Onsets, slides along, across and turning, and what block and plate seem to move before a slide.
+
+The strain of the mark's picture is left out: it has three components that no function of a covariate is common to.
+"""
+
+LEFT_OUT = ("slide", "tilt")
+"""The tilt at which a block slid is the friction that the run drew: as a covariate of its slide it would explain the
+draw by itself, and worsen what is held out."""
 
 _STANDARD_SPEED_M_S = 0.02
 
@@ -22,6 +29,7 @@ _STANDARD_SPEED_M_S = 0.02
 class Terms:
     """One table: functions of covariates (n, k), standardised; their names and covariates; the residuals (n,).
 
+    Where friction is meant, residuals are relative friction; see the channels of the evidence for the units of others.
     `known` (n,) is False for runs without a slide; `run` (n,) is the run's place in the evidence.
     """
 
@@ -36,7 +44,7 @@ class Terms:
 
 
 def tables_of(table: Table) -> list[Terms]:
-    """Onsets and slides, with the residuals of the plain model."""
+    """All channels that a table can hold, with the residuals of the plain model."""
     found = [table.evidence.channel(name) for name in CHANNELS]
     return [_terms(channel, channel.residual(table.plain.model)) for channel in found if channel is not None]
 
@@ -46,7 +54,7 @@ def _terms(channel: Channel, residual: Array) -> Terms:
     listed: list[tuple[str, str, Array]] = []
     for name, values in rows.covariates.items():
         known = np.isfinite(values)
-        if known.sum() < 0.5 * len(values):
+        if (channel.phase, name) == LEFT_OUT or known.sum() < 0.5 * len(values):
             continue
         filled = np.where(known, values, np.median(values[known]))
         listed += [(term, name, column) for term, column in _functions(name, filled)]

@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -69,5 +70,17 @@ def work_on(tasks: Iterable[Task], work: Callable[[Task], None], *, jobs: int, t
 
 
 def _deaf() -> None:
-    """A worker finishes its case when the terminal says stop: a result is whole or not there."""
+    """A worker finishes its case when the terminal says stop, and ends at once with a process that was killed.
+
+    A result is whole or not there, either way.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Otherwise it would wait for ever for work, on a pipe of which it holds both ends."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -34,7 +34,7 @@ NAME = "prove"
 HELP = "prove the diagnosis on recordings with concealed effects"
 
 RIVALLED = 12
-"""Cases of each tier that the rivals answer, of the full protocol: all of them would take longer than the rest."""
+"""Nulls, singles and pairs that the rivals answer, of each so many: all of them would take longer than the rest."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     size.add_argument("--full", action="store_true", help="the whole protocol with its rivals, hours")
     parser.add_argument("--rivals", action="store_true", help="run the rivals on the same cases, too (--full has them)")
     parser.add_argument(
-        "--rivals-cases", type=int, default=RIVALLED, metavar="N", help=f"on so many of each tier ({RIVALLED})"
+        "--rivals-cases", type=int, default=RIVALLED, metavar="N", help=f"so many nulls, singles and pairs ({RIVALLED})"
     )
     parser.add_argument("--no-refits", action="store_true", help="leave out the oracle, and with it the gap closed")
 

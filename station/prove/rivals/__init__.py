@@ -11,7 +11,7 @@ import importlib.util
 import inspect
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
@@ -19,6 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.gap.evidence.evidence import Evidence
+from station.gap.evidence.plate import Times
 from station.gap.statistics.fit import Fit, restricted, with_tails
 from station.gap.statistics.noise import estimate_noise
 from station.gap.statistics.slopes import residuals
@@ -97,37 +98,71 @@ def rival_named(name: str) -> Rival:
     return rivals()[name]
 
 
-def held_out_corrected(table: Table, predict: Callable[[Bools], Mapping[str, Array]]) -> Array:
-    """Held-out log densities (runs,) of corrections that `predict` learns from some runs (runs,), rows by channel.
+TOGETHER: tuple[str, ...] = ("onset", "along")
+"""Channels that one draw of friction moves alike: a correction of one alone would part them."""
+
+Predict = Callable[[str, Bools], Array]
+"""What a channel's rows are corrected by (n,), as learnt from some runs (runs,)."""
+
+
+def held_out_corrected(table: Table, channels: Collection[str], predict: Predict) -> Array:
+    """Held-out log densities (runs,) of corrections of some channels.
 
     The noise must not be taken from residuals of rows that a correction has learnt by heart: in the runs that it is
-    estimated on, each fold is corrected by what the others taught.
+    estimated on, each fold is corrected by what the others taught. Whoever cross-validates leaves a correction out that
+    makes things worse: nobody is scored on one (which of them help is told by all runs, a little in a rival's favour).
     """
     fold, numbers = table.fold, np.unique(table.fold).tolist()
-    known: dict[frozenset[int], Mapping[str, Array]] = {}
+    known: dict[tuple[str, frozenset[int]], Array] = {}
 
-    def without(*left_out: int) -> Mapping[str, Array]:
-        key = frozenset(left_out)
+    def without(name: str, *left_out: int) -> Array:
+        key = name, frozenset(left_out)
         if key not in known:
-            known[key] = predict(~np.isin(fold, left_out))
+            known[key] = predict(name, ~np.isin(fold, left_out))
         return known[key]
 
+    def out_of_fold(name: str, *left_out: int) -> Array:
+        """A channel's corrections: each fold's as the others taught, less those that are left out for all."""
+        rows_fold = fold[_rows(table, name)]
+        correction = np.zeros(len(rows_fold))
+        for number in numbers:
+            rows = rows_fold == number
+            correction[rows] = without(name, number, *left_out)[rows]
+        return correction
+
+    kept = _helpful(table, {name: out_of_fold(name) for name in channels})
     log_run = np.full(table.evidence.runs, np.nan)
     for number in numbers:
-        correction = {name: values.copy() for name, values in without(number).items()}
-        for other in numbers:
-            if other != number:
-                _put(table, correction, without(number, other), other)
+        correction = {name: out_of_fold(name, number) for name in kept}
         log_run[fold == number] = corrected_log_run(table, correction, fold != number)[fold == number]
     return log_run
 
 
-def _put(table: Table, correction: Mapping[str, Array], part: Mapping[str, Array], number: int) -> None:
-    for name, values in part.items():
-        channel = table.evidence.channel(name)
-        assert channel is not None
-        rows = table.fold[channel.rows.run] == number
-        correction[name][rows] = values[rows]
+def _rows(table: Table, name: str) -> Times:
+    """The run of each of a channel's rows."""
+    channel = table.evidence.channel(name)
+    assert channel is not None
+    return channel.rows.run
+
+
+def _helpful(table: Table, correction: Mapping[str, Array]) -> list[str]:
+    """The channels whose corrections make the runs likelier, the most helpful first, and so on while any does."""
+    left = [part for part in (TOGETHER, *((name,) for name in correction)) if set(part) <= correction.keys()]
+    everything = np.ones(table.evidence.runs, dtype=np.bool_)
+
+    def score(names: Sequence[str]) -> float:
+        return float(np.nanmean(corrected_log_run(table, {name: correction[name] for name in names}, everything)))
+
+    kept: list[str] = []
+    best = score(kept)
+    while left:
+        scores = [score([*kept, *part]) for part in left]
+        if max(scores) <= best:
+            break
+        best = max(scores)
+        kept += left[scores.index(best)]
+        left = [part for part in left if not set(part) & set(kept)]
+    return kept
 
 
 def corrected_log_run(table: Table, correction: Mapping[str, Array], train: Bools) -> Array:

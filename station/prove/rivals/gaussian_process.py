@@ -43,11 +43,14 @@ class GaussianProcess(Rival):
         ranked = [important(terms, kernel, rng) for terms, kernel in zip(tables, kernels, strict=True)]
         best = max(ranked, key=lambda one: one[0], default=None)
 
-        def predict(train: Bools) -> dict[str, Array]:
-            pairs = zip(tables, kernels, strict=True)
-            return {terms.channel: _predicted(terms, kernel, train[terms.run], rng) for terms, kernel in pairs}
+        pairs = {terms.channel: (terms, kernel) for terms, kernel in zip(tables, kernels, strict=True)}
 
-        return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=held_out_corrected(table, predict))
+        def predict(channel: str, train: Bools) -> Array:
+            terms, kernel = pairs[channel]
+            return _predicted(terms, kernel, train[terms.run], rng)
+
+        log_run = held_out_corrected(table, pairs, predict)
+        return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=log_run)
 
 
 def _chosen(rows: Bools, most: int, rng: np.random.Generator) -> Times:

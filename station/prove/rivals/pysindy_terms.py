@@ -13,8 +13,11 @@ from station.physics.contact import Array, Bools
 from station.prove.rivals import Answer, Rival, Table, held_out_corrected
 from station.prove.terms import Terms, tables_of
 
-THRESHOLDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
-"""Of a standardised term's coefficient, in relative friction."""
+THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
+"""Of a standardised term's coefficient, in shares of the residuals' standard deviation."""
+
+LEAST = 1e-12
+"""A share of the variance below which nothing is left."""
 
 NAMES: Mapping[str, str] = {
     "speed": "viscous", "speed:log": "rate_strengthening", "speed:exp": "stribeck", "dwell": "contact_aging",
@@ -24,6 +27,9 @@ NAMES: Mapping[str, str] = {
     "x:square": "friction_patch", "y:square": "friction_patch", "tilt_rate": "clock_offset",
 }  # fmt: skip
 """Which effect a reader would call a term; the term is as near to the effect's law as the library comes."""
+
+SEEN: Mapping[str, str] = {"rest": "presliding", "plate": "camera_sag"}
+"""What a reader would call anything that moves the block, or the plate's own marks, before a slide."""
 
 
 class PySindy(Rival):
@@ -41,20 +47,26 @@ class PySindy(Rival):
         tables = tables_of(table)
         largest: tuple[float, Terms, int] | None = None
         for terms in tables:
-            coefficients = sparse(terms, everything)
-            for number, value in enumerate(np.abs(coefficients)):
-                if value > 0 and (largest is None or value > largest[0]):
-                    largest = (float(value), terms, number)
+            shares = np.abs(sparse(terms, everything)) / _spread(terms)
+            number = int(np.argmax(shares)) if len(shares) else 0
+            if len(shares) and shares[number] > 0 and (largest is None or shares[number] > largest[0]):
+                largest = (float(shares[number]), terms, number)
+        by_channel = {terms.channel: terms for terms in tables}
 
-        def predict(train: Bools) -> dict[str, Array]:
-            return {terms.channel: terms.columns @ sparse(terms, train) for terms in tables}
+        def predict(channel: str, train: Bools) -> Array:
+            return by_channel[channel].columns @ sparse(by_channel[channel], train)
 
-        names, place = (), None
-        if largest is not None:
-            _, terms, number = largest
-            name = NAMES.get(terms.names[number])
-            names, place = (name,) if name else ("other",), (terms.phase, terms.covariates[number])
-        return Answer(names=names, place=place, log_run=held_out_corrected(table, predict))
+        log_run = held_out_corrected(table, by_channel, predict)
+        if largest is None:
+            return Answer(log_run=log_run)
+        _, terms, number = largest
+        name = SEEN.get(terms.channel) or NAMES.get(terms.names[number], "other")
+        return Answer(names=(name,), place=(terms.phase, terms.covariates[number]), log_run=log_run)
+
+
+def _spread(terms: Terms) -> float:
+    """The residuals' standard deviation."""
+    return max(float(np.std(terms.residual[terms.known])), 1e-12)
 
 
 def sparse(terms: Terms, train: Bools) -> Array:
@@ -62,15 +74,15 @@ def sparse(terms: Terms, train: Bools) -> Array:
     rows = train[terms.run] & terms.known
     best = (math.inf, np.zeros(terms.columns.shape[1]))
     columns, residual = terms.columns[rows], terms.residual[rows] - np.mean(terms.residual[rows])
-    runs = max(len(np.unique(terms.run[rows])), 2)
+    runs, scale = max(len(np.unique(terms.run[rows])), 2), _spread(terms)
     for threshold in THRESHOLDS:
-        found = _stlsq(columns, residual, threshold)
-        left = float(np.mean((residual - columns @ found) ** 2))
+        found = scale * _stlsq(columns, residual / scale, threshold)
+        left = float(np.mean((residual - columns @ found) ** 2)) / scale**2
         # The rows of a slide are not independent: runs count, not rows.
-        bic = runs * math.log(max(left, 1e-12)) + np.count_nonzero(found) * math.log(runs)
+        bic = runs * math.log(max(left, LEAST)) + np.count_nonzero(found) * math.log(runs)
         if bic < best[0]:
             best = (bic, found)
-    empty = runs * math.log(max(float(np.mean(residual**2)), 1e-12))
+    empty = runs * math.log(max(float(np.mean(residual**2)) / scale**2, LEAST))
     return best[1] if best[0] < empty else np.zeros(terms.columns.shape[1])
 
 

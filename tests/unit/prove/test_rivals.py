@@ -1,4 +1,5 @@
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ from station.app.commands.diagnose import setting_of
 from station.gap.evidence.build import evidence_of
 from station.gap.statistics.fit import fit, levelled
 from station.physics.catalogue import catalogue
+from station.physics.contact import Array, Bools
 from station.physics.model import Model
-from station.prove.rivals import NOT_HERE, Table, reasons, rivals
+from station.prove.rivals import NOT_HERE, TOGETHER, Table, held_out_corrected, reasons, rivals
 from station.prove.rivals.mujoco_sysid import slides_of
-from station.prove.terms import Terms
+from station.prove.terms import Terms, tables_of
 from station.prove.versus import versus
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
@@ -76,17 +78,44 @@ def test_mujocos_own_identification_says_what_it_lacks():
     assert why is None or "pip install 'mujoco[sysid]'" in why
 
 
-def test_its_slides_are_those_of_the_evidence(tmp_path: Path):
-    setting = Setting(design=Design(runs=4, adapt_after=2, wide_deg=36.0, wide_steps=18), nuisance=Nuisance())
-    path, rig = tmp_path / "session.mcap", rig_toml(setting, mu_guess=0.35, scatter_guess=0.1)
-    (tmp_path / "rig.toml").write_text(rig, encoding="utf-8")
+def table_of(folder: Path, *, runs: int) -> Table:
+    """A session of the independent generator in which nothing is concealed; four folds."""
+    setting = Setting(design=Design(runs=runs, adapt_after=2, wide_deg=36.0, wide_steps=18), nuisance=Nuisance())
+    path, rig = folder / "session.mcap", rig_toml(setting, mu_guess=0.35, scatter_guess=0.1)
+    (folder / "rig.toml").write_text(rig, encoding="utf-8")
     write_session(run_session(setting, np.random.default_rng(1)), path, rig=rig, rng=np.random.default_rng(1))
     signals = load_signals(open_recording(path))
-    evidence = evidence_of(signals, setting_of(load_rig(tmp_path / "rig.toml")))
+    evidence = evidence_of(signals, setting_of(load_rig(folder / "rig.toml")))
     plain = fit(evidence, levelled(evidence, Model(mu_s=0.35)), ())
-    slides = slides_of(
-        Table(signals=signals, evidence=evidence, plain=plain, fold=np.arange(4.0), catalogue=catalogue())
-    )
+    fold = np.arange(evidence.runs) % 4.0
+    return Table(signals=signals, evidence=evidence, plain=plain, fold=fold, catalogue=catalogue())
+
+
+def test_a_rival_is_not_scored_on_a_correction_that_its_own_folds_call_worse(tmp_path: Path):
+    table, rng = table_of(tmp_path, runs=24), np.random.default_rng(4)
+    at = {terms.channel: terms.residual for terms in tables_of(table)}
+
+    def score(predict: Callable[[str, Bools], Array]) -> float:
+        return float(np.nanmean(held_out_corrected(table, at, predict)))
+
+    def noise(name: str, _: Bools) -> Array:
+        return rng.normal(0.0, 10.0 * np.std(at[name]), len(at[name]))
+
+    nothing = score(lambda name, _: np.zeros(len(at[name])))
+    assert score(noise) == nothing
+    friction = score(lambda name, train: 0.9 * at[name] if name in TOGETHER else noise(name, train))
+    assert friction > nothing + 1.0
+    assert score(lambda name, _: 0.9 * at[name]) > friction
+
+
+def test_the_tilt_at_which_a_block_slid_explains_nothing(tmp_path: Path):
+    for terms in tables_of(table_of(tmp_path, runs=8)):
+        assert ("tilt" in terms.covariates) == (terms.phase == "pre-slip")
+        assert "direction" in terms.covariates
+
+
+def test_its_slides_are_those_of_the_evidence(tmp_path: Path):
+    slides = slides_of(table_of(tmp_path, runs=4))
     assert len(slides) >= 3
     for slide in slides.values():
         # It goes down the slope, faster and faster, under all of gravity.
