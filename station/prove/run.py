@@ -22,7 +22,6 @@ from station.prove.scoring import Scored
 from station.prove.trial import Tool, Trial, run_trial, tool_digest
 from station.prove.workers import bar, work_on
 
-
 COMPARED = ("null", "single", "pair")
 """The tiers whose cases the rivals' figures are about."""
 
