@@ -22,6 +22,9 @@ from station.prove.scoring import Scored
 from station.prove.trial import Tool, Trial, run_trial, tool_digest
 from station.prove.workers import bar, work_on
 
+REFITTED = ("effects", "none")
+"""The answers whose gates ask for a held-out score: how much of a gap was closed, and that nothing was lost on nulls."""
+
 COMPARED = ("null", "single", "pair")
 """The tiers whose cases the rivals' figures are about."""
 
@@ -109,8 +112,8 @@ def _first(truths: Sequence[Truth], tier: str, count: int) -> list[Truth]:
 
 
 def _task(protocol: Protocol, truth: Truth, said: Said, tool: Tool, able: tuple[str, ...]) -> Refit | None:
-    """None where there is nothing to compare: no true effect, no claim and no rival."""
-    if said.fault is not None:
+    """None where there is nothing to compare: no true effect, no claim and no rival, or no gate that asks."""
+    if said.fault is not None or truth.answer not in REFITTED:
         return None
     claimed: dict[str, Any] = said.answer["model"].get("effects", {}) if said.names else {}
     true = tuple(sorted(truth.ids)) if truth.answer == "effects" else ()
