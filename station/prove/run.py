@@ -23,7 +23,7 @@ from station.prove.trial import Tool, Trial, run_trial, tool_digest
 from station.prove.workers import bar, work_on
 
 REFITTED = ("effects", "none")
-"""The answers whose gates ask for a held-out score: how much of a gap was closed, and that nothing was lost on nulls."""
+"""Answers whose gates ask for a held-out score: how much of a gap was closed, and that nothing was lost on nulls."""
 
 COMPARED = ("null", "single", "pair")
 """The tiers whose cases the rivals' figures are about."""
