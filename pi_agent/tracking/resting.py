@@ -55,8 +55,8 @@ class RestingShape:
         arms, seen = place - own, at_once - centre
         turn = complex(np.vdot(seen, arms))
         turn /= max(abs(turn), 1e-9)
-        way = abs(centre - own) + abs(turn - 1.0) * max(np.abs(arms).tolist())
-        told = None if way > FARTHEST_PX else (arms, seen * turn, way)
+        way_px = abs(centre - own) + abs(turn - 1.0) * max(np.abs(arms).tolist())
+        told = None if way_px > FARTHEST_PX else (arms, seen * turn, way_px)
         self._compared = (corners, way), told
         return told
 

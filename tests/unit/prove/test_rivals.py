@@ -87,7 +87,7 @@ def table_of(folder: Path, *, runs: int) -> Table:
     signals = load_signals(open_recording(path))
     evidence = evidence_of(signals, setting_of(load_rig(folder / "rig.toml")))
     plain = fit(evidence, levelled(evidence, Model(mu_s=0.35)), ())
-    fold = np.arange(evidence.runs) % 4.0
+    fold = np.asarray(np.arange(evidence.runs) % 4, dtype=np.float64)
     return Table(signals=signals, evidence=evidence, plain=plain, fold=fold, catalogue=catalogue())
 
 
