@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from shared.rig import RigConfig
+from station.physics.effects.viscous import REFERENCE_KG
 from station.prove.key import Concealed, Truth
 from station.prove.said import Said, number
 
@@ -17,12 +18,20 @@ CONVEX = 0.4
 """The largest ln of the extremes' ratio at which a radius 1 + a cos 2ψ is convex: a = 1/5."""
 
 
+def _as_told(_told: Values, _truth: Truth, _rig: RigConfig) -> float:
+    return 1.0
+
+
 @dataclass(frozen=True)
 class Map:
-    """How an effect's parameters are called and scaled in the tool; None where this case has no exact map."""
+    """How an effect's parameters are called and scaled in the tool; None where this case has no exact map.
+
+    `scale`: what the tool's values are times before they are compared, by all of its values of the effect.
+    """
 
     to_tool: Callable[[Values, Truth, RigConfig], Values | None]
     why: str
+    scale: Callable[[Values, Truth, RigConfig], float] = _as_told
 
 
 def _same(**names: str) -> Callable[[Values, Truth, RigConfig], Values | None]:
@@ -60,6 +69,11 @@ def _viscous(true: Values, truth: Truth, rig: RigConfig) -> Values | None:
     return {"drag_n_s_m": true["drag_per_s"] * masses[0] * rig.block.mass_kg} if len(set(masses)) == 1 else None
 
 
+def _at_its_mass(told: Values, truth: Truth, rig: RigConfig) -> float:
+    """The tool states the drag of a block of 8 g, and how drag goes with the load: here the block's own is compared."""
+    return (truth.design["masses"][0] * rig.block.mass_kg / REFERENCE_KG) ** told.get("by_load", 0.0)
+
+
 def _sag(true: Values, _truth: Truth, rig: RigConfig) -> Values:
     # Metres where the block's mark is, which is nearer to the camera than the plate.
     nearer = 1.0 - rig.block.size_m[2] / (1e-3 * rig.camera.height_mm)
@@ -70,7 +84,7 @@ EXACT: Mapping[str, Map] = {
     "kinetic_drop": Map(_same(drop="drop"), "the same share"),
     "stribeck": Map(_shape0("fall_shape", drop="fall", speed_m_s="fall_speed"), "exponential; not the Lorentzian"),
     "rate_strengthening": Map(_rate, "the same law; the cut-off in decades below 0.1 m/s"),
-    "viscous": Map(_viscous, "per mass in the generator: the same law only where the mass is one"),
+    "viscous": Map(_viscous, "per mass in the generator: the same law only where the mass is one", _at_its_mass),
     "wear": Map(_shape0("wear_shape", fall="wear", runs="wear_runs"), "exponential; not the straight drift"),
     "object_anisotropy": Map(_twice("object"), "the extremes' ratio at twice the angle; a cosine where it is convex"),
     "plate_anisotropy": Map(_twice("plate"), "the extremes' ratio at twice the angle; a cosine where it is convex"),
@@ -129,14 +143,17 @@ def pulls_of(truth: Truth, said: Said, rig: RigConfig) -> tuple[list[Pull], dict
                 EXACT[effect.id].why if effect.id in EXACT else "not in the table"
             )
             continue
+        parameters = claimed[effect.id]["parameters"]
+        values = {name: number(told["value"]) for name, told in parameters.items()}
+        scale = EXACT[effect.id].scale(values, truth, rig)
         for name, value in true.items():
-            told = claimed[effect.id]["parameters"].get(name)
-            sd = number(told["sd"]) if told else math.nan
+            told = parameters.get(name)
+            sd = scale * number(told["sd"]) if told else math.nan
             if told is None or not sd > 0:
                 left[f"{effect.id}.{name}"] = "the tool gives no standard error (at a bound, or not free)"
                 continue
-            z = (number(told["value"]) - value) / sd
-            low, high = told["interval90"]
+            z = (scale * number(told["value"]) - value) / sd
+            low, high = (scale * number(end) for end in told["interval90"])
             listed.append(Pull(case=truth.id, effect=effect.id, name=name, z=z, covered=low <= value <= high))
     return listed, left
 

@@ -1,5 +1,6 @@
 import inspect
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,16 @@ def test_z_and_cover(rig: RigConfig):
     assert [pull.z for pull in pulls] == pytest.approx([2.0])
     assert not pulls[0].covered
     assert left == {}
+
+
+def test_the_drag_of_a_light_block_is_compared_at_its_own_mass(rig: RigConfig):
+    """The tool tells it at 8 g, with a power of the load that one mass leaves open: three z of 11 to 14 were that."""
+    light = replace(rig, block=replace(rig.block, mass_kg=0.0005))
+    case = truth("single", concealed("viscous", drag_per_s=4.0))
+    told = claim("viscous", drag_n_s_m=(0.009, 0.001), by_load=(0.5, math.nan))
+    pulls, _ = pulls_of(case, said(told), light)
+    assert [pull.z for pull in pulls] == pytest.approx([(0.009 * 0.25 - 0.002) / 0.00025])
+    assert pulls[0].covered
 
 
 def test_an_ellipse_is_told_by_twice_its_angle(rig: RigConfig):
