@@ -200,12 +200,12 @@ class Fitter:
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
         """The fit of these effects, from `start` where none is known."""
-        return self._known.get(_key(effects)) or self._refit(start, effects, noise)
+        return self._known.get(_key(effects)) or self.refit(start, effects, noise)
 
     def begin(self, current: Fit, candidate: Candidate) -> None:
         """Fits the candidate from its own starts: `fitted` goes on from the likeliest fit that is known."""
         acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
-        self._refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
+        self.refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
         """The candidate after a full fit of everything in the model together with it.
@@ -221,9 +221,9 @@ class Fitter:
         missing = [start for start in candidate.starts if start.effect.id not in has]
         found = self.fit(_with(base.model, missing), effects, noise=base.noise)
         if found.log_likelihood < base.log_likelihood:
-            found = self._refit(_with(base.model, map(_small, missing)), effects, base.noise)
+            found = self.refit(_with(base.model, map(_small, missing)), effects, base.noise)
         if 2 * (found.log_likelihood - current.log_likelihood) < PROMISED * candidate.twice_gain:
-            found = self._refit(_with(current.model, candidate.starts), effects, current.noise)
+            found = self.refit(_with(current.model, candidate.starts), effects, current.noise)
         twice = 2 * (found.log_likelihood - current.log_likelihood)
         cost = sum(self._cost(found, effect, parameter) for effect, parameter in self._numbers(candidate))
         return replace(candidate, twice_gain=twice, bic=twice - cost, fitted=found)
@@ -244,7 +244,8 @@ class Fitter:
         spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
         return min(full, max(2.0 * math.log(spread / sd), LEAST_COST)) if sd > 0.0 else LEAST_COST
 
-    def _refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
+    def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
+        """The fit of these effects from `start`, or the likelier one that is known."""
         found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)
         known = self._known.get(key)
         if known is None or found.log_likelihood > known.log_likelihood:

@@ -147,7 +147,7 @@ def _terms(model: Model) -> list[Effect]:
 
 
 def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[Effect]) -> Comparison:
-    without = _without(fitter, current, effect)
+    without = _less(fitter, current, effect)
     known = {term.effect.id for term in without.model.terms}
     ranked = single_candidates(fitter.evidence, without, [one for one in offered if one.id not in known])
     ranked.sort(key=lambda candidate: -candidate.odds)
@@ -161,6 +161,20 @@ def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[
 
 
 def _without(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
+    left, acting = _left(current, effect)
+    return fitter.fit(left, acting, noise=current.noise)
+
+
+def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
+    """The fit without the effect, begun where it is left: one that ended short of its maximum before would leave the
+    rest of its gain to whatever stands beside it, however small.
+    """
+    left, acting = _left(current, effect)
+    return fitter.refit(left, acting, current.noise)
+
+
+def _left(current: Fit, effect: Effect) -> tuple[Model, list[Effect]]:
+    """A model without one of its effects, and those that are left in it."""
     terms = tuple(term for term in current.model.terms if term.effect.id != effect.id)
-    left = [term.effect for term in terms if not is_nuisance(term.effect)]
-    return fitter.fit(replace(current.model, terms=terms), left, noise=current.noise)
+    acting = [term.effect for term in terms if not is_nuisance(term.effect)]
+    return replace(current.model, terms=terms), acting
