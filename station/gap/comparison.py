@@ -166,8 +166,9 @@ def _without(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
-    """The fit without the effect, begun where it is left: one that ended short of its maximum before would leave the
-    rest of its gain to whatever stands beside it, however small.
+    """The fit without the effect, begun where the effect leaves it.
+
+    One that ended short of its maximum before would leave the rest to whatever stands beside it, however small.
     """
     left, acting = _left(current, effect)
     return fitter.refit(left, acting, current.noise)

@@ -43,11 +43,12 @@ ENOUGH = 30  # answers from which a variance is told
 
 Measured = tuple[Scores, Scores]
 
+SLIDING_TAPE = ("sliding tape", "sliding begun, tape")
 MISSED: set[tuple[str, str]] = {
     # An edge along the grain of wood or along the streaks of steel: of a thousand poses one or two are wrong. In a
     # slide the smear lays more of the grain under every edge, and one frame of a hundred is refused for its sigma.
-    ("sliding tape", "missed"),
-    *((name, "wrong") for name in (*ADVERSE_TAPE, "nominal tape", "tape, linear", "rectangle tape", "sliding tape")),
+    *((name, "missed") for name in SLIDING_TAPE),
+    *((name, "wrong") for name in (*ADVERSE_TAPE, "nominal tape", "tape, linear", "rectangle tape", *SLIDING_TAPE)),
 }
 
 

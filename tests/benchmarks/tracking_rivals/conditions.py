@@ -203,7 +203,7 @@ def begun_tape(rng: Rng) -> Trial:
 def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float = 300.0) -> Trial:
     """Frames of a block at rest that begins to slide within one, and to turn; the last one is any before the fastest.
 
-    It lies so that the fastest frame would show it in the middle of the plate.
+    The middle of the plate is half way.
     """
     gain = float(rng.uniform(1000.0, 5000.0))
     lasts_s = fastest_mm_s / gain
@@ -217,7 +217,7 @@ def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float =
     for number in range(count):
         time = max(number * FRAME_S - began_s, 0.0)
         way, speed = 0.5 * gain * time**2, gain * time
-        place = way - 0.5 * fastest_mm_s * lasts_s
+        place = way - 0.25 * fastest_mm_s * lasts_s
         turned = yaw + turn_per_mm * way
         pose = Pose(place * along, place * across, turned, speed * along, speed * across, turn_per_mm * speed)
         shots.append((last if number == count - 1 else before).render(pose, rng=rng))
