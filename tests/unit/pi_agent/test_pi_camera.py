@@ -104,7 +104,7 @@ def test_the_capture_time_is_the_middle_of_the_exposure_of_the_middle_row(
     monkeypatch.setattr(fake_picamera2.CompletedRequest, "get_metadata", spy)
     frame = read(source)
     source.close()
-    epoch_ns = time.time_ns() - time.monotonic_ns()
+    epoch_ns = SystemClock().from_monotonic_ns(0)
     # The stamp is when the first row's readout begins, and with it that row's exposure ends.
     first_row_ns = frame.capture_ns + 1e9 * float(info.row_times.dt_s(0.0))
     assert first_row_ns - stamps[-1] - epoch_ns == pytest.approx(-frame.exposure_ns / 2, abs=2e5)
