@@ -65,13 +65,18 @@ def _rate(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
 
 
 def _viscous(true: Values, truth: Truth, rig: RigConfig) -> Values | None:
-    masses = truth.design["masses"]
-    return {"drag_n_s_m": true["drag_per_s"] * masses[0] * rig.block.mass_kg} if len(set(masses)) == 1 else None
+    one_mass = len(set(truth.design["masses"])) == 1
+    return {"drag_n_s_m": true["drag_per_s"] * _mass_kg(truth, rig)} if one_mass else None
+
+
+def _mass_kg(truth: Truth, rig: RigConfig) -> float:
+    """The block's, where it is the only one."""
+    return truth.design["masses"][0] * rig.block.mass_kg
 
 
 def _at_its_mass(told: Values, truth: Truth, rig: RigConfig) -> float:
     """The tool states the drag of a block of 8 g, and how drag goes with the load: here the block's own is compared."""
-    return (truth.design["masses"][0] * rig.block.mass_kg / REFERENCE_KG) ** told.get("by_load", 0.0)
+    return (_mass_kg(truth, rig) / REFERENCE_KG) ** told.get("by_load", 0.0)
 
 
 def _sag(true: Values, _truth: Truth, rig: RigConfig) -> Values:

@@ -81,7 +81,6 @@ def _gates(name: str, measured: Measured) -> list[Gate]:
     gates = [Gate(name, "wrong", max(s.wrong for s in both), 0, max(WRONG_SHARE * frames, 1 if name in ADVERSE else 0))]
     if name in NORMAL:
         gates.append(Gate(name, "rms", max(s.rms_px for s in both), 0, RMS_PX.get(name, SLIDING_PX)))
-    if name in NORMAL:
         gates.append(Gate(name, "missed", max(s.missed for s in both), 0, MISSED_SHARE * frames))
     if name in NORMAL and "sliding" not in name:
         spread = max(float(np.std(s.outwards)) / np.sqrt(s.frames) for s in both)

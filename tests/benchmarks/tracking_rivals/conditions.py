@@ -1,6 +1,6 @@
 """The conditions under which tracking is measured: each makes short sequences of frames with known corners."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -178,12 +178,15 @@ def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, fram
     direction = float(rng.uniform(0, 2 * np.pi))
     vx, vy = speed_mm_s * np.cos(direction), speed_mm_s * np.sin(direction)
     turn, yaw = float(rng.uniform(-turn_rad_s, turn_rad_s)), float(rng.uniform(0, 2 * np.pi))
+    times = ((number - 0.5 * (frames - 1)) * FRAME_S for number in range(frames))
+    return filmed(scene, rng, [Pose(vx * time, vy * time, yaw + turn * time, vx, vy, turn) for time in times])
+
+
+def filmed(scene: Scene, rng: Rng, poses: Sequence[Pose]) -> Trial:
+    """A frame of each pose; only the last one, which is judged, is drawn as exactly as it can be."""
     before, last = ExactRenderer(scene, quality=BEFORE), ExactRenderer(scene, quality=MOVING)
-    shots = []
-    for number in range(frames):
-        time = (number - 0.5 * (frames - 1)) * FRAME_S
-        pose = Pose(vx * time, vy * time, yaw + turn * time, vx, vy, turn)
-        shots.append((last if number == frames - 1 else before).render(pose, rng=rng))
+    shots = [before.render(pose, rng=rng) for pose in poses[:-1]]
+    shots.append(last.render(poses[-1], rng=rng))
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
     return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
 
@@ -212,17 +215,14 @@ def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float =
     direction, yaw = rng.uniform(0, 2 * np.pi, 2).tolist()
     turn_per_mm = float(rng.uniform(-0.01, 0.01))
     along, across = float(np.cos(direction)), float(np.sin(direction))
-    before, last = ExactRenderer(scene, quality=BEFORE), ExactRenderer(scene, quality=MOVING)
-    shots = []
+    poses = list[Pose]()
     for number in range(count):
         time = max(number * FRAME_S - began_s, 0.0)
         way, speed = 0.5 * gain * time**2, gain * time
         place = way - 0.25 * fastest_mm_s * lasts_s
         turned = yaw + turn_per_mm * way
-        pose = Pose(place * along, place * across, turned, speed * along, speed * across, turn_per_mm * speed)
-        shots.append((last if number == count - 1 else before).render(pose, rng=rng))
-    config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
-    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+        poses.append(Pose(place * along, place * across, turned, speed * along, speed * across, turn_per_mm * speed))
+    return filmed(scene, rng, poses)
 
 
 def _adverse(rng: Rng, mark: Mark, disturb: Callable[[Scene, Floats, Rng], Scene]) -> Trial:
