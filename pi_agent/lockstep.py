@@ -6,6 +6,8 @@ The same seed and the same scenes give the same messages, byte for byte.
 
 from __future__ import annotations
 
+from collections import deque
+
 import cv2
 import numpy as np
 
@@ -42,14 +44,15 @@ class PixelCamera:
         self._calibration = nominal(rig, width_px=info.width_px, height_px=info.height_px)
         self._depth_m = self._calibration.camera_m[2] - rig.block.size_m[2]
         self._observer = Observer(rig, info, boot_id=SIMULATION_EPOCH_NS, calibration=self._calibration)
-        self._before: TwinScene | None = None
+        self._before: deque[TwinScene] = deque(maxlen=2)
         self._seq = self._preview_ns = self._report_ns = 0
 
     def tick(self, now_ns: int, scene: TwinScene) -> None:
         """Takes the frame whose middle row is exposed about `now_ns`."""
         image = self._view.frame(scene, now_ns, before=self._before)
         frame = Frame(image, now_ns, self._seq)
-        self._before, self._seq = scene, self._seq + 1
+        self._before.append(scene)
+        self._seq += 1
         corners = self._observer.block(frame)
         self._bus.publish("camera/corners", corners)
         for report in self._observer.plate(frame):

@@ -6,10 +6,12 @@ The plate frame's y runs up the image and the renderer's down it; that change of
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pi_agent.cameras import CameraInfo, Image
 from pi_agent.live_renderer import LiveRenderer
@@ -24,6 +26,9 @@ from shared.geometry import matrix_from_quaternion
 from shared.messages import TwinScene
 from shared.rig import RigConfig
 
+Floats = NDArray[np.float64]
+Scenes = Sequence[TwinScene]
+
 LONGEST_STEP_NS = 100_000_000
 """Two scenes further apart than this say nothing about the block's velocity."""
 LIGHT_MS = 2.0
@@ -31,6 +36,7 @@ LIGHT_MS = 2.0
 LARGEST_SAG_PX = 60
 """The plate's texture does not reach further beyond the frame."""
 STILL_MM_S, STILL_RAD_S = 1e-3, 1e-4
+STILL = np.zeros(3)
 STEEPEST_RAD = 1.4
 """A mark that leans more is seen edge on, or not at all."""
 
@@ -85,16 +91,15 @@ class SyntheticView:
         seen = _scene(rig, settings, self.info.row_times, rng=rng)
         self._renderer = LiveRenderer(seen, rng=rng, reach_px=abs(settings.sag_px))
 
-    def frame(self, scene: TwinScene, capture_ns: int, *, before: TwinScene | None = None) -> Image:
+    def frame(self, scene: TwinScene, capture_ns: int, *, before: Scenes = ()) -> Image:
         """The picture (600, 600) uint8 whose middle row is exposed about `capture_ns`.
 
-        The block moves on from `scene` at the velocity since the scene `before` (none: it stands still).
+        The block moves on from `scene` as it came there from the scenes `before`, the last one last: two of them tell
+        its velocity and the gain of it, one its velocity, none lets it stand still.
         """
         return self.frame_and_corners(scene, capture_ns, before=before)[0]
 
-    def frame_and_corners(
-        self, scene: TwinScene, capture_ns: int, *, before: TwinScene | None = None
-    ) -> tuple[Image, np.ndarray]:
+    def frame_and_corners(self, scene: TwinScene, capture_ns: int, *, before: Scenes = ()) -> tuple[Image, np.ndarray]:
         """The picture and the mark's true corners (4, 2) in it, for tests."""
         pose = seen_pose(scene, capture_ns, before=before, block_height_m=self._height_m)
         return self._renderer.render(pose, sag_px=self._sag_of(scene))
@@ -107,25 +112,49 @@ class SyntheticView:
         return float(-self._sag_px * down[0]), float(self._sag_px * down[1])
 
 
-def seen_pose(
-    scene: TwinScene, capture_ns: int, *, before: TwinScene | None = None, block_height_m: float
-) -> Pose | None:
+def seen_pose(scene: TwinScene, capture_ns: int, *, before: Scenes = (), block_height_m: float) -> Pose | None:
     """The mark's pose for the renderer (y down, mm) at `capture_ns`; None when the block shows no mark."""
     here = _mark_of(scene, block_height_m)
     if here is None:
         return None
+    velocity = _velocity(before[-1], scene, block_height_m) if before else None
+    earlier = _velocity(before[-2], before[-1], block_height_m) if len(before) > 1 else None
+    velocity, gain = STILL if velocity is None else velocity, np.zeros(3)
+    if earlier is not None and velocity.any():
+        # From the middle of one step to that of the next; what is gained in half a step does not turn a block back.
+        gain = (velocity - earlier) * 2e9 / (scene.stamp_ns - before[-2].stamp_ns)
+        half_s = 0.5e-9 * (scene.stamp_ns - before[-1].stamp_ns)
+        gain *= min(1.0, float(np.hypot(*velocity[:2]) / max(half_s * np.hypot(*gain[:2]), 1e-9)))
+        velocity = velocity + gain * half_s
     x, y, yaw, tip, tip_axis = here
-    vx = vy = yaw_rate = 0.0
-    step_ns = scene.stamp_ns - before.stamp_ns if before else 0
-    last = _mark_of(before, block_height_m) if before and 0 < step_ns <= LONGEST_STEP_NS else None
-    if last is not None:
-        per_s = 1e9 / step_ns
-        vx, vy = (x - last[0]) * per_s, (y - last[1]) * per_s
-        yaw_rate = math.remainder(yaw - last[2], 2 * math.pi) * per_s
-        if math.hypot(vx, vy) < STILL_MM_S and abs(yaw_rate) < STILL_RAD_S:
-            vx = vy = yaw_rate = 0.0
     ahead_s = (capture_ns - scene.stamp_ns) * 1e-9
-    return Pose(x + vx * ahead_s, y + vy * ahead_s, yaw + yaw_rate * ahead_s, vx, vy, yaw_rate, tip, tip_axis)
+    x, y, yaw = (np.array([x, y, yaw]) + (velocity + 0.5 * gain * ahead_s) * ahead_s).tolist()
+    vx, vy, yaw_rate = (velocity + gain * ahead_s).tolist()
+    gain_x, gain_y, gain_yaw = gain.tolist()
+    first_s, last_s = _moves_s(complex(*velocity[:2].tolist()), complex(gain_x, gain_y))
+    moves_s = first_s - ahead_s, last_s - ahead_s
+    return Pose(x, y, yaw, vx, vy, yaw_rate, tip, tip_axis, (gain_x, gain_y, gain_yaw), moves_s)
+
+
+def _velocity(before: TwinScene, scene: TwinScene, block_height_m: float) -> Floats | None:
+    """Of the mark, from one scene to the next: mm/s and rad/s (3,); None where it was not seen in both."""
+    step_ns = scene.stamp_ns - before.stamp_ns
+    last, here = _mark_of(before, block_height_m), _mark_of(scene, block_height_m)
+    if last is None or here is None or not 0 < step_ns <= LONGEST_STEP_NS:
+        return None
+    yaw = math.remainder(here[2] - last[2], 2 * math.pi)
+    velocity = np.array([here[0] - last[0], here[1] - last[1], yaw]) * 1e9 / step_ns
+    still = np.hypot(*velocity[:2]) < STILL_MM_S and abs(velocity[2]) < STILL_RAD_S
+    return STILL if still else velocity
+
+
+def _moves_s(velocity: complex, gain: complex) -> tuple[float, float]:
+    """The times between which a block moves: since it began to, or until it has lost its speed, but not back."""
+    if gain == 0.0:
+        return -math.inf, math.inf
+    along = (velocity.conjugate() * gain).real
+    still_s = -along / abs(gain) ** 2
+    return (still_s, math.inf) if along > 0.0 else (-math.inf, still_s)
 
 
 def _mark_of(scene: TwinScene, block_height_m: float) -> tuple[float, float, float, float, float] | None:

@@ -68,13 +68,13 @@ class SyntheticCamera:
         deadline_ns = self._clock.now_ns() + round(timeout_s * 1e9)
         while self._clock.now_ns() < deadline_ns:
             capture_ns = self._next_tick()
-            pair = self._scenes_about(capture_ns)
-            if pair is not None:
-                capture_ns = self._moment_of(pair[0], capture_ns)
-            self._waiting = pair is None
-            if pair is not None:
-                image = self._view.frame(pair[0], capture_ns, before=pair[1])
+            scenes = self._scenes_about(capture_ns)
+            if scenes:
+                capture_ns = self._moment_of(scenes[-1], capture_ns)
+                self._waiting = False
+                image = self._view.frame(scenes[-1], capture_ns, before=scenes[:-1])
                 return Frame(image, capture_ns, self._seq, self._dropped)
+            self._waiting = True
             self._seq -= 1  # there was nothing to take a picture of
             self._check_silence()
         return None
@@ -111,8 +111,8 @@ class SyntheticCamera:
             self._start_ns += scene.stamp_ns - due_ns
         return scene.stamp_ns
 
-    def _scenes_about(self, due_ns: int) -> tuple[TwinScene, TwinScene | None] | None:
-        """The scene of a moment and the one before it; the last two when it did not come in time."""
+    def _scenes_about(self, due_ns: int) -> list[TwinScene]:
+        """The scene of a moment, after the two before it; the last ones when it did not come in time."""
         capture_ns = due_ns - round(EARLY * 1e9 / self._rig.camera.rate_hz)
         give_up = time.monotonic() + PATIENCE_S
         while True:
@@ -122,15 +122,15 @@ class SyntheticCamera:
             if self._scenes and (self._scenes[-1].stamp_ns >= capture_ns or waited):
                 break
             if waited:
-                return None
+                return []
             self._came.wait(max(give_up - time.monotonic(), 0))
         scenes = list(self._scenes)
         if abs(scenes[-1].stamp_ns - capture_ns) > STALE_NS:
-            return None
+            return []
         last = len(scenes) - 1
         while last > 1 and scenes[last - 1].stamp_ns >= capture_ns:
             last -= 1
-        return scenes[last], scenes[last - 1] if last > 0 else None
+        return scenes[max(last - 2, 0) : last + 1]
 
     def _decode(self) -> None:
         while self._arrived:

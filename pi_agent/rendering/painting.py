@@ -105,7 +105,11 @@ def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
     if pose.is_still or scene.shutter.exposure_ns == 0:
         return np.zeros(1)
     exposure_s = scene.shutter.exposure_ns * 1e-9
+    # At the capture time, and what is gained by the row that is exposed furthest from it.
+    apart_s = float(np.abs(scene.shutter.dt_s((0, FRAME_PX))).max())
+    gain_mm_s2 = np.hypot(*pose.gain[:2]) + abs(pose.gain[2]) * scene.mark.side_mm
     speed_mm_s = np.hypot(pose.vx_mm_s, pose.vy_mm_s) + abs(pose.yaw_rate_rad_s) * scene.mark.side_mm
+    speed_mm_s += gain_mm_s2 * apart_s
     path_px = float(speed_mm_s) * exposure_s * scene.optics.px_per_mm
     count = int(np.clip(np.ceil(path_px / quality.step_px), 1, quality.instants))
     return ((np.arange(count) + 0.5) / count - 0.5) * exposure_s

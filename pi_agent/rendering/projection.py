@@ -40,15 +40,16 @@ def collect_edges(layers: tuple[Layer, ...], *, cuts: int = 1) -> Edges:
 
 def project(points_mm: Floats, pose: Pose, *, optics: Optics, height_mm: float, dt_s: ArrayLike = 0.0) -> Floats:
     """Pixels (times, points, 2) of the points (points, 2) of the mark's frame, at each time after the capture."""
-    dt = np.atleast_1d(np.asarray(dt_s, dtype=np.float64))[:, None]
-    yaw = pose.yaw_rad + pose.yaw_rate_rad_s * dt
+    dt = np.clip(np.atleast_1d(np.asarray(dt_s, dtype=np.float64))[:, None], *pose.moves_s)
+    gain_x, gain_y, gain_yaw = (0.5 * gain * dt * dt for gain in pose.gain)
+    yaw = pose.yaw_rad + pose.yaw_rate_rad_s * dt + gain_yaw
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = points_mm[:, 0], points_mm[:, 1]
     across_x, across_y, up = _tip(cos * x - sin * y, sin * x + cos * y, pose)
     depth = 1.0 - (height_mm + up) / optics.height_mm
     scale = optics.px_per_mm / depth
-    u = scale * (pose.x_mm + pose.vx_mm_s * dt + across_x)
-    v = scale * (pose.y_mm + pose.vy_mm_s * dt + across_y)
+    u = scale * (pose.x_mm + pose.vx_mm_s * dt + gain_x + across_x)
+    v = scale * (pose.y_mm + pose.vy_mm_s * dt + gain_y + across_y)
     return _through_the_lens(np.stack([u, v], axis=-1), optics)
 
 

@@ -4,6 +4,7 @@ Image frame: pixels, the centre of the top-left pixel is (0, 0), x right, y down
 centre, x and y along the image's x and y, z towards the camera, millimetres. Yaw turns x towards y.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,6 +25,8 @@ class Pose:
     """Where the mark's centre is at the capture time (plate frame, mm, rad) and how it moves (per second).
 
     `tip_rad` leans the mark about the horizontal axis at `tip_axis_rad` through its centre, as a tipping block does.
+    `gain`: by how much `vx_mm_s`, `vy_mm_s` and `yaw_rate_rad_s` grow in a second; `moves_s`: the times after the
+    capture between which it moves; before and after it lies where it is then.
     """
 
     x_mm: float = 0.0
@@ -34,11 +37,13 @@ class Pose:
     yaw_rate_rad_s: float = 0.0
     tip_rad: float = 0.0
     tip_axis_rad: float = 0.0
+    gain: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moves_s: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def is_still(self) -> bool:
         """Whether all rows of a frame see the same pose."""
-        return self.vx_mm_s == 0 and self.vy_mm_s == 0 and self.yaw_rate_rad_s == 0
+        return self.vx_mm_s == 0 and self.vy_mm_s == 0 and self.yaw_rate_rad_s == 0 and not any(self.gain)
 
 
 @dataclass(frozen=True)

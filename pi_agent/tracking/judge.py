@@ -72,7 +72,11 @@ def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, way: Way) -> 
     reason = _pixels_reason(fit, first=shape is None) or _size_reason(sides, config)
     if not reason and shape is None:
         reason = _first_shape_reason(fit, sides, config)
-    verdict = Verdict(reason) if reason or shape is None else _lying(sides, shape)
+    verdict = (
+        Verdict(reason)
+        if reason or shape is None
+        else _lying(sides, shape, unsteady=way.unsteady_px_s * config.shutter.line_s)
+    )
     if not verdict.reason and fit.astray:
         return Verdict("outline not found: an edge lies elsewhere than where it was looked for")
     if not verdict.reason and not fit.worst_px < _demand(config).limit_px(fit):
@@ -89,13 +93,14 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
     return ""
 
 
-def _lying(sides: tuple[complex, complex], shape: Shape) -> Verdict:
-    """Whether a mark of known shape lies flat or leans."""
+def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> Verdict:
+    """Whether a mark of known shape lies flat or leans; `unsteady`: the shear by a speed that may be another one."""
+    flat = 1.0 - TIPPED - unsteady
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
     stretch = foreshortening(sides, None)
-    if stretch < 1.0 - TIPPED:
+    if stretch < flat:
         stretch = max(stretch, foreshortening(sides, shape))
-    if stretch >= 1.0 - TIPPED:
+    if stretch >= flat:
         return Verdict()
     if abs(stretches(sides, shape)[1] - 1.0) > LONGER:
         return Verdict("outline changed: longer or shorter than any lean makes it, so covered or in uneven light")

@@ -85,10 +85,13 @@ class KnownShape:
         self._doubt = 1.0
         self._doubted = 0
 
-    def recall(self, corners: Points, variance: EdgeVariance, *, sigma_px: float, way: Way) -> Settled | None:
+    def recall(
+        self, corners: Points, variance: EdgeVariance, *, sigma_px: float, way: Way, slack_px: float
+    ) -> Settled | None:
         """The corners (4,) of a mark seen worse than before at the same place, by how it was seen there.
 
-        None where nothing better is known of this place. `sigma_px`: of the corners by their edges.
+        None where nothing better is known of this place. `sigma_px`: of the corners by their edges; `slack_px`: what
+        the rolling shutter may make of the shape by a speed that is not steady.
         """
         here = self._here
         if here is None or sigma_px * sigma_px < WORSE * here.variance_px2:
@@ -97,7 +100,7 @@ class KnownShape:
         moved = _way_px(here.corners, seen)
         if moved > GRAIN_PX:
             return None
-        free = here.noise_px2 + here.variance_px2 * moved / GRAIN_PX
+        free = here.noise_px2 + here.variance_px2 * moved / GRAIN_PX + slack_px * slack_px
         # The grain under an edge is the same as before.
         u0, q0 = 0.5 * here.variance_px2, 2.0 * here.variance_px2
         anew = [(max(u - u0, LEAST_NEW * u), max(q - q0, LEAST_NEW * q)) for u, q in variance]

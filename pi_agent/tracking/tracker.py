@@ -36,13 +36,15 @@ UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before i
 OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
 SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows by its blur
+ON_THE_WAY_PX = 0.2  # sigma from which a fit has not come as far as the edges
+STEADY_PX = 0.06
 STILL_PX = 0.3, 0.6  # a path within the exposure that is no smear: beside a textured plate, and beside a margin
 UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
 FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
-BEGUN = 2.0  # times what a steady gain of speed makes of the outline: a block that begins has all its speed since then
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 NO_MARK = judge.Verdict("no mark in this frame")
+SMEARED = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
 LEAVES = judge.Verdict("the mark leaves the frame")
 
 
@@ -66,7 +68,6 @@ class Tracker:
         self._blur_px = self.config.blur_px
         self._blur_known = False
         self._shape: judge.Shape | None = None
-        self._shape_known = False
         self._identity = ""
         self._dropout = 0
         self._lean_rad = 0.0
@@ -84,6 +85,8 @@ class Tracker:
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._at_rest(fit, verdict, time_s)
+        if fit is not None and not verdict.reason and self._speed_unsure(fit):
+            verdict = SMEARED
         if verdict.tip_rad > self._largest_lean(time_s):
             verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
         if fit is not None and verdict.rough:
@@ -97,6 +100,10 @@ class Tracker:
             return Observation.missing(capture_ns, verdict.reason)
         return self._accept(fit, verdict, capture_ns)
 
+    def _speed_unsure(self, fit: Fit) -> bool:
+        """Whether grain is read through a smear of which one step alone tells how long it is."""
+        return not self._task.even and not self._motion.has_velocity and fit.path_px > SMEAR_AT_SIGHT_PX
+
     def _at_rest(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> judge.Verdict:
         """The verdict when the outline is compared with that of the last frames."""
         way = self._motion.way_to(fit.corners, time_s)
@@ -109,7 +116,7 @@ class Tracker:
             way_px=way_px,
             contrast=fit.contrast,
             sigma_px=fit.by_edges.worst_px,
-            slack_px=BEGUN * self._unsteady_px(fit.corners, way),
+            slack_px=self._unsteady_px(fit.corners, way),
         )
         if departure < limit:
             self._departed = 0
@@ -141,7 +148,7 @@ class Tracker:
             return None, NO_MARK
         attempt = self._refined(predicted, time_s)
         for start in (predicted, last):
-            if attempt[0] is not None and (not attempt[1].reason or attempt[1].rough):
+            if _near(*attempt):
                 break
             near = search_edges(self._reader, start, reach_px=self.config.reach_px)
             if near is not None:
@@ -154,24 +161,22 @@ class Tracker:
         """The fit near the corners; once more when the mark has another speed than was expected."""
         if not _inside(corners, self._reader):
             return None, LEAVES
-        way = self._motion.way
-        fit = self._fitted(corners, way, time_s)
+        fit = self._fitted(corners, self._motion.expected_way(time_s), time_s)
         if fit is None:
             return None, NO_MARK
         return self._with_smear(fit, self._judged(fit, time_s), time_s)
 
     def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
-        path_px = self._smeared_px(self._motion.speed_px_s(fit.corners, time_s) * self._exposure_s)
+        way = self._motion.way_to(fit.corners, time_s)
+        path_px = self._smeared_px(abs(way.velocity_px_s) * self._exposure_s)
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
-        way = self._motion.way_to(fit.corners, time_s)
         again = self._fitted(fit.corners, way, time_s)
         return (None, NO_MARK) if again is None else (again, self._judged(again, time_s))
 
     def _judged(self, fit: Fit, time_s: float) -> judge.Verdict:
-        shape = self._shape if self._shape_known else None
-        return judge.judge(fit, config=self.config, shape=shape, way=self._motion.way_to(fit.corners, time_s))
+        return judge.judge(fit, config=self.config, shape=self._shape, way=self._motion.way_to(fit.corners, time_s))
 
     def _fitted(self, corners: Points, way: Way, time_s: float) -> Fit | None:
         path = way.velocity_px_s * self._exposure_s
@@ -194,16 +199,16 @@ class Tracker:
 
     def _settled(self, fit: Fit, variance: EdgeVariance, way: Way) -> Fit:
         """The fit with corners that agree with how this place, and with the shape that other places told."""
-        recalled = self._known.recall(fit.corners, variance, sigma_px=fit.sigma_px, way=way)
+        slack_px = self._unsteady_px(fit.corners, way)
+        recalled = self._known.recall(fit.corners, variance, sigma_px=fit.sigma_px, way=way, slack_px=slack_px)
         if recalled is not None:
             return _agreed(fit, recalled)._replace(recalled=recalled.agrees)
-        settled = self._known.settle(fit.corners, variance, way=way, slack_px=self._unsteady_px(fit.corners, way))
+        settled = self._known.settle(fit.corners, variance, way=way, slack_px=slack_px)
         return fit if settled is None else _agreed(fit, settled)
 
     def _unsteady_px(self, corners: Points, way: Way) -> float:
-        """What a steady gain of speed since the last frames makes of the shape: the way's speed is half a frame old."""
-        change = abs(way.velocity_px_s - self._motion.way.velocity_px_s)
-        return 0.25 * change * self.config.shutter.line_s * abs(complex(corners[2] - corners[0]))
+        """What the rolling shutter may make of the shape by a speed that is not steady."""
+        return 0.5 * way.unsteady_px_s * self.config.shutter.line_s * abs(complex(corners[2] - corners[0]))
 
     def _turn_per_row_rad(self, corners: Points, way: Way) -> float:
         """The mark's turn from one row's exposure to the next, 0 where it bends no edge as far as can be seen."""
@@ -252,7 +257,7 @@ class Tracker:
             return None, NO_MARK
         verdict = judge.judge(fit, config=self.config, shape=None, way=STILL)
         if not verdict.reason and not self._task.even and self._unknown_path_px(fit) > SMEAR_AT_SIGHT_PX:
-            verdict = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
+            verdict = SMEARED
         return fit, verdict
 
     def _only_one(self, believed: list[Seen], time_s: float) -> Attempt:
@@ -336,11 +341,12 @@ class Tracker:
     def _learn(self, fit: Fit) -> None:
         """Remembers the lens's blur and the mark's flat shape, slowly."""
         alone = fit.by_edges
+        if not self._motion_known(alone.corners):
+            return
         at_once = unsheared(alone.corners, way=self._motion.way, line_s=self.config.shutter.line_s)
         seen = judge.flat_shape(judge.side_vectors(at_once, aspect=self.config.mark.aspect))
-        if self._shape is None or not self._shape_known:
-            # At first sight nothing is known of the speed, nor of what the rolling shutter makes of the shape by it.
-            self._shape, self._shape_known = seen, self._motion.has_velocity or self.config.shutter.line_ns == 0
+        if self._shape is None:
+            self._shape = seen
         else:
             a, b, c = (old + LEARNING * (new - old) for old, new in zip(self._shape, seen, strict=True))
             self._shape = (a, b, c)
@@ -353,14 +359,29 @@ class Tracker:
             self._blur_px += share * (sum(fit.blur_px.tolist()) / 4 - self._blur_px)
             self._blur_known = True
 
+    def _motion_known(self, corners: Points) -> bool:
+        """Whether what the rolling shutter makes of the mark's shape is known: not at first sight, nor in a blow."""
+        if self.config.shutter.line_ns == 0:
+            return True
+        return self._motion.has_velocity and self._unsteady_px(corners, self._motion.way) < STEADY_PX
+
     def _learn_shape(self, alone: Fit) -> None:
-        if alone.edges is not None and (self._motion.has_velocity or self.config.shutter.line_ns == 0):
+        if alone.edges is not None and self._motion_known(alone.corners):
             noise_px = NOISE_PX / alone.contrast
             self._known.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise_px, way=self._motion.way)
 
 
 def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
     return fit is None or (verdict.reason != "" and not verdict.tip_rad)
+
+
+def _near(fit: Fit | None, verdict: judge.Verdict) -> bool:
+    """Whether an attempt began near enough to the mark to have ended on it.
+
+    From two blurs away, where a block that has just begun to slide may lie, a fit can settle on the way there: what it
+    takes for the edge is nothing like one, and its sigma says so.
+    """
+    return fit is not None and (not verdict.reason or (verdict.rough and fit.by_edges.worst_px < ON_THE_WAY_PX))
 
 
 def _agreed(fit: Fit, settled: Settled) -> Fit:

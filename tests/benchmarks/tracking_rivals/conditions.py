@@ -214,14 +214,66 @@ def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float =
     count = at_rest + 1 + int(rng.integers(1 + int(lasts_s / FRAME_S)))
     direction, yaw = rng.uniform(0, 2 * np.pi, 2).tolist()
     turn_per_mm = float(rng.uniform(-0.01, 0.01))
-    along, across = float(np.cos(direction)), float(np.sin(direction))
+    path = gain * np.array([np.cos(direction), np.sin(direction), turn_per_mm])
+    start = -0.25 * fastest_mm_s * lasts_s / gain * path[:2]
+    times = (number * FRAME_S - began_s for number in range(count))
+    poses = [speeding_up((*start.tolist(), yaw), path.tolist(), since_s=time) for time in times]
+    return filmed(scene, rng, poses)
+
+
+def speeding_up(start: tuple[float, float, float], gain: Sequence[float], *, since_s: float) -> Pose:
+    """A block that left its place (x, y in mm, yaw) at rest `since_s` ago (below 0: that long from now on).
+
+    `gain`: of its velocities (mm/s², rad/s²).
+    """
+    x, y, yaw = (z + 0.5 * g * since_s**2 for z, g in zip(start, gain, strict=True))
+    vx, vy, turn = (g * since_s for g in gain)
+    return Pose(x, y, yaw, vx, vy, turn, gain=(gain[0], gain[1], gain[2]), moves_s=(-since_s, np.inf))
+
+
+def slowing(rng: Rng) -> Trial:
+    """The end of a slide, rolling shutter: from 0.3 m/s it slows down by 1 to 5 m/s² and lies; any frame of it."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    scene = Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials())
+    return ending(scene, rng, loss=float(rng.uniform(1000.0, 5000.0)))
+
+
+def slowing_tape(rng: Rng) -> Trial:
+    """The same with bare tape."""
+    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
+    return ending(scene, rng, loss=float(rng.uniform(1000.0, 5000.0)))
+
+
+def struck(rng: Rng) -> Trial:
+    """A slide at 0.3 m/s that a wall ends, rolling shutter; any frame before and after, and that of the blow."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    return ending(Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials()), rng)
+
+
+def struck_tape(rng: Rng) -> Trial:
+    """The same with bare tape."""
+    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
+    return ending(scene, rng)
+
+
+def ending(scene: Scene, rng: Rng, *, loss: float = 0.0, speed_mm_s: float = 300.0, at_rest: int = 4) -> Trial:
+    """Frames of a block that slides, loses `loss` (mm/s²) of its speed, and lies; without it, that is stopped at once.
+
+    The last frame is any but the first three; the slide ends in the middle of the plate, or its middle is half way.
+    """
+    lasts_s = speed_mm_s / loss if loss else 5 * FRAME_S
+    ends_s = lasts_s + float(rng.uniform()) * FRAME_S
+    count = 4 + int(rng.integers(int(ends_s / FRAME_S) + at_rest - 3))
+    direction, yaw = rng.uniform(0, 2 * np.pi, 2).tolist()
+    along = np.array([np.cos(direction), np.sin(direction)])
+    final_mm_s = 0.0 if loss else speed_mm_s
     poses = list[Pose]()
     for number in range(count):
-        time = max(number * FRAME_S - began_s, 0.0)
-        way, speed = 0.5 * gain * time**2, gain * time
-        place = way - 0.25 * fastest_mm_s * lasts_s
-        turned = yaw + turn_per_mm * way
-        poses.append(Pose(place * along, place * across, turned, speed * along, speed * across, turn_per_mm * speed))
+        since_s = number * FRAME_S - ends_s
+        way = final_mm_s * since_s - 0.5 * loss * since_s**2 + 0.25 * loss * lasts_s**2
+        x, y, vx, vy = (*(way * along).tolist(), *((final_mm_s - loss * since_s) * along).tolist())
+        gain_x, gain_y = (-loss * along).tolist()
+        poses.append(Pose(x, y, yaw, vx, vy, gain=(gain_x, gain_y, 0.0), moves_s=(-np.inf, -since_s)))
     return filmed(scene, rng, poses)
 
 
@@ -331,6 +383,10 @@ NORMAL: dict[str, Maker] = {
     "sliding tape": sliding_tape,
     "sliding begun": begun,
     "sliding begun, tape": begun_tape,
+    "sliding slows": slowing,
+    "sliding slows, tape": slowing_tape,
+    "sliding struck": struck,
+    "sliding struck, tape": struck_tape,
 }
 _DISTURBANCES = {"glare": glare, "clutter": clutter, "occlusion": occlusion, "dim": dim, "shadow": shadow}
 

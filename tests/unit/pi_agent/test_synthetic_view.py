@@ -54,7 +54,7 @@ def test_the_mark_is_dark_where_the_geometry_says(view: SyntheticView):
 
 def test_a_moving_block_is_drawn_at_the_capture_time(view: SyntheticView):
     before, after = scene(0.0, 0.0, stamp_ns=0), scene(0.001, 0.002, 0.01, stamp_ns=5_000_000)
-    _, corners = view.frame_and_corners(after, 2_500_000, before=before)
+    _, corners = view.frame_and_corners(after, 2_500_000, before=[before])
     np.testing.assert_allclose(corners, projected(0.0005, 0.001, 0.005), atol=1e-6)
 
 
@@ -63,12 +63,33 @@ def test_a_rolling_shutter_shows_each_corner_at_its_own_time():
     view = SyntheticView(RIG, rng=np.random.default_rng(1), options=options)
     speed = 0.2
     before, after = scene(0.0, stamp_ns=0), scene(speed * 0.005, stamp_ns=5_000_000)
-    _, corners = view.frame_and_corners(after, 5_000_000, before=before)
+    _, corners = view.frame_and_corners(after, 5_000_000, before=[before])
     times = view.info.row_times.dt_s(corners[:, 1])
     still = np.stack([projected(speed * (0.005 + t), 0.0, 0.0)[i] for i, t in enumerate(times)])
     np.testing.assert_allclose(corners, still, atol=1e-4)
     assert np.ptp(times) > 1e-3
     assert view.info.row_times.dt_s(299.5) == pytest.approx(0.0)
+
+
+def test_a_block_that_speeds_up_is_drawn_with_the_speed_of_its_moment():
+    view = SyntheticView(RIG, rng=np.random.default_rng(1), options=SyntheticOptions(rolling_shutter=True))
+    gain, times_ns = 4.0, (0, 5_000_000, 12_000_000)
+    before = [scene(0.5 * gain * (t * 1e-9) ** 2, stamp_ns=t) for t in times_ns]
+    _, corners = view.frame_and_corners(before[2], 13_000_000, before=before[:2])
+    times = 0.013 + view.info.row_times.dt_s(corners[:, 1])
+    moved = np.stack([projected(0.5 * gain * t**2, 0.0, 0.0)[i] for i, t in enumerate(times)])
+    np.testing.assert_allclose(corners, moved, atol=1e-4)
+
+
+def test_a_block_that_is_stopped_is_not_drawn_as_if_it_turned_back():
+    options = SyntheticOptions(rolling_shutter=True)
+    view = SyntheticView(RIG, rng=np.random.default_rng(1), options=options)
+    before = [scene(x, stamp_ns=t) for x, t in ((0.0, 0), (0.003, 10_000_000), (0.0035, 20_000_000))]
+    pose = seen_pose(before[2], 20_000_000, before=before[:2], block_height_m=SIDE_M)
+    assert pose is not None
+    assert pose.vx_mm_s == pytest.approx(0.0, abs=1e-9)
+    _, corners = view.frame_and_corners(before[2], 40_000_000, before=before[:2])
+    np.testing.assert_allclose(corners, projected(0.0035, 0.0, 0.0), atol=1e-3)
 
 
 def test_the_same_seed_gives_the_same_pixels():

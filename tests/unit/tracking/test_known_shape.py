@@ -88,7 +88,7 @@ def test_a_mark_that_keeps_disagreeing_has_another_shape() -> None:
 
 def _recalled(known: KnownShape, corners: Points, worse: float) -> Settled | None:
     variance = [(worse**2 * across, worse**2 * turned) for across, turned in VARIANCE]
-    return known.recall(corners, variance, sigma_px=worse * SIGMA_PX, way=STILL)
+    return known.recall(corners, variance, sigma_px=worse * SIGMA_PX, way=STILL, slack_px=0.0)
 
 
 def test_a_mark_that_is_seen_badly_is_told_by_how_it_was_seen_at_its_place() -> None:

@@ -57,6 +57,17 @@ def test_a_rolling_shutter_sees_each_corner_at_its_rows_time() -> None:
     np.testing.assert_allclose(seen[:, 0] - still[:, 0], 1800.0 * ROLLING.dt_s(seen[:, 1]), atol=1e-6)
 
 
+def test_a_block_that_begins_to_slide_while_it_is_read_lies_in_the_first_rows_and_speeds_up_in_the_last() -> None:
+    scene = Scene(surface("plain", rng=np.random.default_rng(1)), mark=Mark(side_mm=12), shutter=ROLLING)
+    began_s, gain = float(ROLLING.dt_s(299.5)), 5000.0
+    x, vx = 0.5 * gain * began_s**2, -gain * began_s
+    seen = corners_px(scene, Pose(x, vx_mm_s=vx, gain=(gain, 0.0, 0.0), moves_s=(began_s, np.inf)))
+    still = corners_px(scene, Pose())
+    np.testing.assert_allclose(seen[:2], still[:2], atol=1e-9)
+    since_s = ROLLING.dt_s(seen[2:, 1]) - began_s
+    np.testing.assert_allclose(seen[2:, 0] - still[2:, 0], 3.0 * gain * since_s**2, rtol=1e-6)
+
+
 @pytest.mark.parametrize("pose", [Pose(4.0, -7.0, 0.4), Pose(4.0, -7.0, 0.4, vx_mm_s=200.0, yaw_rate_rad_s=2.0)])
 def test_the_fast_renderer_paints_the_same_light(pose: Pose) -> None:
     quiet = Sensor(full_scale_e=1e9, read_noise_e=0.0)

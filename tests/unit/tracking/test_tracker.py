@@ -23,7 +23,14 @@ from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.shutter import Shutter
 from pi_agent.tracking.tone import LINEAR, PI_DEFAULT, ToneCurve
 from pi_agent.tracking.tracker import Tracker
-from tests.benchmarks.tracking_rivals.conditions import ADVERSE, NORMAL
+from tests.benchmarks.tracking_rivals.conditions import (
+    ADVERSE,
+    NORMAL,
+    Maker,
+    slowing,
+    slowing_tape,
+    speeding_up,
+)
 from tests.benchmarks.tracking_rivals.scores import Scores, aligned, measure
 
 FRAME_NS = 11_111_111
@@ -116,14 +123,45 @@ def test_no_frame_of_a_slides_beginning_is_lost_to_a_rolling_shutter(
     shutter, gain = Shutter(line_ns=17_000.0, exposure_ns=1_000_000), 2000.0
     renderer = FastRenderer(Scene(wood, mark=mark, shutter=shutter), rng=np.random.default_rng(1))
     tracker = Tracker(TrackerConfig(mark=mark, shutter=shutter))
-    along, across = np.cos(direction), np.sin(direction)
+    along = gain * np.array([np.cos(direction), np.sin(direction), 0.0])
     for number in range(16):
-        time = max(number - 3.4, 0.0) / 90
-        way, speed = 0.5 * gain * time**2, gain * time
-        frame, truth = renderer.render(Pose(way * along, way * across, 0.2, speed * along, speed * across))
+        frame, truth = renderer.render(speeding_up((0.0, 0.0, 0.2), along.tolist(), since_s=(number - 3.4) / 90))
         seen = tracker.track(frame, capture_ns=number * FRAME_NS)
         assert seen.reason == "", f"frame {number}: {seen.reason}"
         assert float(np.abs(seen.corners_px - truth).max()) < 0.2
+
+
+@pytest.mark.parametrize("make", [slowing, slowing_tape])
+def test_a_slide_that_slows_down_is_seen_until_it_lies_and_then(make: Maker) -> None:
+    """Speed and shape were those of half a frame ago, and a slide's last frames seemed covered."""
+    for number in range(4):
+        trial = make(np.random.default_rng([6, number]))
+        tracker = Tracker(trial.config)
+        seen = [tracker.track(frame, capture_ns=trial.capture_ns(k)) for k, frame in enumerate(trial.frames)]
+        assert [each.reason for each in seen[2:]] == [""] * (len(seen) - 2)
+        errors = [aligned(each.corners_px, truth) for each, truth in zip(seen[2:], trial.corners[2:], strict=True)]
+        assert float(np.abs(errors).max()) < 0.2
+
+
+def test_a_block_that_a_wall_stops_is_seen_from_the_frame_after_on(wood: NDArray[np.float32]) -> None:
+    """What the blow made of its picture was taken for its shape, and at rest it seemed covered for half a second."""
+    shutter = Shutter(line_ns=17_000.0, exposure_ns=1_000_000)
+    renderer = FastRenderer(Scene(wood, mark=RECOMMENDED, shutter=shutter), rng=np.random.default_rng(1))
+    for direction in np.arange(6) + 0.3:
+        tracker, vx, vy = (
+            Tracker(TrackerConfig(mark=RECOMMENDED, shutter=shutter)),
+            *(300.0 * _unit(direction)).tolist(),
+        )
+        seen = []
+        for number in range(12):
+            since_s = (number - 5.6) / 90
+            pose = Pose(vx * since_s, vy * since_s, direction, vx, vy, moves_s=(-np.inf, -since_s))
+            seen.append(tracker.track(renderer.render(pose)[0], capture_ns=number * FRAME_NS).reason)
+        assert seen[:5] + seen[6:] == [""] * 11
+
+
+def _unit(direction: float) -> NDArray[np.float64]:
+    return np.array([np.cos(direction), np.sin(direction)])
 
 
 @pytest.mark.parametrize("name", ADVERSE)
