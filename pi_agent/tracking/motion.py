@@ -102,7 +102,7 @@ class Motion:
         velocity = (centre - self.centre) / gap_s
         yaw_rate = phase(complex(np.vdot(last - self.centre, corners - centre))) / gap_s
         if not self.has_velocity:
-            return Way(velocity, yaw_rate, unsteady_px_s=0.5 * UNSTEADY * abs(velocity))
+            return Way(velocity, yaw_rate, unsteady_px_s=0.5 * abs(velocity))
         # Of the change from the middle of one way to that of the next, what falls on the second half of this one. A
         # mark that is stopped on the way has lost its speed, but does not turn back.
         share = gap_s / (gap_s + self._gap_s)

@@ -37,7 +37,8 @@ OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
 SMEAR_AT_SIGHT_PX = 0.9  # a path within the exposure that a first sight shows by its blur
 ON_THE_WAY_PX = 0.2  # sigma from which a fit has not come as far as the edges
-STEADY_PX = 0.06
+STEADY_PX = 0.03  # what a speed that is not steady may make of an outline that is learned
+KINKED = 0.0105  # what an edge is off whose rows saw another speed each, in shares of what that makes of the outline
 STILL_PX = 0.3, 0.6  # a path within the exposure that is no smear: beside a textured plate, and beside a margin
 UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
 FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
@@ -308,13 +309,14 @@ class Tracker:
             self._learn(fit)
         corners = fit.corners.view(np.float64).reshape(4, 2)
         shutter = self.config.shutter
+        unsteady_px = self._unsteady_px(fit.corners, self._motion.way)
         a, b, c, d = (round(shutter.row0_dt_ns + row * shutter.line_ns) for row in corners[:, 1].tolist())
         return Observation(
             capture_ns=capture_ns,
             found=True,
             reason=verdict.reason,
             corners_px=corners,
-            sigma_px=hypot(fit.sigma_px, self._unseen_turn_px(fit, first)),
+            sigma_px=hypot(fit.sigma_px, self._unseen_turn_px(fit, first), KINKED * unsteady_px),
             residual_px=fit.residual_px,
             corner_dt_ns=(a, b, c, d),
             identity=self._identity,

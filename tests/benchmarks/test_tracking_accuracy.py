@@ -43,8 +43,10 @@ ENOUGH = 30  # answers from which a variance is told
 
 Measured = tuple[Scores, Scores]
 
-SLIDING_TAPE = ("sliding tape", "sliding begun, tape")
+SLIDING_TAPE = ("sliding tape", "sliding begun, tape", "sliding slows, tape", "sliding struck, tape")
 MISSED: set[tuple[str, str]] = {
+    # In the frame of the blow a rolling shutter shows a part of the mark that moves and one that lies.
+    *(("sliding struck", figure) for figure in ("missed", "wrong")),
     # An edge along the grain of wood or along the streaks of steel: of a thousand poses one or two are wrong. In a
     # slide the smear lays more of the grain under every edge, and one frame of a hundred is refused for its sigma.
     *((name, "missed") for name in SLIDING_TAPE),
