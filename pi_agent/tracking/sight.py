@@ -1,0 +1,110 @@
+"""The first sight of a mark: nothing is known of where it is, how it moves, or how sharp the lens is."""
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pi_agent.tracking import identity, judge
+from pi_agent.tracking.acquire import candidates
+from pi_agent.tracking.config import TrackerConfig
+from pi_agent.tracking.motion import STILL
+from pi_agent.tracking.passes import Task
+from pi_agent.tracking.pixels import PixelReader
+from pi_agent.tracking.refine import Fit, refine, search_edges
+
+Points = NDArray[np.complex128]
+Frame = NDArray[np.uint8]
+Attempt = tuple[Fit | None, judge.Verdict]
+Seen = tuple[Fit, judge.Verdict]
+
+MOST_PASSES = 5
+SEARCHED_PX = 5  # how far from a candidate its edges are searched for
+DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
+SMEARED_PX = 0.9  # a path within the exposure that a first sight shows by its blur
+NO_MARK = judge.Verdict("no mark in this frame")
+SMEARED = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
+
+
+class FirstSight:
+    """Looks for a mark in the whole frame (or the region)."""
+
+    def __init__(self, config: TrackerConfig, reader: PixelReader, feature: identity.FeatureReader, task: Task) -> None:
+        self._config, self._reader, self._feature, self._task = config, reader, feature, task
+        self._whole_task = Task.beside(textured=config.mark.margin <= 0)
+        self._dropout = 0
+
+    def found(self) -> None:
+        """There is a mark: a dropout ends."""
+        self._dropout = 0
+
+    def look(self, frame: Frame, why: judge.Verdict, *, blur_px: float) -> Attempt:
+        """The candidate that is believed, when it is the only one; else none, and why (`why` when there is none).
+
+        Its corners are named by its shape alone.
+        """
+        left, top, width, height = self._config.region_px or (0, 0, frame.shape[1], frame.shape[0])
+        part = frame[max(top, 0) : top + height, max(left, 0) : left + width]
+        origin = complex(max(left, 0), max(top, 0))
+        believed: list[Seen] = []
+        quads = candidates(part, side_px=self._config.side_px, aspect=self._config.mark.aspect)
+        for quad in quads or self._tag_outline(part):
+            fit, verdict = self._fitted(quad + origin, blur_px)
+            if fit is not None and (not verdict.reason or verdict.rough):
+                believed.append((fit, verdict))
+            elif fit is not None:
+                why = verdict
+        return self._only_one(believed) if believed else (None, why)
+
+    def _tag_outline(self, part: Frame) -> list[Points]:
+        """The tag by OpenCV's detector, when no outline stands alone: slow, so not in every frame of a dropout."""
+        if self._config.mark.feature != "tag":
+            return []
+        self._dropout += 1
+        quad = identity.detect_tag(part, self._config.mark) if self._dropout % DETECT_EVERY == 1 else None
+        return [] if quad is None else [quad]
+
+    def _fitted(self, quad: Points, blur_px: float) -> Attempt:
+        near = search_edges(self._reader, quad, reach_px=SEARCHED_PX)
+        if near is None or not inside(near, self._reader):
+            return None, NO_MARK
+        near = np.roll(near, -identity.first_turn(near, aspect=self._config.mark.aspect))
+        fit = refine(self._reader, near, blur_px=np.full(4, blur_px), task=self._whole_task, most_passes=MOST_PASSES)
+        if fit is None:
+            return None, NO_MARK
+        verdict = judge.judge(fit, config=self._config, shape=None, way=STILL)
+        if not verdict.reason and not self._task.even and self.unknown_path_px(fit, blur_px=blur_px) > SMEARED_PX:
+            verdict = SMEARED
+        return fit, verdict
+
+    def _only_one(self, believed: list[Seen]) -> Attempt:
+        if self._config.mark.feature != "none":
+            believed = [pair for pair in believed if self._feature.turn(self._reader, pair[0].corners) is not None]
+        if len(believed) == 1:
+            return believed[0]
+        if not believed:
+            return None, judge.Verdict("a mark, but its feature cannot be read")
+        return None, judge.Verdict("two marks in this frame: cover one, or set the mark's size")
+
+    def without_notch(self, named: Fit, verdict: judge.Verdict) -> Attempt:
+        """The first sight once more when it has told where the notch is: no edge is seen in part for that."""
+        if self._task.left_out is None or verdict.reason:
+            return named, verdict
+        again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)
+        if again is None:
+            return None, NO_MARK
+        return again, judge.judge(again, config=self._config, shape=None, way=STILL)
+
+    def unknown_path_px(self, fit: Fit, *, blur_px: float) -> float:
+        """The path within the exposure that would make the lens's blur the one that was found."""
+        if self._config.shutter.exposure_ns == 0:
+            return 0.0
+        lens = min(blur_px, float(fit.blur_px.min()))
+        return sqrt(max(12.0 * (float(np.mean(fit.blur_px**2)) - lens**2), 0.0))
+
+
+def inside(corners: Points, reader: PixelReader, *, clear_px: int = 2) -> bool:
+    """Whether the corners (4,) lie in the frame, `clear_px` clear of its border."""
+    x, y = corners.real.tolist(), corners.imag.tolist()
+    right, bottom = reader.width - 1 - clear_px, reader.height - 1 - clear_px
+    return bool(min(x) > clear_px and min(y) > clear_px and max(x) < right and max(y) < bottom)
