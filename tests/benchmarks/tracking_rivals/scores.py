@@ -127,6 +127,16 @@ def measure_one(maker: Maker, *, seed: int, number: int, first: Scores, followed
     _count(followed, tracker, trial, last)
 
 
+def measure_slide(trial: Trial, scores: Scores) -> None:
+    """Counts every frame of a trial from the third on, before which no speed is known."""
+    tracker = Tracker(trial.config)
+    for number, frame in enumerate(trial.frames):
+        if number < 2:
+            tracker.track(frame, capture_ns=trial.capture_ns(number))
+        else:
+            _count(scores, tracker, trial, number)
+
+
 def _count(scores: Scores, tracker: Tracker, trial: Trial, number: int) -> None:
     start = perf_counter()
     seen = tracker.track(trial.frames[number], capture_ns=trial.capture_ns(number))
