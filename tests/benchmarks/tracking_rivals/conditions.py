@@ -160,17 +160,25 @@ def blurred(rng: Rng) -> Trial:
     return still(Scene(PLATES.pick(rng), mark=mark, optics=optics, fiducials=plate_fiducials()), rng)
 
 
+def _recommended(rng: Rng) -> Scene:
+    """The recommended mark under a rolling shutter."""
+    mark = random_mark(rng, margin=0.16, feature="dot")
+    return Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials())
+
+
+def _tape(rng: Rng) -> Scene:
+    """Bare tape under a rolling shutter."""
+    return Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
+
+
 def sliding(rng: Rng) -> Trial:
     """0.3 m/s in any direction, turning at up to 3 rad/s, rolling shutter, 2 ms exposure; recommended mark."""
-    mark = random_mark(rng, margin=0.16, feature="dot")
-    scene = Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials())
-    return moving(scene, rng, speed_mm_s=300.0, turn_rad_s=3.0)
+    return moving(_recommended(rng), rng, speed_mm_s=300.0, turn_rad_s=3.0)
 
 
 def sliding_tape(rng: Rng) -> Trial:
     """The same with bare tape."""
-    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
-    return moving(scene, rng, speed_mm_s=300.0, turn_rad_s=3.0)
+    return moving(_tape(rng), rng, speed_mm_s=300.0, turn_rad_s=3.0)
 
 
 def moving(scene: Scene, rng: Rng, *, speed_mm_s: float, turn_rad_s: float, frames: int = 5) -> Trial:
@@ -193,14 +201,12 @@ def filmed(scene: Scene, rng: Rng, poses: Sequence[Pose]) -> Trial:
 
 def begun(rng: Rng) -> Trial:
     """The beginning of a slide, rolling shutter: from rest at 1 to 5 m/s² to 0.3 m/s or to any frame before."""
-    mark = random_mark(rng, margin=0.16, feature="dot")
-    return beginning(Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials()), rng)
+    return beginning(_recommended(rng), rng)
 
 
 def begun_tape(rng: Rng) -> Trial:
     """The same with bare tape."""
-    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
-    return beginning(scene, rng)
+    return beginning(_tape(rng), rng)
 
 
 def beginning(scene: Scene, rng: Rng, *, at_rest: int = 3, fastest_mm_s: float = 300.0) -> Trial:
@@ -233,27 +239,22 @@ def speeding_up(start: tuple[float, float, float], gain: Sequence[float], *, sin
 
 def slowing(rng: Rng) -> Trial:
     """The end of a slide, rolling shutter: from 0.3 m/s it slows down by 1 to 5 m/s² and lies; any frame of it."""
-    mark = random_mark(rng, margin=0.16, feature="dot")
-    scene = Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials())
-    return ending(scene, rng, loss=float(rng.uniform(1000.0, 5000.0)))
+    return ending(_recommended(rng), rng, loss=float(rng.uniform(1000.0, 5000.0)))
 
 
 def slowing_tape(rng: Rng) -> Trial:
     """The same with bare tape."""
-    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
-    return ending(scene, rng, loss=float(rng.uniform(1000.0, 5000.0)))
+    return ending(_tape(rng), rng, loss=float(rng.uniform(1000.0, 5000.0)))
 
 
 def struck(rng: Rng) -> Trial:
     """A slide at 0.3 m/s that a wall ends, rolling shutter; any frame before and after, and that of the blow."""
-    mark = random_mark(rng, margin=0.16, feature="dot")
-    return ending(Scene(PLATES.pick(rng), mark=mark, shutter=ROLLING, fiducials=plate_fiducials()), rng)
+    return ending(_recommended(rng), rng)
 
 
 def struck_tape(rng: Rng) -> Trial:
     """The same with bare tape."""
-    scene = Scene(PLATES.pick(rng), mark=random_mark(rng), shutter=ROLLING, fiducials=plate_fiducials())
-    return ending(scene, rng)
+    return ending(_tape(rng), rng)
 
 
 def ending(scene: Scene, rng: Rng, *, loss: float = 0.0, speed_mm_s: float = 300.0, at_rest: int = 4) -> Trial:
