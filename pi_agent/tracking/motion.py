@@ -2,6 +2,7 @@
 
 from cmath import exp, phase
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,9 @@ Points = NDArray[np.complex128]
 Four = list[complex]
 
 LONGEST_GAP_S = 0.25  # after a longer dropout the last velocity says nothing
-# A slide begins between two frames or while one is read, so the speed by then is several times the mean since the last.
-UNSTEADY = 4.0
+UNSTEADY = 4.0  # times a change of what is gained from frame to frame, by which the speed may be another one
+LEAST_STEP_PX = 0.03  # a mark that lay still and has gone so far has begun to slide
+MOST_GAIN_PX_S2 = 60_000.0  # no block gains more: 10 m/s² at 6 px a millimetre
 LEAST_GAIN_PX = 0.4  # a change of the step from frame to frame that is expected to go on: less may be noise
 
 
@@ -111,6 +113,10 @@ class Motion:
         turned = share * (yaw_rate - self._mean_yaw_rad_s)
         turned = min(max(turned, -abs(yaw_rate)), abs(yaw_rate))
         unsteady = UNSTEADY * abs(gained - self.way.gained_px_s)
+        step_px = abs(velocity) * gap_s
+        if step_px > LEAST_STEP_PX and abs(self._mean_px_s) * gap_s < 0.1 * step_px:
+            # It may have begun when most of the frame was read, and have its speed since then.
+            unsteady = max(unsteady, sqrt(2.0 * MOST_GAIN_PX_S2 * step_px) - abs(velocity + gained))
         return Way(velocity + gained, yaw_rate + turned, gained, turned, unsteady)
 
     def expected_way(self, time_s: float) -> Way:

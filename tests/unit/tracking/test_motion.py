@@ -38,6 +38,14 @@ def test_steadily_gained_speed_is_sure_and_a_sudden_one_is_not() -> None:
     assert max(unsteady[6:]) < 1e-6
 
 
+def test_a_small_first_step_may_have_been_made_at_once_and_fast() -> None:
+    motion = Motion()
+    for number, place in enumerate([0.0, 0.0, 0.0, 0.2]):
+        motion.update(_at(place), number * FRAME_S)
+    at_once_px_s = np.sqrt(2.0 * 60_000.0 * 0.2)
+    assert motion.way.unsteady_px_s == pytest.approx(at_once_px_s - 1.5 * 0.2 / FRAME_S)
+
+
 def test_a_mark_that_is_stopped_does_not_turn_back() -> None:
     motion = Motion()
     for number, place in enumerate([0.0, 20.0, 40.0, 43.0, 43.0, 43.0]):
