@@ -23,6 +23,7 @@ GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR, GRAIN_BLUR_NOISE = 0.59, 0.44
 SEEN_IN_PART = 1.4  # what the variance of its points is times then
 WHOLE_EDGE = 0.85  # share of its profiles that agree, beyond which nothing covers an edge
 OTHER_CONTRAST = 0.25  # difference from the other edges', in shares, of one that the plate's own shades do not make
+LIGHTER = 0.04  # excess of an edge's dark, in contrasts, that is not the mark's
 IN_PART = 0.7  # sum of the weights, in profiles, below which an edge is seen in part
 WHOLE = 0.75  # share of an edge that must be seen for a disagreement along it to be a shadow's
 IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, that a shadow makes
@@ -125,11 +126,34 @@ def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: 
     return bool(np.any((agreeing <= whole) & (differs > OTHER_CONTRAST) & (shaded < 0.5 * differs)))
 
 
+def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
+    """Whether an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
+
+    What covers an edge along it has an edge of its own, as straight. A shadow changes the dark as it changes the
+    contrast, and a highlight makes the margin as much lighter.
+    """
+    whole = WHOLE_EDGE * line.weight.shape[1]
+    if min(agreeing.tolist()) > whole:
+        return False
+    total = line.moments[:, 0]
+    light, own = (np.add.reduce(line.weight * values, axis=1) / total for values in (contrast, dark))
+    lighter = own - _middle_two(own / light) * light
+    margin = own + light
+    return bool(
+        np.any((agreeing <= whole) & (lighter > LIGHTER * light) & (margin - _middle_two(margin) < 0.5 * lighter))
+    )
+
+
 def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
     """How far the mean of each edge (4,) lies from that of the middle two, in shares."""
     own = np.add.reduce(line.weight * values, axis=1) / line.moments[:, 0]
-    _, low, high, _ = sorted(own.tolist())
-    return np.abs(own / max(0.5 * (low + high), 0.5) - 1.0)
+    return np.abs(own / max(_middle_two(own), 0.5) - 1.0)
+
+
+def _middle_two(values: Floats) -> float:
+    """The mean of the middle two of four."""
+    _, low, high, _ = sorted(values.tolist())
+    return 0.5 * (low + high)
 
 
 def pulled_px2(pull: Floats, line: lines.LineFit, expected: lines.Edges) -> float:
@@ -145,8 +169,7 @@ def _pulled_lines(pull: Floats, line: lines.LineFit) -> Floats:
     What all edges have in common is left out: a blur that is a little off, not uneven light.
     """
     pulled = lines.weighted(pull, line)
-    _, low, high, _ = sorted(pulled[:, 0].tolist())
-    pulled[:, 0] -= 0.5 * (low + high)
+    pulled[:, 0] -= _middle_two(pulled[:, 0])
     return pulled
 
 

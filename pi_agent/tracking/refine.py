@@ -190,7 +190,8 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         bent=(step.broken and _bent(step, look, even=even))
-        or (not even and doubts.another(line, agreeing, contrast=found.contrast, dark=found.dark)),
+        or (not even and doubts.another(line, agreeing, contrast=found.contrast, dark=found.dark))
+        or (even and not blur_known and doubts.covering(line, agreeing, contrast=found.contrast, dark=found.dark)),
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,
         edges=sigma.edges,

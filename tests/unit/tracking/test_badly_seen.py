@@ -9,7 +9,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
-from tests.benchmarks.tracking_rivals.conditions import ADVERSE_TAPE, sliding_tape
+from tests.benchmarks.tracking_rivals.conditions import ADVERSE, ADVERSE_TAPE, sliding_tape
 from tests.benchmarks.tracking_rivals.scores import aligned, lower_share, upper_share
 
 Floats = NDArray[np.float64]
@@ -95,6 +95,13 @@ def test_a_thing_beside_an_edge_is_no_highlight(wood: NDArray[np.float32], gap_p
     assert not first.found or np.linalg.norm(first.corners_px - truth, axis=1).max() <= WRONG_PX
     seen, error = _followed(scene, disturbed)
     assert error <= WRONG_PX, seen.sigma_px
+
+
+def test_a_wire_along_an_edge_is_not_taken_for_the_edge_at_first_sight() -> None:
+    """Hardly lighter than the mark and four fifths as long: the outline with it is nearly a square, 4 px too wide."""
+    trial = ADVERSE["occlusion"](np.random.default_rng([20261208, 220]))
+    seen = Tracker(trial.config).track(trial.frames[-1], capture_ns=0)
+    assert seen.reason == "outline bent: the edge of something else lies along it"
 
 
 def test_a_covered_corner_is_no_tipping(wood: NDArray[np.float32]) -> None:
