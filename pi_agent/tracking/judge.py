@@ -19,11 +19,15 @@ LEAST_AGREEMENT = 0.4, 0.27  # of every edge: at first sight, and once the mark'
 
 
 class Demand(NamedTuple):
-    """The largest sigma (px) of the worst corner in dim, in bright light, and when part of the outline is covered."""
+    """The largest sigma (px) of the worst corner in dim, in bright light, and when part of the outline is covered.
+
+    And of a smeared mark whose shape is not known yet, so that nothing else speaks for it.
+    """
 
     dim_sigma_px: float
     bright_sigma_px: float
     partly_sigma_px: float
+    smeared_sigma_px: float
 
     def limit_px(self, fit: Fit) -> float:
         """The largest sigma of the worst corner."""
@@ -31,6 +35,8 @@ class Demand(NamedTuple):
         limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
         if fit.whole <= WHOLE:
             limit = min(limit, self.partly_sigma_px)
+        if fit.path_px > SMEARED_PX and fit.alone is None:
+            limit = min(limit, self.smeared_sigma_px)
         # Edges that would be believed by themselves are not doubted for agreeing with how they were seen before.
         badly_seen = fit.recalled and fit.by_edges.worst_px > max(limit, self.partly_sigma_px)
         return min(limit, RECALLED_PX) if badly_seen else limit
@@ -39,8 +45,9 @@ class Demand(NamedTuple):
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
 RECALLED_PX = 0.031  # the same where badly seen edges are led by how they were seen before: not all errors are Gaussian
-BESIDE_MARGIN = Demand(0.042, 0.045, 0.04)  # even surfaces: anything else at the edge is a disturbance
-BESIDE_PLATE = Demand(0.037, 0.055, 0.04)  # texture disturbs every frame; noise beside it leaves less room
+SMEARED_PX = 0.9  # a path within the exposure that lays another grain under an edge
+BESIDE_MARGIN = Demand(0.042, 0.045, 0.04, 0.045)  # even surfaces: anything else at the edge is a disturbance
+BESIDE_PLATE = Demand(0.037, 0.055, 0.04, 0.035)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
 ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
 CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
