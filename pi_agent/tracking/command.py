@@ -63,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="shortest and longest first side of the mark in the picture",
     )
     parser.add_argument("--line-us", type=float, default=0.0, help="rolling shutter: microseconds from row to row")
+    parser.add_argument("--exposure-ms", type=float, default=0.0, help="by which a mark that moves is smeared")
     parser.add_argument("--rate", type=float, default=None, help="frames a second of a video that does not say it")
 
 
@@ -89,10 +90,18 @@ def run(args: argparse.Namespace) -> int:
 
 def _track_and_print(path: Path, config: TrackerConfig, args: argparse.Namespace) -> int:
     """Prints a line a frame; returns how many frames were without the mark."""
-    lost = 0
+    lost, changed = 0, 0
     for shot, seen in track_file(path, config=config, rate_hz=args.rate):
         lost += not seen.found
-        print(json_line(shot, seen) if args.json else text_line(shot, seen), flush=True)
+        changed += seen.reason.startswith("outline changed")
+        line = json_line(shot, seen, exposure_ns=config.shutter.exposure_ns) if args.json else text_line(shot, seen)
+        print(line, flush=True)
+    if changed and config.shutter.line_ns == 0:
+        print(
+            f"pi-agent: {path}: the outline changed in {changed} frames; if the camera has a rolling shutter, which "
+            "makes a mark that moves another shape, say its time from row to row with --line-us",
+            file=sys.stderr,
+        )
     return lost
 
 
@@ -120,7 +129,9 @@ def tracker_config(args: argparse.Namespace) -> TrackerConfig:
     mark = Mark(
         aspect=args.aspect, margin=args.margin, feature=args.feature, tag_dictionary=dictionary, tag_id=int(number)
     )
-    shutter = Shutter(line_ns=1e3 * args.line_us)
+    if args.line_us < 0 or args.exposure_ms < 0:
+        raise UserError("--line-us and --exposure-ms must not be below 0")
+    shutter = Shutter(line_ns=1e3 * args.line_us, exposure_ns=round(1e6 * args.exposure_ms))
     return TrackerConfig(
         mark=mark, side_px=(args.side_px[0], args.side_px[1]), tone=TONE_CURVES[args.tone], shutter=shutter
     )
@@ -208,9 +219,10 @@ def marker_corners(seen: Observation, *, seq: int = 0, exposure_ns: int = 0, mar
     )
 
 
-def json_line(shot: Shot, seen: Observation) -> str:
+def json_line(shot: Shot, seen: Observation, *, exposure_ns: int) -> str:
     """The path and the fields of MarkerCorners."""
-    return json.dumps({"path": str(shot.path), **asdict(marker_corners(seen, seq=shot.number))})
+    corners = marker_corners(seen, seq=shot.number, exposure_ns=exposure_ns)
+    return json.dumps({"path": str(shot.path), **asdict(corners)})
 
 
 def text_line(shot: Shot, seen: Observation) -> str:

@@ -15,6 +15,7 @@ from pi_agent.tracking.command import add_arguments, run
 from pi_agent.tracking.mark import Mark
 from shared.errors import UserError
 from shared.messages import MarkerCorners
+from tests.benchmarks.tracking_rivals.conditions import slowing
 
 MARK = Mark(side_mm=12.0, margin=0.16, feature="dot")
 OPTIONS = ["--json", "--margin", "0.16", "--feature", "dot"]
@@ -60,6 +61,20 @@ def test_a_video_is_a_sequence(
     assert [line["seq"] for line in lines] == [0, 1, 2, 3]
     assert [line["capture_ns"] for line in lines] == [0, 20_000_000, 40_000_000, 60_000_000]
     assert all(line["found"] for line in lines)
+
+
+def test_a_rolling_shutter_that_is_not_told_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trial, path = slowing(np.random.default_rng([6, 20])), tmp_path / "slide.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"FFV1"), 90.0, (600, 600), False)
+    for frame in trial.frames:
+        writer.write(frame)
+    writer.release()
+    assert _run(str(path), *OPTIONS) == 1
+    assert "--line-us" in capsys.readouterr().err
+    assert _run(str(path), *OPTIONS, "--line-us", "17", "--exposure-ms", "2") == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert {json.loads(line)["exposure_ns"] for line in said.out.splitlines()} == {2_000_000}
 
 
 def test_an_empty_scene_is_said_and_ends_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,3 +144,5 @@ def test_missing_files_folders_and_odd_options_are_refused(tmp_path: Path) -> No
         _run("x.png", "--tag", "NONSENSE")
     with pytest.raises(UserError, match="--side-px"):
         _run("x.png", "--side-px", "90", "40")
+    with pytest.raises(UserError, match="--exposure-ms"):
+        _run("x.png", "--exposure-ms", "-2")
