@@ -14,7 +14,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.motion import Way, unsheared
 from pi_agent.tracking.refine import Fit
-from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, NOISE_PX, RestingShape, lean_of
+from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of, noise_px
 
 Points = NDArray[np.complex128]
 
@@ -63,7 +63,7 @@ class Memory:
         departure = max(np.abs(seen - arms).tolist())
         limit = self._resting.limit_px(
             way_px=way_px,
-            contrast=fit.contrast,
+            noise_px=noise_px(contrast=fit.contrast, blur_px=self.blur_px),
             sigma_px=fit.by_edges.worst_px,
             slack_px=self.unsteady_px(fit.corners, way),
         )
@@ -115,8 +115,8 @@ class Memory:
 
     def _learn_shape(self, alone: Fit, way: Way) -> None:
         if alone.edges is not None:
-            noise_px = NOISE_PX / alone.contrast
-            self._known.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise_px, way=way)
+            noise = noise_px(contrast=alone.contrast, blur_px=self.blur_px)
+            self._known.learn(alone.corners, sigma_px=alone.sigma_px, noise_px=noise, way=way)
 
     def _learn_blur(self, fit: Fit, share: float) -> None:
         self.blur_px += share * (sum(fit.blur_px.tolist()) / 4 - self.blur_px)

@@ -5,7 +5,7 @@ where it is, light and lens give every frame the same outline, and even a small 
 some pixels the lens and the plate's grain change the outline as well: more is allowed there, and it is learned anew.
 """
 
-from math import acos
+from math import acos, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
 LENS = 0.004  # and a lens, a camera that looks askew, or a slide's unsteady speed, in shares of the distance
 FARTHEST_PX = 40.0  # beyond this distance from the last frame the outline is another one
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
+SHARP_PX = 0.9  # for a lens that blurs so much; out of focus it grows with the root of the blur
 DEVIATIONS = 4.0
 
 
@@ -60,12 +61,13 @@ class RestingShape:
         self._compared = (corners, way), told
         return told
 
-    def limit_px(self, *, way_px: float, contrast: float, sigma_px: float, slack_px: float) -> float:
+    def limit_px(self, *, way_px: float, noise_px: float, sigma_px: float, slack_px: float) -> float:
         """The largest departure that pixel noise and sampling explain, and further away grain and lens.
 
-        `slack_px`: what the rolling shutter may make of the outline by a speed that is not steady.
+        `noise_px`: see there; `slack_px`: what the rolling shutter may make of the outline by a speed that is not
+        steady.
         """
-        noise = NOISE_PX / contrast * float(np.sqrt(1.0 + 1.0 / max(self._frames, 1)))
+        noise = noise_px * float(np.sqrt(1.0 + 1.0 / max(self._frames, 1)))
         limit = SYSTEMATIC_PX + DEVIATIONS * noise + slack_px
         if way_px < self._near_px:
             return limit
@@ -85,6 +87,11 @@ class RestingShape:
     def _at_once(self, corners: Points, way: Way) -> Points:
         """The corners at the time of one row."""
         return corners if self._line_s == 0.0 else np.array(unsheared(corners, way=way, line_s=self._line_s))
+
+
+def noise_px(*, contrast: float, blur_px: float) -> float:
+    """Deviation of a corner's coordinate by pixel noise, at a contrast (of 255) and a blur of the lens."""
+    return NOISE_PX / contrast * sqrt(max(blur_px / SHARP_PX, 1.0))
 
 
 def lean_of(arms: Points, seen: Points, *, limit_px: float) -> float:

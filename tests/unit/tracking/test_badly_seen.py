@@ -9,7 +9,7 @@ from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
-from tests.benchmarks.tracking_rivals.conditions import ADVERSE, ADVERSE_TAPE, sliding_tape
+from tests.benchmarks.tracking_rivals.conditions import ADVERSE, ADVERSE_TAPE, NORMAL, sliding_tape
 from tests.benchmarks.tracking_rivals.scores import aligned, lower_share, upper_share
 
 Floats = NDArray[np.float64]
@@ -102,6 +102,12 @@ def test_a_wire_along_an_edge_is_not_taken_for_the_edge_at_first_sight() -> None
     trial = ADVERSE["occlusion"](np.random.default_rng([20261208, 220]))
     seen = Tracker(trial.config).track(trial.frames[-1], capture_ns=0)
     assert seen.reason == "outline bent: the edge of something else lies along it"
+
+
+def test_the_noise_of_a_picture_out_of_focus_is_no_tipping() -> None:
+    trial = NORMAL["out of focus"](np.random.default_rng([20261208, 97]))
+    tracker = Tracker(trial.config)
+    assert [tracker.track(f, capture_ns=trial.capture_ns(k)).reason for k, f in enumerate(trial.frames)] == ["", ""]
 
 
 def test_a_covered_corner_is_no_tipping(wood: NDArray[np.float32]) -> None:
