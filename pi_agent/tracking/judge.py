@@ -45,7 +45,7 @@ class Demand(NamedTuple):
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
 RECALLED_PX = 0.031  # the same where badly seen edges are led by how they were seen before: not all errors are Gaussian
-SMEARED_PX = 0.9  # a path within the exposure that lays another grain under an edge
+SMEARED_PX = 0.9  # a path within the exposure that shows in the blur, and lays other grain under an edge
 BESIDE_MARGIN = Demand(0.042, 0.045, 0.04, 0.045)  # even surfaces: anything else at the edge is a disturbance
 BESIDE_PLATE = Demand(0.037, 0.055, 0.04, 0.035)  # texture disturbs every frame; noise beside it leaves less room
 SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows

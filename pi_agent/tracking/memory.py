@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pi_agent.tracking import judge
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.known_shape import KnownShape, Settled
-from pi_agent.tracking.motion import Way, unsheared
+from pi_agent.tracking.motion import STILL, Way, unsheared
 from pi_agent.tracking.refine import Fit
 from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of, noise_px
 
@@ -87,7 +87,7 @@ class Memory:
         alone = fit.by_edges
         if not self._way_known(alone.corners, way):
             return
-        moves = way or Way()
+        moves = way or STILL
         at_once = unsheared(alone.corners, way=moves, line_s=self._line_s)
         seen = judge.flat_shape(judge.side_vectors(at_once, aspect=self._config.mark.aspect))
         if self.shape is None:
@@ -105,7 +105,7 @@ class Memory:
         """Takes a fit whose edges are not told exactly enough."""
         alone = fit.by_edges
         if self._way_known(alone.corners, way):
-            self._learn_shape(alone, way or Way())
+            self._learn_shape(alone, way or STILL)
         if self.blur_known and fit.path_px == 0.0:
             self._learn_blur(fit, LEARNING)  # another lens may be at work
 

@@ -69,7 +69,7 @@ class Motion:
         self._mean_px_s, self._mean_yaw_rad_s = 0j, 0.0
         self._gap_s = 0.0
         self._gain_px_s2 = 0j
-        self._asked: tuple[Points, float, Way] | None = None
+        self._asked: tuple[Points, float, Way] | None = None  # the last answer: a frame asks several times
 
     def update(self, corners: Points, time_s: float) -> None:
         """Takes the corners seen at a time."""

@@ -64,8 +64,8 @@ class RestingShape:
     def limit_px(self, *, way_px: float, noise_px: float, sigma_px: float, slack_px: float) -> float:
         """The largest departure that pixel noise and sampling explain, and further away grain and lens.
 
-        `noise_px`: see there; `slack_px`: what the rolling shutter may make of the outline by a speed that is not
-        steady.
+        `noise_px`: that of a corner (see the function); `slack_px`: what the rolling shutter may make of the outline by
+        a speed that is not steady.
         """
         noise = noise_px * float(np.sqrt(1.0 + 1.0 / max(self._frames, 1)))
         limit = SYSTEMATIC_PX + DEVIATIONS * noise + slack_px

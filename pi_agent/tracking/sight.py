@@ -21,7 +21,6 @@ Seen = tuple[Fit, judge.Verdict]
 MOST_PASSES = 5
 SEARCHED_PX = 5  # how far from a candidate its edges are searched for
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
-SMEARED_PX = 0.9  # a path within the exposure that a first sight shows by its blur
 NO_MARK = judge.Verdict("no mark in this frame")
 SMEARED = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
 
@@ -73,7 +72,7 @@ class FirstSight:
         if fit is None:
             return None, NO_MARK
         verdict = judge.judge(fit, config=self._config, shape=None, way=STILL)
-        if not verdict.reason and not self._task.even and self.unknown_path_px(fit, blur_px=blur_px) > SMEARED_PX:
+        if not verdict.reason and not self._task.even and self.unknown_path_px(fit, blur_px=blur_px) > judge.SMEARED_PX:
             verdict = SMEARED
         return fit, verdict
 

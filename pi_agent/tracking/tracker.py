@@ -17,7 +17,7 @@ from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, refine, search_edges
-from pi_agent.tracking.sight import MOST_PASSES, NO_MARK, SMEARED, SMEARED_PX, Attempt, FirstSight, inside
+from pi_agent.tracking.sight import MOST_PASSES, NO_MARK, SMEARED, Attempt, FirstSight, inside
 from pi_agent.tracking.smear import Smear
 
 Points = NDArray[np.complex128]
@@ -85,7 +85,7 @@ class Tracker:
 
     def _speed_unsure(self, fit: Fit) -> bool:
         """Whether grain is read through a smear of which one step alone tells how long it is."""
-        return not self._task.even and not self._motion.has_velocity and fit.path_px > SMEARED_PX
+        return not self._task.even and not self._motion.has_velocity and fit.path_px > judge.SMEARED_PX
 
     def _largest_lean(self, time_s: float) -> float:
         """The largest lean that a tipping block can have reached since the last frame."""
@@ -211,7 +211,11 @@ class Tracker:
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
         """What the bend of the edges by an unknown turn adds to sigma, when the first sight is of a smeared mark."""
         line_s = self.config.shutter.line_s
-        if not first or line_s == 0 or self._sight.unknown_path_px(fit, blur_px=self._memory.blur_px) < SMEARED_PX:
+        if (
+            not first
+            or line_s == 0
+            or self._sight.unknown_path_px(fit, blur_px=self._memory.blur_px) < judge.SMEARED_PX
+        ):
             return 0.0
         # An edge of length L bows from its corners by a fourth of the turn from row to row, times L² and its slope; the
         # line through it lies two thirds of that off. Two edges, one as steep as the other is level, move a corner.

@@ -18,6 +18,7 @@ TRIALS = int(os.environ.get("TRACKING_FRAMES", "200"))
 SEED = int(os.environ.get("TRACKING_SEED", "20261210"))
 SHARE = 0.001  # of missed frames, and of wrong ones
 MISSED = {(", tape", "missed")}  # known: a smear lays more of the grain under an edge than its sigma may be
+MARKS = "", ", tape"
 BEGUN, SLOWS, STRUCK = "sliding begun", "sliding slows", "sliding struck"
 
 
@@ -25,7 +26,7 @@ BEGUN, SLOWS, STRUCK = "sliding begun", "sliding slows", "sliding struck"
 def table() -> dict[str, Scores]:
     print("\n" + HEAD)
     rows: dict[str, Scores] = {}
-    for name in (*(f"{kind}{mark}" for mark in ("", ", tape") for kind in (BEGUN, SLOWS, STRUCK)),):
+    for name in [kind + mark for mark in MARKS for kind in (BEGUN, SLOWS, STRUCK)]:
         scores = rows[name] = Scores()
         for number in range(TRIALS):
             measure_slide(NORMAL[name](np.random.default_rng([SEED, number])), scores)
@@ -33,7 +34,7 @@ def table() -> dict[str, Scores]:
     return rows
 
 
-@pytest.mark.parametrize("mark", ["", ", tape"])
+@pytest.mark.parametrize("mark", MARKS)
 @pytest.mark.parametrize("figure", ["missed", "wrong"])
 def test_hardly_a_frame_of_a_slide_is_missed_or_wrong(table: dict[str, Scores], mark: str, figure: str) -> None:
     """Beginnings, and ends by friction. In the frame of a wall's blow two outlines are seen in one."""

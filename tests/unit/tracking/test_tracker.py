@@ -162,20 +162,14 @@ def test_a_block_that_a_wall_stops_is_seen_from_the_frame_after_on(wood: NDArray
     shutter = Shutter(line_ns=17_000.0, exposure_ns=1_000_000)
     renderer = FastRenderer(Scene(wood, mark=RECOMMENDED, shutter=shutter), rng=np.random.default_rng(1))
     for direction in np.arange(6) + 0.3:
-        tracker, vx, vy = (
-            Tracker(TrackerConfig(mark=RECOMMENDED, shutter=shutter)),
-            *(300.0 * _unit(direction)).tolist(),
-        )
+        tracker = Tracker(TrackerConfig(mark=RECOMMENDED, shutter=shutter))
+        vx, vy = 300.0 * float(np.cos(direction)), 300.0 * float(np.sin(direction))
         seen = []
         for number in range(12):
             since_s = (number - 5.6) / 90
             pose = Pose(vx * since_s, vy * since_s, direction, vx, vy, moves_s=(-np.inf, -since_s))
             seen.append(tracker.track(renderer.render(pose)[0], capture_ns=number * FRAME_NS).reason)
         assert seen[:5] + seen[6:] == [""] * 11
-
-
-def _unit(direction: float) -> NDArray[np.float64]:
-    return np.array([np.cos(direction), np.sin(direction)])
 
 
 @pytest.mark.parametrize("name", ADVERSE)
