@@ -129,8 +129,10 @@ def tracker_config(args: argparse.Namespace) -> TrackerConfig:
     mark = Mark(
         aspect=args.aspect, margin=args.margin, feature=args.feature, tag_dictionary=dictionary, tag_id=int(number)
     )
-    if args.line_us < 0 or args.exposure_ms < 0:
-        raise UserError("--line-us and --exposure-ms must not be below 0")
+    if not (0.0 <= args.line_us < np.inf and 0.0 <= args.exposure_ms < np.inf):
+        raise UserError(
+            f"--line-us and --exposure-ms: expected numbers from 0 on, got {args.line_us} and {args.exposure_ms}"
+        )
     shutter = Shutter(line_ns=1e3 * args.line_us, exposure_ns=round(1e6 * args.exposure_ms))
     return TrackerConfig(
         mark=mark, side_px=(args.side_px[0], args.side_px[1]), tone=TONE_CURVES[args.tone], shutter=shutter

@@ -146,3 +146,5 @@ def test_missing_files_folders_and_odd_options_are_refused(tmp_path: Path) -> No
         _run("x.png", "--side-px", "90", "40")
     with pytest.raises(UserError, match="--exposure-ms"):
         _run("x.png", "--exposure-ms", "-2")
+    with pytest.raises(UserError, match="--line-us"):
+        _run("x.png", "--line-us", "nan")
