@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
+import sys
 from pathlib import Path
 
-from shared.config import Table, load_table
+from shared.config import load_table
 from shared.errors import UserError
-from shared.rig import RigConfig, load_rig, rig_of_table
+from shared.rig import RigConfig, load_rig
+from station.app.attached import attached_rig, effects_left_out
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals
@@ -18,19 +19,23 @@ from station.simulators.simulator import Elsewhere, Simulator, simulator
 def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
     """The rig of a recording: from the file at `path`, or else the one that the recording carries.
 
+    Folders of effects that only the recording names are not loaded, and standard error says so.
+
     Raises:
         UserError: if there is none, or it cannot be read.
     """
     if path is not None:
         return load_rig(path)
-    name = f"rig.toml in {reader.path}"
-    text = reader.attachments.get("rig.toml", b"").decode("utf-8", errors="replace")
-    if not text:
+    rig = attached_rig(reader)
+    if rig is None:
         raise UserError(f"Expected a rig file inside {reader.path}, found none; give one with --rig")
-    try:
-        return rig_of_table(Table(tomllib.loads(text), name, text))
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{name}: expected TOML, got something else: {error}; give a rig file with --rig") from error
+    if named := effects_left_out(reader):
+        print(
+            f"{reader.path} was made with effects from {', '.join(named)}; nothing that a recording names is loaded. "
+            "To use them, give your own rig file with --rig",
+            file=sys.stderr,
+        )
+    return rig
 
 
 def model_of(path: Path, *, rig: RigConfig) -> Model:

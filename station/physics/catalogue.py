@@ -50,15 +50,16 @@ class PhysicsSettings:
 def effect_folders(table: Table) -> tuple[Path, ...]:
     """The folders that a `[physics]` table names, relative to its rig file.
 
-    A rig that was read from inside a recording has no place of its own: its folders are sought from where the user
-    stands.
-
     Raises:
-        UserError: naming file, line and key of what is wrong.
+        UserError: naming file, line and key of what is wrong; for folders that no file on disk names, such as those
+            of a rig inside a recording: a stranger wrote it, and importing an effect runs it.
     """
-    file = Path(table.file)
-    near = file.parent if file.is_file() else Path()
-    return tuple(near / Path(name).expanduser() for name in parse(PhysicsSettings, table).effects)
+    named, file = parse(PhysicsSettings, table).effects, Path(table.file)
+    if named and not file.is_file():
+        raise table.error(
+            "effects", "no folders outside a rig file on disk, from which alone effects are loaded", str(named)
+        )
+    return tuple(file.parent / Path(name).expanduser() for name in named)
 
 
 def catalogue_of_table(table: Table) -> Catalogue:

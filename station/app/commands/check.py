@@ -7,14 +7,13 @@ recording does not hold what the station saw.
 from __future__ import annotations
 
 import argparse
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
-from shared.config import Table, parse
+from shared.config import parse
 from shared.errors import UserError
-from shared.rig import rig_of_table
 from station.app import assembly
+from station.app.attached import attached_rig, attached_table
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS, SamplingMachine
 from station.sampling.plan import Plan
@@ -47,14 +46,11 @@ def machine_of(reader: RecordingReader, *, seed: int | None = None) -> SamplingM
     Raises:
         UserError: if the recording is not of a session.
     """
-    plan, rig = parse(Plan, _table(reader, "plan.toml")), rig_of_table(_table(reader, "rig.toml"))
-    return assembly.sampling_machine(rig, plan if seed is None else replace(plan, seed=seed))
-
-
-def _table(reader: RecordingReader, name: str) -> Table:
-    if name not in reader.attachments:
+    plan, rig = attached_table(reader, "plan.toml"), attached_rig(reader)
+    if plan is None or rig is None:
+        missing = "rig.toml" if rig is None else "plan.toml"
         raise UserError(
-            f"Expected {name} inside {reader.path}, but it has none; only sessions can be replayed like this"
+            f"Expected {missing} inside {reader.path}, but it has none; only sessions can be replayed like this"
         )
-    text = reader.attachments[name].decode("utf-8")
-    return Table(tomllib.loads(text), f"{reader.path}: {name}", text)
+    chosen = parse(Plan, plan)
+    return assembly.sampling_machine(rig, chosen if seed is None else replace(chosen, seed=seed))

@@ -6,18 +6,18 @@ The view is written as an .rrd file with its layout inside and opened when there
 from __future__ import annotations
 
 import argparse
-import tomllib
 from itertools import islice
 from pathlib import Path
 
 from shared.clock import SystemClock
-from shared.config import Table, parse
+from shared.config import parse
 from shared.errors import UserError
 from shared.messages import BlockPose, TiltCommand
 from shared.programs import how_to_call
-from shared.rig import RigConfig, load_rig, rig_of_table
+from shared.rig import RigConfig, load_rig
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
+from station.app.attached import attached_rig, attached_table
 from station.app.processes import paced, until_stopped
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.plan import Plan
@@ -101,25 +101,20 @@ def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:
 
 
 def _own_rig(reader: RecordingReader) -> RigConfig | None:
-    table = _attached(reader, "rig.toml")
-    return None if table is None else rig_of_table(table)
+    """The recording's rig; one that this version cannot read is as good as none, since a view can do without."""
+    try:
+        return attached_rig(reader)
+    except UserError:
+        return None
 
 
 def _threshold(reader: RecordingReader) -> Threshold:
-    table = _attached(reader, "plan.toml")
-    if table is None:
-        return Threshold()
-    slip = parse(Plan, table).slip
-    return Threshold(base_px=slip.base_px, per_deg_px=slip.per_deg_px)
-
-
-def _attached(reader: RecordingReader, name: str) -> Table | None:
-    """A TOML file that the recording carries; one that this version cannot read is as good as none."""
-    text = reader.attachments.get(name, b"").decode("utf-8", errors="replace")
     try:
-        return Table(tomllib.loads(text), f"{name} in {reader.path}", text) if text else None
-    except tomllib.TOMLDecodeError:
-        return None
+        table = attached_table(reader, "plan.toml")
+        slip = parse(Plan, table).slip if table else None
+    except UserError:
+        slip = None
+    return Threshold(base_px=slip.base_px, per_deg_px=slip.per_deg_px) if slip else Threshold()
 
 
 def _telling_moment(reader: RecordingReader, start_ns: int) -> float | None:

@@ -151,11 +151,12 @@ def test_a_rig_file_names_folders_beside_itself(tmp_path: Path) -> None:
     assert set(catalogue_of_table(rig.physics)) - set(catalogue()) == {"gust"}
 
 
-def test_a_rig_inside_a_recording_names_folders_from_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It has no place of its own."""
+def test_only_a_rig_file_on_disk_can_name_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rig inside a recording was written by a stranger, and importing an effect runs it."""
     monkeypatch.chdir(tmp_path)
     table = Table({"effects": ["ours"]}, "session.mcap (rig.toml)")
-    assert effect_folders(table) == (Path("ours"),)
+    with pytest.raises(UserError, match="no folders outside a rig file on disk"):
+        effect_folders(table)
 
 
 def test_a_rig_file_without_physics_has_our_effects(tmp_path: Path) -> None:

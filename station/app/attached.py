@@ -1,0 +1,52 @@
+"""The TOML files that a recording carries.
+
+They are a stranger's data: recordings are passed on. Nothing in them makes anything load or run; effects of one's own
+are loaded from one's own rig file only.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+from shared.config import Table
+from shared.errors import UserError
+from shared.rig import RigConfig, rig_of_table
+from station.recording.reader import RecordingReader
+
+
+def attached_table(reader: RecordingReader, name: str) -> Table | None:
+    """The TOML file `name` inside a recording; None if it carries none.
+
+    Raises:
+        UserError: if it is not TOML.
+    """
+    if name not in reader.attachments:
+        return None
+    where = f"{name} in {reader.path}"
+    try:
+        text = reader.attachments[name].decode("utf-8")
+        return Table(tomllib.loads(text), where, text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{where}: expected TOML, got something else: {error}") from error
+
+
+def attached_rig(reader: RecordingReader) -> RigConfig | None:
+    """The rig inside a recording, without the folders of effects that it names; None if it carries none.
+
+    Raises:
+        UserError: if it is not a rig file.
+    """
+    table = attached_table(reader, "rig.toml")
+    return None if table is None else replace(rig_of_table(table), physics=Table({}))
+
+
+def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:
+    """What the rig file inside a recording would load if it were one's own: its folders of effects, as it names them.
+
+    Raises:
+        UserError: if it is not TOML, or its `[physics]` is no table.
+    """
+    table = attached_table(reader, "rig.toml")
+    named = table.child("physics").values.get("effects", ()) if table else ()
+    return tuple(str(name) for name in named) if isinstance(named, list) else ()

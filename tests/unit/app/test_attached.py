@@ -1,0 +1,96 @@
+"""A recording is a stranger's data: nothing that it carries is loaded or run, and what it names is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+
+from shared.errors import UserError
+from station.__main__ import main
+from station.app.attached import attached_rig, attached_table, effects_left_out
+from station.recording.reader import open_recording
+
+GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
+TRAP = "from pathlib import Path\nPath('sprung').touch()\n"
+EFFECTS = '\n[physics]\neffects = [".", "{here}"]\n'
+COMMANDS = (
+    ("diagnose", "{file}"),
+    ("simulate", "{file}", "--model", "model.toml", "--out", "simulated.mcap"),
+    ("check", "{file}"),
+    ("replay", "{file}", "--no-viewer", "--save", "view.rrd"),
+    ("doctor", "{file}"),
+    ("samples", "{file}"),
+)
+
+
+def forged(path: Path, *, more: str = "", rig: bytes | None = None) -> Path:
+    """The golden session with `more` behind its rig file, or with another `rig` in its place."""
+    with GOLDEN.open("rb") as source, path.open("wb") as target:
+        reader, writer = make_reader(source), Writer(target)
+        writer.start()
+        topics: dict[int, int] = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            if channel.id not in topics:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                topics[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, number)
+            writer.add_message(topics[channel.id], message.log_time, message.data, message.publish_time)
+        for one in reader.iter_attachments():
+            text = (rig or one.data + more.encode()) if one.name == "rig.toml" else one.data
+            writer.add_attachment(one.create_time, one.log_time, one.name, one.media_type, text)
+        for one in reader.iter_metadata():
+            writer.add_metadata(one.name, one.metadata)
+        writer.finish()
+    return path
+
+
+@pytest.fixture
+def trapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A recording whose rig file names the folder in which the user stands, where a file waits to be imported."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "trap.py").write_text(TRAP)
+    (tmp_path / "model.toml").write_text("[friction]\nmu_s = 0.3464\n")
+    return forged(tmp_path / "stranger.mcap", more=EFFECTS.format(here=tmp_path))
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=[words[0] for words in COMMANDS])
+def test_opening_a_recording_runs_nothing(trapped: Path, words: tuple[str, ...]) -> None:
+    main([word.format(file=trapped) for word in words])
+    assert not (trapped.parent / "sprung").exists()
+
+
+def test_what_was_not_loaded_is_told(trapped: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diagnose", str(trapped), "--json"]) == 0
+    told = capsys.readouterr().err
+    assert "nothing that a recording names is loaded" in told
+    assert "--rig" in told
+    assert effects_left_out(open_recording(trapped)) == (".", str(trapped.parent))
+
+
+def test_ones_own_rig_file_loads_its_effects(trapped: Path) -> None:
+    """The trap is no effect, but it is imported: the user's own file asked for it."""
+    rig = attached_table(open_recording(GOLDEN), "rig.toml")
+    assert rig is not None
+    own = trapped.parent / "own.toml"
+    own.write_text(rig.text + EFFECTS.format(here=trapped.parent))
+    assert main(["diagnose", str(trapped), "--rig", str(own)]) == 2
+    assert (trapped.parent / "sprung").exists()
+
+
+def test_a_recording_without_a_rig_file_has_none(tmp_path: Path) -> None:
+    reader = open_recording(GOLDEN)
+    assert attached_table(reader, "nothing.toml") is None
+    assert effects_left_out(reader) == ()
+    rig = attached_rig(reader)
+    assert rig is not None
+    assert rig.physics.values == {}
+
+
+@pytest.mark.parametrize("rig", [b"\xff\xfe", b"not = [toml"])
+def test_a_rig_file_that_is_none_is_one_sentence(tmp_path: Path, rig: bytes) -> None:
+    reader = open_recording(forged(tmp_path / "odd.mcap", rig=rig))
+    with pytest.raises(UserError, match=r"rig\.toml in .*odd\.mcap: expected TOML, got something else"):
+        attached_rig(reader)
