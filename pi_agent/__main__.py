@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from pi_agent import run_command
-from pi_agent.health import version
+from shared.installed import version
 from shared.programs import exit_status
 
 DESCRIPTION = """\

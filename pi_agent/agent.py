@@ -19,7 +19,7 @@ from pi_agent.cameras import Camera, CameraInfo, Frame
 from pi_agent.capture import Capture
 from pi_agent.diagnosis import Diagnosis
 from pi_agent.frame_ring import FrameRing
-from pi_agent.health import ProcessorMeter, Watchdog, temperature_c, version
+from pi_agent.health import ProcessorMeter, Watchdog, temperature_c
 from pi_agent.journal import NAME, Journal
 from pi_agent.observer import Observer
 from pi_agent.outbox import Outbox
@@ -27,6 +27,7 @@ from pi_agent.preview import Preview, View
 from shared.bus import Bus
 from shared.clock import Clock
 from shared.errors import UserError
+from shared.installed import version
 from shared.messages import AgentStatus, ClockPing, ClockPong, FrameReply, FrameRequest, MarkerCorners, Message
 from shared.rig import RigConfig
 

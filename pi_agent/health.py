@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
 import os
 import socket
 import time
@@ -74,11 +73,3 @@ def temperature_c(path: Path = THERMAL) -> float:
         return 1e-3 * int(path.read_text())
     except (OSError, ValueError):
         return float("nan")
-
-
-def version() -> str:
-    """The version of this software."""
-    try:
-        return importlib.metadata.version("repose")
-    except importlib.metadata.PackageNotFoundError:
-        return "unknown"

@@ -13,7 +13,6 @@ import numpy as np
 
 from pi_agent.calibration.model import calibration_message, geometry_message, nominal
 from pi_agent.cameras import Frame
-from pi_agent.health import version
 from pi_agent.observer import Observer
 from pi_agent.preview import encode
 from pi_agent.synthetic_view import SyntheticOptions, SyntheticView
@@ -21,6 +20,7 @@ from shared import frames
 from shared.bus import Bus
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.config import parse
+from shared.installed import version
 from shared.messages import AgentStatus, MarkerCorners, TwinScene
 from shared.rig import RigConfig
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.installed import sentence_of
 
 
 def how_to_call(name: str) -> str:
@@ -19,12 +20,20 @@ def how_to_call(name: str) -> str:
 def exit_status(name: str, action: Callable[[], int | None]) -> int:
     """Runs a program's action; gives its exit status: its own (None: 0), 2 after a user's mistake, said in words.
 
+    A package that an extra would bring is such a mistake; any other that is missing is a fault of this program.
+
     Whoever read the output (head, less) may have had enough of it (0), and Ctrl-C ends it without a traceback (130).
     """
     try:
         return int(action() or 0)
     except UserError as error:
         print(f"{name}: {error}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as missing:
+        sentence = sentence_of(missing)
+        if sentence is None:
+            raise
+        print(f"{name}: {sentence}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # Nothing more may be written, not even at the end.

@@ -22,11 +22,16 @@ station measures friction from it. Without hardware, `station rig` runs the whol
 def main(arguments: list[str] | None = None) -> int:
     """Runs a command; gives its exit status: 0 done, 1 done with findings or a fault, 2 a mistake in what was asked."""
     words = sys.argv[1:] if arguments is None else arguments
-    parser = argparse.ArgumentParser(prog="station", description=_ABOUT, formatter_class=argparse.RawTextHelpFormatter)
-    choices = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     files = {_constant(path, "NAME") or path.stem: path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
     if " ".join(words[:2]) in files:  # two-word commands such as `station arm plan`
         words = [" ".join(words[:2]), *words[2:]]
+    return exit_status(" ".join(["station", *words[:1]]), lambda: _run(words, files))
+
+
+def _run(words: list[str], files: dict[str, Path]) -> int | None:
+    """Reads the words and does what they ask; importing a command is part of it, as it may lack a package."""
+    parser = argparse.ArgumentParser(prog="station", description=_ABOUT, formatter_class=argparse.RawTextHelpFormatter)
+    choices = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     modules: dict[str, ModuleType] = {}
     for name, path in files.items():
         sub = choices.add_parser(
@@ -37,7 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
             sub.description = modules[name].__doc__
             modules[name].add_arguments(sub)
     options = parser.parse_args(words)
-    return exit_status(f"station {options.command}", lambda: modules[options.command].run(options))
+    return modules[options.command].run(options)
 
 
 def _imported(module: str) -> ModuleType:

@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
-_PACKAGES = ("repose", "eclipse-zenoh", "mcap", "mujoco", "numpy", "opencv-python-headless", "protobuf", "rerun-sdk")
+from shared import installed
+
+_PACKAGES = ("eclipse-zenoh", "mcap", "mujoco", "numpy", "opencv-python-headless", "protobuf", "rerun-sdk")
 
 
 def versions() -> dict[str, str]:
     """The versions of this program, of Python and of the libraries that shape a measurement."""
-    found = {"python": platform.python_version(), "platform": platform.platform()}
+    found = {"python": platform.python_version(), "platform": platform.platform(), "repose": installed.version()}
     for name in _PACKAGES:
         try:
             found[name] = version(name)

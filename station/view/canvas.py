@@ -8,9 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import rerun as rr
 
-TIME = "time"
-ELAPSED = "elapsed"
-"""Timelines: the station's clock, and the time since the first message (what a person reads)."""
+from station.view.entities import ELAPSED, TIME
 
 _BATCH = 256
 

@@ -1,6 +1,10 @@
-"""Where everything stands in the Rerun recording."""
+"""Where and when everything stands in the Rerun recording."""
 
 from __future__ import annotations
+
+TIME = "time"
+ELAPSED = "elapsed"
+"""Timelines: the station's clock, and the time since the first message (what a person reads)."""
 
 WORLD = "world"
 ARM = "world/arm"

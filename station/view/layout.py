@@ -9,7 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from station.view import entities
-from station.view.canvas import ELAPSED
+from station.view.entities import ELAPSED
 from station.view.setup import Setup
 
 _LIVE_WINDOW_S = 30.0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from shared.geometry import Array
 from station.view import colours, entities
-from station.view.canvas import ELAPSED, TIME
+from station.view.entities import ELAPSED, TIME
 from station.view.setup import Setup
 
 Times = NDArray[np.int64]

@@ -11,12 +11,14 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
-
-from rerun.experimental import ViewerClient
+from typing import TYPE_CHECKING, Any
 
 from shared.errors import UserError
-from station.view.canvas import ELAPSED
+from shared.installed import to_install
+from station.view.entities import ELAPSED
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
 
 LOOPBACK = "127.0.0.1"
 _LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
@@ -45,7 +47,7 @@ def binary() -> str:
     for folder in (spec.submodule_search_locations or []) if spec else []:
         if (path := Path(folder) / "rerun").exists():
             return str(path)
-    raise UserError("Expected the Rerun viewer beside this program, but it is missing; run: pip install rerun-sdk")
+    raise UserError(f"Expected the Rerun viewer beside this program, but it is missing; run: {to_install('view')}")
 
 
 def open_file(path: Path) -> None:
@@ -102,6 +104,8 @@ def headless(*, size: tuple[int, int] = (1600, 1000)) -> Generator[ViewerClient]
 
 
 def _connect(process: subprocess.Popen[bytes], port: int) -> ViewerClient:
+    from rerun.experimental import ViewerClient  # noqa: PLC0415  # a rig without a window goes without this package
+
     end = time.monotonic() + _START_S
     while time.monotonic() < end and process.poll() is None:
         try:

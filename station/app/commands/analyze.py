@@ -13,7 +13,7 @@ import argparse
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from shared import installed
 from shared.errors import UserError
 from shared.messages import Sample
 from station.app.sessions import geometry_of, read_sessions, require_different
@@ -34,7 +35,6 @@ from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult, analyse, limit_curve_table, with_limit_curves
 from station.recording.tables import write_samples
 from station.view import viewer
-from station.view.analysis.rrd import write_analysis
 
 NAME = "analyze"
 FIGURES_RRD = "figures.rrd"
@@ -131,15 +131,32 @@ def write_results(
         raise UserError(f"Expected to write to the folder {folder}, but that failed: {error.strerror}") from error
     pictures = {result.pair.name: _draw(result.pair, figures) for result in results}
     samples = [sample for result in results for sample in _flagged(result.pair)]
-    for name in ("samples.csv", "samples.parquet"):
-        write_samples(samples, folder / name)
+    write_samples(samples, folder / "samples.csv")
+    parquet = _if_installed(lambda: write_samples(samples, folder / "samples.parquet"))
     page = html_report(results, sources=sources, pictures=pictures, first=first)
     _put(folder / "report.html", page)
     _put(folder / "limit_curves.json", json.dumps(limit_curve_table(results), indent=1, allow_nan=False))
-    write_analysis(results, folder / FIGURES_RRD, first=first)
-    print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}, in Rerun: rerun {folder / FIGURES_RRD}")
-    print(f"Samples: {folder / 'samples.csv'}, .parquet")
+    rrd = _if_installed(lambda: _write_rrd(results, folder / FIGURES_RRD, first=first))
+    in_rerun = f", in Rerun: rerun {folder / FIGURES_RRD}" if rrd else ""
+    print(f"\nReport: {folder / 'report.html'}\nFigures: {figures}{in_rerun}")
+    print(f"Samples: {folder / 'samples.csv'}{', .parquet' if parquet else ''}")
     print(f"Limit curves: {folder / 'limit_curves.json'}")
+
+
+def _write_rrd(results: Sequence[PairResult], path: Path, *, first: Sequence[ReportTable]) -> None:
+    from station.view.analysis.rrd import write_analysis  # noqa: PLC0415  # a station without a viewer lacks its package
+
+    write_analysis(results, path, first=first)
+
+
+def _if_installed(write: Callable[[], None]) -> bool:
+    """Writes a file that needs an extra; without that it is left out, and said. True if it was written."""
+    try:
+        write()
+    except ModuleNotFoundError as missing:
+        print(f"A file is left out. {installed.sentence_of(missing) or missing}")
+        return False
+    return True
 
 
 def _open(path: Path) -> None:

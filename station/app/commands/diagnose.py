@@ -8,6 +8,7 @@ Exit status: 0; 2 for a mistake in what was asked.
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.metadata
 import json
 import os
@@ -22,10 +23,10 @@ import tomli_w
 from joblib import Parallel, delayed
 from rich.console import Console
 
+from shared import installed
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
-from station.app.overlaid import write_overlay
 from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
 from station.gap.diagnose import Examined, examined
@@ -43,7 +44,7 @@ from station.signals.session import Signals
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
 _TABLES = (".csv", ".parquet")
-PACKAGES = ("repose", "numpy", "scipy", "mujoco")
+PACKAGES = ("numpy", "scipy", "mujoco")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"Expected one file together with --{name}, got {len(files)}")
     if options.overlay and files[0].suffix in _TABLES:
         raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
+    if options.overlay:  # should the viewer's package be missing, it is said before the work is done
+        importlib.import_module("station.app.overlaid")
     console = Console(stderr=True, highlight=False)
     everything = _all(files, options, console)
     found = [one.diagnosis for one in everything]
@@ -172,10 +175,12 @@ def setting_of(rig: RigConfig | None) -> Setting:
 
 def versions() -> dict[str, str]:
     """Of the packages that the answer depends on."""
-    return {package: importlib.metadata.version(package) for package in PACKAGES}
+    return {"repose": installed.version()} | {package: importlib.metadata.version(package) for package in PACKAGES}
 
 
 def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:
+    from station.app.overlaid import write_overlay  # noqa: PLC0415  # only this needs the viewer's package
+
     reader = open_recording(path)
     rig = rig_of(reader, path=options.rig)
     known = catalogue_of_table(rig.physics)

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from shared.installed import to_install
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.tracks import RunTrack, run_tracks
 from station.gap.quality import held_out
@@ -39,7 +40,7 @@ class MujocoSysid(Rival):
 
     def why_not(self) -> str | None:
         """Its package is there wherever MuJoCo is, but not what that needs."""
-        return None if sysid() is not None else "what mujoco.sysid needs is not installed: pip install 'mujoco[sysid]'"
+        return None if sysid() is not None else f"what mujoco.sysid needs is not installed: {to_install('proof')}"
 
     def answer(self, table: Table) -> Answer:
         """Held-out scores of what it identifies."""

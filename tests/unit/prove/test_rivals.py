@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.installed import to_install
 from shared.rig import load_rig
 from station.app.commands.diagnose import setting_of
 from station.gap.evidence.build import evidence_of
@@ -75,7 +76,7 @@ def test_mujocos_own_identification_finds_the_planted_friction_of_every_slide(dr
 def test_mujocos_own_identification_says_what_it_lacks():
     why = rivals()["mujoco_sysid"].why_not()
     assert (why is None) == (sysid() is not None)
-    assert why is None or "pip install 'mujoco[sysid]'" in why
+    assert why is None or to_install("proof") in why
 
 
 def table_of(folder: Path, *, runs: int) -> Table:

@@ -1,0 +1,83 @@
+"""What is installed of Repose: its version, and which extra brings a package that is missing."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import re
+import sys
+from pathlib import Path
+
+DISTRIBUTION = "repose-friction"
+"""The name on the package index; pyproject.toml has it, too, and a test compares them."""
+_BROUGHT_BY = {
+    "cv2": "opencv-python-headless",
+    "google": "protobuf",
+    "rerun": "rerun-sdk",
+    "rerun_cli": "rerun-sdk",
+    "serial": "pyserial",
+    "sklearn": "scikit-learn",
+    "zenoh": "eclipse-zenoh",
+}
+"""Distributions that are named otherwise than what is imported from them."""
+
+
+def version() -> str:
+    """The version of this software; "unknown" where it runs without being installed."""
+    try:
+        return importlib.metadata.version(DISTRIBUTION)
+    except importlib.metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def extra_of(module: str) -> str | None:
+    """The extra that brings a module's package; "" if every installation has it, None if none names it."""
+    return _extra(_requirement(module))
+
+
+def sentence_of(missing: ModuleNotFoundError) -> str | None:
+    """One sentence for the user that says what to install; None if no extra brings what is missing: a fault of ours."""
+    requirement = _requirement(missing.name or "")
+    extra = _extra(requirement)
+    if requirement is None or extra is None:
+        return None
+    sentence = f"Expected the package {_name(requirement)}, which is not installed; run: {to_install(extra)}"
+    if "platform_machine" in requirement:
+        sentence += f" (it comes only where it has a wheel; this is {platform.system()} on {platform.machine()})"
+    return sentence
+
+
+def to_install(extra: str) -> str:
+    """The command that adds an extra to this environment, whichever program made it."""
+    what = f'"{DISTRIBUTION}[{extra}]"' if extra else f'"{DISTRIBUTION}"'
+    made_by = Path(sys.prefix).parts
+    if "pipx" in made_by:
+        return f"pipx runpip {DISTRIBUTION} install {what}"
+    if {"uv", "tools"} <= set(made_by):
+        return f"uv pip install --python {sys.executable} {what}"
+    return f"pip install {what}"
+
+
+def _requirement(module: str) -> str | None:
+    root = module.partition(".")[0]
+    wanted = _normal(_BROUGHT_BY.get(root, root))
+    try:
+        known = importlib.metadata.requires(DISTRIBUTION) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    return next((line for line in known if _normal(_name(line)) == wanted), None)
+
+
+def _extra(requirement: str | None) -> str | None:
+    if requirement is None:
+        return None
+    found = re.search(r"extra == ['\"]([\w-]+)['\"]", requirement)
+    return found[1] if found else ""
+
+
+def _name(requirement: str) -> str:
+    return re.split(r"[^\w.-]", requirement, maxsplit=1)[0]
+
+
+def _normal(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
