@@ -27,11 +27,10 @@ setup: $(VENV)/.ready
 # The stamp holds nothing: it is newer than the lock when the environment matches the lock.
 $(VENV)/.ready: requirements.lock pyproject.toml
 	@echo "Setting up $(VENV) from requirements.lock (about two minutes the first time, nothing afterwards)"
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
-	  || { echo "Repose needs Python 3.11 or newer; $(PYTHON) is older. Try: make PYTHON=python3.11"; exit 1; }
-	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || sh deploy/ensure_venv.sh $(PYTHON)
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@sh deploy/prepare.sh "$(PYTHON)" "$(VENV)" requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes \
+	  -r requirements.lock
+	@$(BIN)/python -m pip uninstall --quiet --yes repose 2>/dev/null || true  # what it was called before
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@$(BIN)/python -m compileall -q shared pi_agent station
 	@touch $@

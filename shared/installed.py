@@ -6,6 +6,7 @@ import importlib.metadata
 import platform
 import re
 import sys
+from collections import Counter
 from pathlib import Path
 
 DISTRIBUTION = "repose-friction"
@@ -30,18 +31,16 @@ def version() -> str:
         return "unknown"
 
 
-def extra_of(module: str) -> str | None:
-    """The extra that brings a module's package; "" if every installation has it, None if none names it."""
-    return _extra(_requirement(module))
-
-
 def sentence_of(missing: ModuleNotFoundError) -> str | None:
     """One sentence for the user that says what to install; None if no extra brings what is missing: a fault of ours."""
-    requirement = _requirement(missing.name or "")
-    extra = _extra(requirement)
-    if requirement is None or extra is None:
+    root = (missing.name or "").partition(".")[0]
+    wanted = _normal(_BROUGHT_BY.get(root, root))
+    found = [line for line in _requirements() if _normal(_name(line)) == wanted]
+    if not found:
         return None
-    sentence = f"Expected the package {_name(requirement)}, which is not installed; run: {to_install(extra)}"
+    size_of = Counter(map(_extra, _requirements()))
+    requirement = min(found, key=lambda line: size_of[_extra(line)])  # not "all", which has what the others have
+    sentence = f"Expected the package {wanted}, which is not installed; run: {to_install(_extra(requirement))}"
     if "platform_machine" in requirement:
         sentence += f" (it comes only where it has a wheel; this is {platform.system()} on {platform.machine()})"
     return sentence
@@ -58,25 +57,22 @@ def to_install(extra: str) -> str:
     return f"pip install {what}"
 
 
-def _requirement(module: str) -> str | None:
-    root = module.partition(".")[0]
-    wanted = _normal(_BROUGHT_BY.get(root, root))
+def _requirements() -> list[str]:
     try:
-        known = importlib.metadata.requires(DISTRIBUTION) or []
+        return importlib.metadata.requires(DISTRIBUTION) or []
     except importlib.metadata.PackageNotFoundError:
-        return None
-    return next((line for line in known if _normal(_name(line)) == wanted), None)
+        return []
 
 
-def _extra(requirement: str | None) -> str | None:
-    if requirement is None:
-        return None
+def _extra(requirement: str) -> str:
+    """The extra that a requirement belongs to; "" if every installation has it."""
     found = re.search(r"extra == ['\"]([\w-]+)['\"]", requirement)
     return found[1] if found else ""
 
 
 def _name(requirement: str) -> str:
-    return re.split(r"[^\w.-]", requirement, maxsplit=1)[0]
+    """With its own extras: who lacks mujoco does not need mujoco[sysid]."""
+    return re.split(r"[^]\w.[-]", requirement, maxsplit=1)[0]
 
 
 def _normal(name: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from station.gap.compiled import compiled
 from station.physics.contact import Array
 
 STEP_S = 4e-3
@@ -44,7 +44,7 @@ class Rows(NamedTuple):
     sigma_m: Array
 
 
-@njit(cache=True)
+@compiled
 def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
     """Of each moment (r, k), s: place, creep and the run's draw integrated out, the first with a flat prior."""
     width = rows.time_s.shape[1]
@@ -62,7 +62,7 @@ def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
             out[run, m] = _marginal(left, crept, slope, size) - size * np.log(sigma)
 
 
-@njit(cache=True)
+@compiled
 def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
     """Writes the path at a run's frames of a block let go at `start`, and its slope in D; the first frame not before.
 
@@ -115,7 +115,7 @@ def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
     return begin
 
 
-@njit(cache=True)
+@compiled
 def _looked_up(speed: float, held: Any, slowed: Any) -> tuple[float, float, float, float]:
     """Sliding friction over static and what slows besides, each with its slope in the speed."""
     at = min(int(np.sqrt(speed) / ROOT), COUNT - 2)
@@ -125,7 +125,7 @@ def _looked_up(speed: float, held: Any, slowed: Any) -> tuple[float, float, floa
     return held[at] + falls * (speed - low), falls, slowed[at] + slows * (speed - low), slows
 
 
-@njit(cache=True)
+@compiled
 def _marginal(value: Any, one: Any, two: Any, size: int) -> float:
     """ln of the likelihood of values (n) that are a level, two standard Gaussians times columns, and unit noise."""
     level = mean_one = mean_two = 0.0

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from station.gap.compiled import compiled
 from station.gap.evidence.evidence import Evidence
 from station.gap.statistics.noise import Noise
 from station.physics.contact import Array, Bools
@@ -56,7 +56,7 @@ class Whitening:
         return white.reshape(values.shape)
 
 
-@njit(cache=True)
+@compiled
 def _factorise(order: Any, edges: Any, places: Any, variance: Any, loads: Any, factors: Any, log_scale: Any) -> None:
     """Cholesky factors of every run's covariance, one after another in `factors`, and the ln of their determinants."""
     for run in range(len(edges) - 1):
@@ -74,7 +74,7 @@ def _factorise(order: Any, edges: Any, places: Any, variance: Any, loads: Any, f
             log_scale[run] += np.log(factor[i, i])
 
 
-@njit(cache=True)
+@compiled
 def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white: Any) -> None:
     """Forward substitution, run by run, for all columns at once."""
     for run in range(len(edges) - 1):

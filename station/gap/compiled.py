@@ -1,0 +1,20 @@
+"""Compiles arithmetic, and keeps the machine code for the next process where there is a place to keep it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import njit
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """The function, compiled by numba when it is first called.
+
+    Machine code is kept beside the source, else in the user's cache. Where neither can be written (a read-only home)
+    numba refuses; then each process compiles anew, which takes seconds and changes no number.
+    """
+    try:
+        return njit(cache=True)(function)
+    except RuntimeError:
+        return njit(function)

@@ -1,0 +1,147 @@
+"""The wheel, in an environment that never saw the checkout: its data, its commands, and what they say they lack."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from collections.abc import Collection
+from pathlib import Path
+
+import pytest
+
+from shared.installed import DISTRIBUTION
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("pi_agent", "shared", "station")
+VIEW, PARQUET, ARM = {"rerun", "rerun_cli"}, {"pyarrow"}, {"ssik"}
+OTHERS = {"rosbags", "natnet", "pymavlink", "serial", "sklearn", "pysindy"}
+BEYOND_STATION = VIEW | PARQUET | ARM | OTHERS
+"""What is imported from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
+STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "ruckig", "scipy", "tomli_w", "zstandard"}
+# The environment sees the packages of this one, less those named in LACKING, as if they were not installed.
+LACKING = """\
+import os, sys
+class Lacking:
+    names = set(filter(None, os.environ.get("LACKING", "").split(",")))
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in self.names:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Lacking())
+"""
+ASK_ALL = """\
+import contextlib, io, json, pathlib, station.__main__ as command
+answers = {}
+for path in sorted(command.COMMANDS.glob("[a-z]*.py")):
+    said = io.StringIO()
+    words = (command._constant(path, "NAME") or path.stem).split()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        try:
+            status = command.main([*words, "--help"])
+        except SystemExit as end:
+            status = end.code
+    answers[" ".join(words)] = status, said.getvalue()
+print(json.dumps(answers))
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)], ROOT)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the commands that the wheel installs."""
+    venv = tmp_path_factory.mktemp("installed") / "venv"
+    run([sys.executable, "-m", "venv", "--without-pip", str(venv)], venv.parent)
+    programs = next(path for name in ("bin", "Scripts") if (path := venv / name).is_dir())
+    words = ["install", "--quiet", "--no-deps", "--no-index", "--no-compile", str(wheel)]
+    run([sys.executable, "-m", "pip", "--python", str(next(programs.glob("python*"))), *words], venv.parent)
+    site = next(venv.rglob("site-packages"))
+    here = [path for path in sys.path if Path(path).name == "site-packages"]
+    (site / "this_environment.pth").write_text("\n".join([*here, "import _lacking", ""]))
+    (site / "_lacking.py").write_text(LACKING)
+    return programs
+
+
+def run(words: list[str], folder: Path, *, lacking: Collection[str] = (), home: str = "", status: int = 0) -> str:
+    """What a command prints in a folder, which is its home, too; nothing in the environment leads to the checkout."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "XDG_", "NUMBA_"))}
+    environment = {**kept, "HOME": home or str(folder), "LACKING": ",".join(sorted(lacking))}
+    done = subprocess.run(
+        words,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == status, done.stdout
+    return done.stdout
+
+
+def test_the_wheel_holds_every_file_of_the_packages_and_their_types(wheel: Path):
+    with zipfile.ZipFile(wheel) as archive:
+        held = {name for name in archive.namelist() if not name.startswith(f"{DISTRIBUTION.replace('-', '_')}-")}
+    files = (path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*") if path.is_file())
+    assert held == {path.as_posix() for path in files if "__pycache__" not in path.parts}
+    assert {f"{package}/py.typed" for package in PACKAGES} <= held
+
+
+@pytest.mark.parametrize(
+    ("lacking", "extras"),
+    [(BEYOND_STATION, {"view"}), (STATION | BEYOND_STATION, {"station"})],
+    ids=["station", "base"],
+)
+def test_a_command_without_its_extra_says_one_sentence(
+    programs: Path, tmp_path: Path, lacking: set[str], extras: set[str]
+):
+    answers: dict[str, tuple[int, str]] = json.loads(
+        run([str(programs / "python"), "-c", ASK_ALL], tmp_path, lacking=lacking)
+    )
+    named: set[str] = set()
+    for command, (status, said) in answers.items():
+        assert (status == 0) == (not said), (command, said)
+        if said:
+            assert status == 2, (command, said)
+            assert said.count("\n") == 1, (command, said)
+            assert said.startswith(f"station {command}: Expected the package "), said
+            named.add(said.partition(f'pip install "{DISTRIBUTION}[')[2].partition("]")[0])
+    assert named == extras
+    assert any(status == 0 for status, _ in answers.values())
+
+
+def test_the_camera_agent_needs_no_extra(programs: Path, tmp_path: Path):
+    base = STATION | BEYOND_STATION
+    for words in (["--help"], ["--version"], ["track", "--help"], ["calibrate", "--help"]):
+        run([str(programs / "pi-agent"), *words], tmp_path, lacking=base)
+    assert "usage: station" in run([str(programs / "station"), "--help"], tmp_path, lacking=base)
+
+
+def test_the_station_measures_and_analyses_with_its_own_extra_and_a_home_that_cannot_be_written(
+    programs: Path, tmp_path: Path
+):
+    for folder in programs.parent.rglob("station/gap/*/"):
+        if folder.name in ("evidence", "statistics"):
+            (folder / "__pycache__").touch()  # no folder can be made there, not even by root
+
+    def station(*words: str, status: int = 0) -> str:
+        return run(
+            [str(programs / "station"), *words], tmp_path, lacking=BEYOND_STATION, home=os.devnull, status=status
+        )
+
+    station("run", "--lockstep", "--samples", "2", "--out", "a.mcap")
+    assert "2" in station("samples", "a.mcap", "--csv", "a.csv")
+    station("doctor", "a.mcap")
+    assert station("samples", "a.mcap", "--parquet", "a.parquet", status=2).endswith(f'"{DISTRIBUTION}[parquet]"\n')
+    said = station("analyze", "a.mcap", "--out", "out", status=1)
+    assert said.count("A file is left out") == 2
+    assert "expected at least 20 runs" in station("diagnose", "a.mcap")
+    assert (tmp_path / "out" / "report.html").exists()
