@@ -26,10 +26,8 @@ def main(wanted: list[str]) -> None:
         with tempfile.TemporaryDirectory() as folder:
             words = words_for(extra, Path(folder))
             count, size_mb = installed(words, Path(folder) / "venv")
-        print(
-            f"| {words[-1].removeprefix(f'{ROOT}') or 'nothing: the camera agent'} | {size_mb:.0f} | {count} |",
-            flush=True,
-        )
+        title = ROOT.joinpath(words[-1]).name.removeprefix(ROOT.name) or "no extra: the camera agent"
+        print(f"| {title} | {size_mb:.0f} | {count} |", flush=True)
 
 
 def known() -> list[str]:

@@ -19,8 +19,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from shared import frames
 from shared.clock import SIMULATION_EPOCH_NS
@@ -57,6 +55,9 @@ def read(source: Path) -> Imported:
 
 
 def _table(source: Path) -> dict[str, Array]:
+    import pyarrow as pa  # noqa: PLC0415 - an extra, which the other importers do without
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
     try:
         table = pq.read_table(source)
     except OSError as error:
