@@ -23,6 +23,7 @@ from rich.table import Table
 
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.system import desktop
 from station.app.sessions import geometry_of, read_sessions, require_different
 from station.friction.conclusions import conclusions
 from station.friction.drawing import render
@@ -143,7 +144,7 @@ def write_results(
 
 
 def _open(path: Path) -> None:
-    if viewer.has_display():
+    if desktop.has_display():
         viewer.open_file(path)
     else:
         print(f"There is no display here. Look elsewhere with: rerun {path}")
