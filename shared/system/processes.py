@@ -31,34 +31,30 @@ CAN_SPLIT = sys.platform == "linux"
 """True if a process can be split in two by `fork`: Windows has none, and macOS's own libraries do not survive it."""
 
 if sys.platform == "win32":
-    ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGBREAK)
-    """The signals by which a user or another program asks this one to end."""
-    EMERGENCY: tuple[signal.Signals, ...] = ()
-    """The signals that stop the arm at once. Windows has none to spare: `station arm stop` says it over the bus."""
-    OF_ITS_OWN = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-
-    def interrupt(process: subprocess.Popen[bytes]) -> None:
-        """Does what Ctrl-C would do, to a process that `start` began."""
-        process.send_signal(signal.CTRL_BREAK_EVENT)
-
-    def ask_to_end(process: subprocess.Popen[bytes]) -> None:
-        """Asks a process that `start` began to end in order."""
-        process.send_signal(signal.CTRL_BREAK_EVENT)
-
+    _ending, _emergency = (signal.SIGINT, signal.SIGTERM, signal.SIGBREAK), tuple[signal.Signals, ...]()
+    _interrupting = _ending_it = signal.CTRL_BREAK_EVENT
+    _new_session, _new_group = False, subprocess.CREATE_NEW_PROCESS_GROUP
 else:
-    ENDING = (signal.SIGINT, signal.SIGTERM)
-    """The signals by which a user or another program asks this one to end."""
-    EMERGENCY: tuple[signal.Signals, ...] = (signal.SIGUSR1,)
-    """The signals that stop the arm at once."""
-    OF_ITS_OWN = {"start_new_session": True}
+    _ending, _emergency = (signal.SIGINT, signal.SIGTERM), (signal.SIGUSR1,)
+    _interrupting, _ending_it = signal.SIGINT, signal.SIGTERM
+    _new_session, _new_group = True, 0
 
-    def interrupt(process: subprocess.Popen[bytes]) -> None:
-        """Does what Ctrl-C would do, to a process that `start` began."""
-        process.send_signal(signal.SIGINT)
+ENDING: tuple[signal.Signals, ...] = _ending
+"""The signals by which a user or another program asks this one to end."""
+EMERGENCY: tuple[signal.Signals, ...] = _emergency
+"""The signals that stop the arm at once. Windows has none to spare: `station arm stop` says it over the bus."""
+NEW_SESSION, NEW_GROUP = _new_session, _new_group
+"""What `Popen` takes as `start_new_session` and `creationflags`, so that Ctrl-C does not reach the child."""
 
-    def ask_to_end(process: subprocess.Popen[bytes]) -> None:
-        """Asks a process that `start` began to end in order."""
-        process.send_signal(signal.SIGTERM)
+
+def interrupt(process: subprocess.Popen[bytes]) -> None:
+    """Does what Ctrl-C would do, to a process that `start` began."""
+    process.send_signal(_interrupting)
+
+
+def ask_to_end(process: subprocess.Popen[bytes]) -> None:
+    """Asks a process that `start` began to end in order."""
+    process.send_signal(_ending_it)
 
 
 def start(
@@ -70,4 +66,6 @@ def start(
         OSError: if it cannot be run.
     """
     prints = subprocess.DEVNULL if quiet else None
-    return subprocess.Popen(words, env=env, stdout=prints, stderr=prints, **OF_ITS_OWN)
+    return subprocess.Popen(
+        words, env=env, stdout=prints, stderr=prints, start_new_session=NEW_SESSION, creationflags=NEW_GROUP
+    )

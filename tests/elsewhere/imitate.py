@@ -36,6 +36,7 @@ OTHERS = (
     "pyarrow",
     "rerun",
     "rich.progress",
+    "zenoh",
     "scipy.optimize",
 )
 """Packages that choose by the system what they load."""
@@ -68,19 +69,24 @@ def _macos() -> None:
 def _windows() -> None:
     _macos()
     locking = types.ModuleType("msvcrt")
-    vars(locking).update(LK_NBLCK=2, LK_UNLCK=0, locking=_locking())
+    _plant(locking, LK_NBLCK=2, LK_UNLCK=0, locking=_locking())
     sys.modules["msvcrt"] = locking
     for name in ABSENT_ON_WINDOWS:
         sys.modules[name] = None  # type: ignore[assignment]  # pyright: ignore[reportArgumentType]
-    del os.fork, os.getuid, os.geteuid
+    del os.fork
     for name in ("SIGKILL", "SIGUSR1", "SIGUSR2", "SIGHUP"):
         delattr(signal, name)
     spare = signal.SIGTTIN  # its number is that of Windows' SIGBREAK
-    vars(signal).update(SIGBREAK=spare, CTRL_BREAK_EVENT=spare)
-    vars(subprocess)["CREATE_NEW_PROCESS_GROUP"] = 0
+    _plant(signal, SIGBREAK=spare, CTRL_BREAK_EVENT=spare)
+    _plant(subprocess, CREATE_NEW_PROCESS_GROUP=0)
     for name, targets in (("replace", 2), ("rename", 2), ("unlink", 1), ("remove", 1)):
         setattr(os, name, _refusing_open_files(getattr(os, name), targets, new_name=name == "rename"))
     sys.addaudithook(_refuse_names)
+
+
+def _plant(module: types.ModuleType, **names: Any) -> None:
+    for name, value in names.items():
+        setattr(module, name, value)
 
 
 def _locking() -> Callable[[int, int, int], None]:
@@ -136,11 +142,7 @@ def run(words: list[str]) -> dict[str, Any]:
             status = ended.code
         except BaseException:
             status, _ = "traceback", out.write(traceback.format_exc())
-    return {
-        "words": words,
-        "status": int(status) if status != "traceback" else status,
-        "said": pipe.getvalue().decode(),
-    }
+    return {"words": words, "status": status, "said": pipe.getvalue().decode()}
 
 
 def _program(name: str) -> Callable[[list[str]], Any]:

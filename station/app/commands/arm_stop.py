@@ -42,7 +42,5 @@ def run(options: argparse.Namespace) -> int:
     if stopped:
         print(f"The arm of rig '{rig.id}' is stopped.")
         return 0
-    print(
-        f"The arm agent of rig '{rig.id}' at {rig.bus.arm} did not answer within {_ANSWER_S:g} s: use the red button."
-    )
+    print(f"The arm agent of rig '{rig.id}' did not answer within {_ANSWER_S:g} s: press the red button.")
     return 1

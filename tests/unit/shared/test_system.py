@@ -77,7 +77,12 @@ def test_a_process_is_asked_to_end_by_a_signal_that_our_programs_hear(end: Calla
         "print('begun', flush=True)\n"
         "for _ in range(600): time.sleep(0.1)"
     )
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, **processes.OF_ITS_OWN) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        start_new_session=processes.NEW_SESSION,
+        creationflags=processes.NEW_GROUP,
+    ) as process:
         assert process.stdout is not None
         assert process.stdout.readline().strip() == b"begun"
         end(process)
