@@ -51,12 +51,12 @@ def binary() -> str:
 
 def open_file(path: Path) -> None:
     """Opens a file in a viewer of its own, which outlives this process."""
-    start([binary(), "--bind", LOOPBACK, "--port", "auto", str(path)], quiet=True)
+    start((binary(), "--bind", LOOPBACK, "--port", "auto", str(path)), quiet=True)
 
 
 def open_stream(uri: str) -> None:
     """Opens a viewer on what is being served at `uri`; it outlives this process."""
-    start([binary(), "--bind", LOOPBACK, "--port", "auto", "--connect", uri], quiet=True)
+    start((binary(), "--bind", LOOPBACK, "--port", "auto", "--connect", uri), quiet=True)
 
 
 def free_port(first: int = 0) -> int:
