@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pi_agent import run_command
 from shared.installed import version
 from shared.programs import exit_status
+from shared.system.desktop import print_all_letters
 
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
@@ -47,6 +48,7 @@ def _parser(command: str) -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command line; returns its exit status (2: something that the user can mend)."""
+    print_all_letters(sys.stdout, sys.stderr)
     arguments = list(sys.argv[1:] if argv is None else argv)
     about = {"-h", "--help", "--version"}
     if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in about):

@@ -19,6 +19,7 @@ from pi_agent.cameras import CameraContext, camera_names, load_camera
 from shared.clock import SystemClock
 from shared.config import Table
 from shared.rig import RigConfig, load_rig
+from shared.system.processes import ENDING
 from shared.zenoh_bus import ZenohBus
 
 
@@ -48,7 +49,7 @@ def rig_of(options: argparse.Namespace) -> RigConfig:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the agent until SIGINT or SIGTERM.
+    """Runs the agent until Ctrl-C, or another program asks it to end.
 
     Raises:
         UserError: if the rig file is wrong or its endpoint cannot be listened on.
@@ -70,6 +71,6 @@ def _stop_on_signals() -> threading.Event:
         del number, frame
         stop.set()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ENDING:
         signal.signal(number, on_signal)
     return stop

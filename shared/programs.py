@@ -10,11 +10,12 @@ from pathlib import Path
 
 from shared.errors import UserError
 from shared.installed import sentence_of
+from shared.system.desktop import from_here
 
 
 def how_to_call(name: str) -> str:
     """The program's name where it is on the path, else where this environment has it, from the present folder."""
-    return name if shutil.which(name) else os.path.relpath(Path(sys.executable).parent / name)
+    return name if shutil.which(name) else from_here(Path(sys.executable).parent / name)
 
 
 def exit_status(name: str, action: Callable[[], int | None]) -> int:

@@ -11,11 +11,12 @@ from types import FrameType
 
 from shared.bus import Bus
 from shared.clock import Clock
+from shared.system.processes import ENDING
 
 
 @contextmanager
 def until_stopped() -> Generator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set."""
+    """An event that Ctrl-C sets, and what else asks a process to end (shared/system/processes.py)."""
     stopped = threading.Event()
 
     def handler(_number: int, _frame: FrameType | None) -> None:
@@ -40,7 +41,7 @@ class StopRequest:
 
 @contextmanager
 def stop_by_signal() -> Generator[StopRequest]:
-    """Ctrl-C and SIGTERM ask for a safe end."""
+    """Ctrl-C, and what else asks a process to end, ask for a safe end."""
     stop = StopRequest()
 
     def handler(number: int, _frame: FrameType | None) -> None:
@@ -52,8 +53,8 @@ def stop_by_signal() -> Generator[StopRequest]:
 
 @contextmanager
 def _handling(handler: Callable[[int, FrameType | None], None]) -> Generator[None]:
-    """Has a handler take Ctrl-C and SIGTERM; only the main thread hears of them."""
-    heard = (signal.SIGINT, signal.SIGTERM) if threading.current_thread() is threading.main_thread() else ()
+    """Has a handler take the signals that ask for the end; only the main thread hears of them."""
+    heard = ENDING if threading.current_thread() is threading.main_thread() else ()
     before = {number: signal.signal(number, handler) for number in heard}
     try:
         yield

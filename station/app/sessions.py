@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import multiprocessing
-import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from shared.errors import UserError
 from shared.messages import CameraGeometry, Sample
+from shared.system.processes import usable_processors
 from station.friction.pairs import Session
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
@@ -46,7 +46,7 @@ def read_sessions(
         UserError: as `read_session`.
     """
     sizes = [path.stat().st_size for path in paths if path.suffix == ".mcap" and path.exists()]
-    jobs = min(jobs or len(os.sched_getaffinity(0)), len(sizes))
+    jobs = min(jobs or usable_processors(), len(sizes))
     if jobs < 2 or sum(sizes) < _WORTH_A_PROCESS_BYTES:
         return [read_session(path, spare=spare) for path in paths]
     with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:

@@ -12,6 +12,7 @@ from types import FrameType
 from shared.bus import Bus
 from shared.clock import Clock
 from shared.messages import ClockPing, ClockPong, Message
+from shared.system.processes import EMERGENCY, ENDING
 from station.arm.agent import ArmAgent
 
 RATE_HZ = 125.0
@@ -27,14 +28,13 @@ class Requests:
 
 @contextlib.contextmanager
 def signals(requests: Requests) -> Generator[None]:
-    """SIGINT and SIGTERM end the loop with the arm held; SIGUSR1 is the emergency stop."""
+    """Signals end the loop with the arm held, or stop the arm at once: see shared/system/processes.py."""
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         del frame
-        (requests.emergency if number == signal.SIGUSR1 else requests.ending).set()
+        (requests.emergency if number in EMERGENCY else requests.ending).set()
 
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
-    before = {number: signal.signal(number, on_signal) for number in numbers}
+    before = {number: signal.signal(number, on_signal) for number in (*ENDING, *EMERGENCY)}
     try:
         yield
     finally:

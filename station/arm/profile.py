@@ -1,19 +1,57 @@
-"""The tilt angle over time in one motion: stretches of constant jerk, as plain numbers.
+"""The tilt angle over time in one motion: stretches of constant jerk, as fast as rate, acceleration and jerk allow.
 
-ruckig plans them. Its own object is not kept: it is not an array, so that many moments must be asked for one by one,
-and the library complains of each one that is still there when the process ends.
+A motion to rest at an angle changes the rate twice: to a peak rate, and from there to zero; the acceleration is zero
+at the peak, where the rate turns. Each change is the fastest that acceleration and jerk allow, so that the peak rate
+alone is left to find: the largest that ends at the angle. Where even the highest permitted rate falls short, it is kept
+for a while. (R. Haschke, E. Weitnauer, H. Ritter, "On-line planning of time-optimal, jerk-limited trajectories", 2008.)
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+_HALVINGS = 60
+"""Of the interval of the peak rate: what is left of it is below a double's own rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TiltState:
+    """The tilt angle and its derivatives at one moment."""
+
+    angle_rad: float = 0.0
+    rate_rad_s: float = 0.0
+    acceleration_rad_s2: float = 0.0
+
+
+class Bounds(NamedTuple):
+    """The largest rate, acceleration and jerk of a motion, in rad/s, rad/s² and rad/s³."""
+
+    rate: float
+    acceleration: float
+    jerk: float
+
+
+class _Moment(NamedTuple):
+    """What `TiltState` holds, as plain numbers: finding the peak rate takes hundreds of them."""
+
+    angle: float
+    rate: float
+    acceleration: float
+
+
+class _Stretch(NamedTuple):
+    """So long a time, in s, with this jerk, in rad/s³."""
+
+    duration_s: float
+    jerk: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,21 +84,96 @@ class Profile:
         )
 
 
-def profile_of(trajectory: Any) -> Profile:
-    """The profile of a ruckig trajectory of one degree of freedom: its brake, and then its seven phases."""
-    phases = trajectory.profiles[0][0]
+def profile_to_rest(start: TiltState, *, bounds: Bounds) -> Profile:
+    """The fastest way to rest, wherever that is."""
+    now = _moment(start)
+    return _profile(now, _change(now, 0.0, bounds))
+
+
+def profile_to_angle(start: TiltState, *, angle_rad: float, bounds: Bounds) -> Profile:
+    """The way to rest at an angle. A start beyond the bounds is brought within them first.
+
+    It is the fastest way, but for a start that already brakes, towards a little behind where it would come to rest.
+    """
+    now = _moment(start)
+    ahead = math.copysign(1.0, angle_rad - _end(now, _change(now, 0.0, bounds)).angle)
+    """The direction in which the angle lies, seen from where the arm would come to rest."""
+
+    def missing(peak: float) -> float:
+        """How far a motion with that peak rate (0 or more) ends before the angle."""
+        return ahead * (angle_rad - _end(now, _by_peak(now, ahead * peak, 0.0, bounds)).angle)
+
+    if (left := missing(bounds.rate)) >= 0.0:
+        return _profile(now, _by_peak(now, ahead * bounds.rate, left / bounds.rate, bounds))
+    coasting = min(max(ahead * _coasting_rate(now, bounds), 0.0), bounds.rate)
+    low, high = (coasting, bounds.rate) if missing(coasting) >= 0.0 else (0.0, coasting)
+    return _profile(now, _by_peak(now, ahead * _last_short(missing, low, high), 0.0, bounds))
+
+
+def _last_short(missing: Callable[[float], float], low: float, high: float) -> float:
+    """The peak rate between `low`, which ends before the angle, and `high`, which ends behind it."""
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if missing(middle) >= 0.0 else (low, middle)
+    return low
+
+
+def _by_peak(now: _Moment, peak: float, kept_s: float, bounds: Bounds) -> list[_Stretch]:
+    """The stretches to a peak rate, which is kept for a time, and from there to rest."""
+    return [*_change(now, peak, bounds), _Stretch(kept_s, 0.0), *_change(_Moment(0.0, peak, 0.0), 0.0, bounds)]
+
+
+def _change(now: _Moment, rate: float, bounds: Bounds) -> list[_Stretch]:
+    """The fastest way from a state to a rate with no acceleration: acceleration up, kept at its bound, and down."""
+    jerk, way = bounds.jerk, math.copysign(1.0, rate - _coasting_rate(now, bounds))
+    begun, gain = way * now.acceleration, way * (rate - now.rate)
+    free = math.sqrt(max(jerk * gain + begun * begun / 2, 0.0))
+    """The largest acceleration on the way, were there no bound of it."""
+    peak = min(free, bounds.acceleration)
+    rise = peak - begun
+    """Negative for a start beyond the bounds, whose acceleration is lowered first."""
+    kept_s = (gain - (abs(rise) * (peak + begun) + peak * peak) / (2 * jerk)) / peak if free > peak else 0.0
+    return [
+        _Stretch(abs(rise) / jerk, math.copysign(jerk, way * rise)),
+        _Stretch(max(kept_s, 0.0), 0.0),
+        _Stretch(peak / jerk, -way * jerk),
+    ]
+
+
+def _coasting_rate(now: _Moment, bounds: Bounds) -> float:
+    """The rate at which a state arrives whose acceleration is brought to zero at once."""
+    return now.rate + now.acceleration * abs(now.acceleration) / (2 * bounds.jerk)
+
+
+def _moment(state: TiltState) -> _Moment:
+    return _Moment(state.angle_rad, state.rate_rad_s, state.acceleration_rad_s2)
+
+
+def _after(now: _Moment, stretch: _Stretch) -> _Moment:
+    (angle, rate, acceleration), (t, jerk) = now, stretch
+    return _Moment(
+        angle + t * (rate + t * (acceleration / 2 + t * jerk / 6)),
+        rate + t * (acceleration + t * jerk / 2),
+        acceleration + t * jerk,
+    )
+
+
+def _end(now: _Moment, stretches: list[_Stretch]) -> _Moment:
+    for stretch in stretches:
+        now = _after(now, stretch)
+    return now
+
+
+def _profile(now: _Moment, stretches: list[_Stretch]) -> Profile:
     rows: list[tuple[float, ...]] = []
-    start_s = 0.0
-    for part in (phases.brake, phases):
-        for row in zip(part.t, part.p, part.v, part.a, part.j, strict=False):  # states are given for the end as well
-            if row[0] > 0.0:
-                rows.append((start_s, *row[1:]))
-                start_s += row[0]
-    if not rows:  # no way to go
-        rows.append((0.0, *(state[0] for state in trajectory.at_time(0.0)), 0.0))
+    begin_s = 0.0
+    for stretch in stretches:
+        if stretch.duration_s > 0.0 or not rows:
+            rows.append((begin_s, *now, stretch.jerk))
+        now, begin_s = _after(now, stretch), begin_s + stretch.duration_s
     starts, angles, rates, accelerations, jerks = zip(*rows, strict=True)
     return Profile(
-        duration_s=float(trajectory.duration),
+        duration_s=begin_s,
         starts_s=starts,
         angles_rad=angles,
         rates_rad_s=rates,

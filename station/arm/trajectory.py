@@ -1,4 +1,4 @@
-"""Smooth motions between tilt angles: jerk-limited in the angle (ruckig), and in the joints by the tilt path.
+"""Smooth motions between tilt angles: jerk-limited in the angle, and in the joints by the tilt path.
 
 The motion is planned in the tilt angle, a single number, and mapped to joints by a `TiltPath`; so the pivot rests
 during the whole motion and the block feels no linear acceleration. A motion that would need much more joint travel
@@ -11,15 +11,12 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from ruckig import ControlInterface, InputParameter, Result, Ruckig
-from ruckig import Trajectory as RuckigTrajectory
 
 from shared.errors import UserError
-from station.arm.profile import Profile, profile_of
+from station.arm.profile import Bounds, Profile, TiltState, profile_to_angle, profile_to_rest
 from station.arm.tilt_path import TiltPath
 from station.rig.arm_model import ArmModel
 
@@ -111,15 +108,6 @@ class TiltLimits:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TiltState:
-    """The tilt angle and its derivatives at one moment."""
-
-    angle_rad: float = 0.0
-    rate_rad_s: float = 0.0
-    acceleration_rad_s2: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
 class TiltMotion:
     """A planned motion: the joints' trajectory, the profile of the angle that it came from, and where that ends."""
 
@@ -154,18 +142,17 @@ def plan_tilt(
         )
     _refuse_swing(path, low=min(start.angle_rad, angle_rad), high=max(start.angle_rad, angle_rad), limits=limits)
     limits = limits.for_rate(rate_rad_s)
-    rate, acceleration, jerk = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
-    profile = _angle_profile(start, angle_rad, rate=min(rate, rate_rad_s), acceleration=acceleration, jerk=jerk)
+    bounds = _slowest_joint(model, path, start=start, angle_rad=angle_rad, limits=limits)
+    bounds = bounds._replace(rate=min(bounds.rate, rate_rad_s))
+    profile = profile_to_angle(start, angle_rad=angle_rad, bounds=bounds)
     goal = TiltState(angle_rad=angle_rad)
     return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile, goal=goal)
 
 
 def plan_rest(path: TiltPath, *, start: TiltState, limits: TiltLimits) -> TiltMotion:
     """Plan to stop the tilt as soon as the limits allow, wherever that is."""
-    request = _request(start, limits.max_rate_rad_s, limits.max_acceleration_rad_s2, limits.max_jerk_rad_s3)
-    request.control_interface = ControlInterface.Velocity
-    request.target_velocity = [0.0]
-    profile = _calculate(request)
+    bounds = Bounds(limits.max_rate_rad_s, limits.max_acceleration_rad_s2, limits.max_jerk_rad_s3)
+    profile = profile_to_rest(start, bounds=bounds)
     goal = TiltState(angle_rad=float(profile.at(profile.duration_s)[0]))
     return TiltMotion(path=path, trajectory=_joints(path, profile), profile=profile, goal=goal)
 
@@ -182,7 +169,7 @@ def _refuse_swing(path: TiltPath, *, low: float, high: float, limits: TiltLimits
 
 def _slowest_joint(
     model: ArmModel, path: TiltPath, *, start: TiltState, angle_rad: float, limits: TiltLimits
-) -> tuple[float, float, float]:
+) -> Bounds:
     """Rate, acceleration and jerk of the tilt that every joint can follow between two angles."""
     low, high = sorted((start.angle_rad, angle_rad))
     inside = (path.angles_rad >= low - 0.02) & (path.angles_rad <= high + 0.02)
@@ -197,30 +184,7 @@ def _slowest_joint(
         limits.max_acceleration_rad_s2, 0.5 * share * float((model.max_acceleration_rad_s2 / slope).min())
     )
     jerk = min(limits.max_jerk_rad_s3, share * float((model.max_jerk_rad_s3 / slope).min()))
-    return rate, acceleration, jerk
-
-
-def _angle_profile(start: TiltState, angle_rad: float, *, rate: float, acceleration: float, jerk: float) -> Profile:
-    request = _request(start, rate, acceleration, jerk)
-    request.target_position = [angle_rad]
-    return _calculate(request)
-
-
-def _request(start: TiltState, rate: float, acceleration: float, jerk: float) -> Any:
-    request: Any = InputParameter(1)  # ruckig has no types; only this function and the next touch it
-    request.current_position = [start.angle_rad]
-    request.current_velocity = [start.rate_rad_s]
-    request.current_acceleration = [start.acceleration_rad_s2]
-    request.max_velocity, request.max_acceleration, request.max_jerk = [rate], [acceleration], [jerk]
-    return request
-
-
-def _calculate(request: Any) -> Profile:
-    trajectory = RuckigTrajectory(1)
-    result = Ruckig(1).calculate(request, trajectory)
-    if result not in (Result.Working, Result.Finished):
-        raise UserError(f"No smooth motion was found from the arm's present state ({result}).")
-    return profile_of(trajectory)
+    return Bounds(rate, acceleration, jerk)
 
 
 def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
@@ -228,6 +192,6 @@ def _joints(path: TiltPath, profile: Profile) -> JointTrajectory:
     count = max(1, math.ceil(profile.duration_s * 1e9 / PERIOD_NS)) + 1
     times_ns = np.arange(count, dtype=np.int64) * PERIOD_NS
     angles, rates, _ = profile.at(times_ns * 1e-9)
-    rates[-1] = 0.0  # ruckig ends with a rounding error
+    rates[-1] = 0.0  # the profile ends with a rounding error
     position, slope = path.at(angles)
     return JointTrajectory(times_ns=times_ns, position_rad=position, velocity_rad_s=slope * rates[:, None])

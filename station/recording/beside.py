@@ -9,11 +9,9 @@ from __future__ import annotations
 import contextlib
 import gc
 import multiprocessing
-import os
 import pickle
 import select
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from multiprocessing.connection import Connection
@@ -25,6 +23,7 @@ from shared.bus import Received, Recipe
 from shared.errors import UserError
 from shared.fields import slots
 from shared.messages import Message
+from shared.system.processes import CAN_SPLIT, usable_processors
 from station.recording.writer import Recording
 
 BATCH = 128
@@ -44,7 +43,7 @@ Row = tuple[str, int, int, Values]
 
 def can_write_beside() -> bool:
     """Whether there is a second processor, and a system on which a process can be split in two safely."""
-    return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
+    return CAN_SPLIT and usable_processors() > 1
 
 
 class RecordingBeside:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import os
 import shutil
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.system.files import lock, locked, occupy
 
 RESERVE_BYTES = 4 * 1024 * 1024
 """Room kept back: one chunk (1 MiB), its index and the summary of a long session fit into it."""
@@ -29,12 +29,8 @@ def free_bytes(folder: Path) -> int:
 
 def being_written(path: Path) -> bool:
     """Whether a process is writing this file now."""
-    with path.open("rb") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-    return False
+    with path.open("rb", buffering=0) as file:
+        return locked(file)
 
 
 class ReservedFile:
@@ -60,7 +56,7 @@ class ReservedFile:
             raise _unwritable(path, reserve_bytes, error) from error
         try:
             # The lock tells a repair that somebody is still writing; it ends with the process, however that ends.
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._file)
             self._keep_back(reserve_bytes)
         except OSError as error:
             self.close()
@@ -68,8 +64,8 @@ class ReservedFile:
             raise _unwritable(path, reserve_bytes, error) from error
 
     def _keep_back(self, size: int) -> None:
-        with self._reserve.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size)
+        with self._reserve.open("wb", buffering=0) as file:
+            occupy(file, size)
 
     def _drop_reserve(self) -> bool:
         try:

@@ -203,7 +203,7 @@ def load_arm_model(name_or_path: str | Path) -> ArmModel:
         known = ", ".join(sorted(entry.stem for entry in MODELS.glob("*.toml")))
         raise UserError(f"No arm model {str(name_or_path)!r}: expected a TOML file, or one of {known}.")
     try:
-        return _arm(tomllib.loads(path.read_text()))
+        return _arm(tomllib.loads(path.read_text(encoding="utf-8")))
     except KeyError as missing:
         raise UserError(
             f"The arm model {path} lacks the key {missing}: compare it with jaco2_spherical.toml."

@@ -16,6 +16,7 @@ from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
 from shared.programs import how_to_call
+from shared.system import desktop
 from station.view import viewer
 from station.view.canvas import Cap
 from station.view.layout import layout
@@ -109,7 +110,7 @@ class LiveView:
 
     def open_viewer(self) -> bool:
         """Opens a viewer if there is a display; says whether it did."""
-        if viewer.has_display():
+        if desktop.has_display():
             viewer.open_stream(self.uri)
             return True
         return False

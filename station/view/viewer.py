@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import subprocess
 import time
@@ -15,26 +14,28 @@ from typing import TYPE_CHECKING, Any
 
 from shared.errors import UserError
 from shared.installed import to_install
+from shared.system.desktop import PROGRAM_SUFFIX
+from shared.system.processes import start
 from station.view.entities import ELAPSED
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
 
 LOOPBACK = "127.0.0.1"
-_LAVAPIPE = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
+_DRIVERS = Path("/usr/share/vulkan/icd.d")
 _START_S, _LOAD_S, _SETTLE_S = 60.0, 60.0, 1.0
 _PICTURE_TRIES = 6
 """The viewer gives up on a picture after some seconds, which a software renderer on a busy machine may need."""
 
 
-def has_display() -> bool:
-    """Whether a window can be opened here."""
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
 def can_draw_headless() -> bool:
     """Whether pictures can be drawn without a display: by Mesa's software renderer, or what VK_ICD_FILENAMES names."""
-    return _LAVAPIPE.exists() or "VK_ICD_FILENAMES" in os.environ
+    return bool(_software_renderer()) or "VK_ICD_FILENAMES" in os.environ
+
+
+def _software_renderer() -> str:
+    """Mesa's; its file has the processor's name in it."""
+    return next((str(path) for path in sorted(_DRIVERS.glob("lvp_icd*.json"))), "")
 
 
 def binary() -> str:
@@ -45,23 +46,19 @@ def binary() -> str:
     """
     spec = find_spec("rerun_cli")
     for folder in (spec.submodule_search_locations or []) if spec else []:
-        if (path := Path(folder) / "rerun").exists():
+        if (path := Path(folder) / f"rerun{PROGRAM_SUFFIX}").exists():
             return str(path)
     raise UserError(f"Expected the Rerun viewer beside this program, but it is missing; run: {to_install('view')}")
 
 
 def open_file(path: Path) -> None:
     """Opens a file in a viewer of its own, which outlives this process."""
-    _detached(binary(), "--bind", LOOPBACK, "--port", "auto", str(path))
+    start((binary(), "--bind", LOOPBACK, "--port", "auto", str(path)), quiet=True)
 
 
 def open_stream(uri: str) -> None:
     """Opens a viewer on what is being served at `uri`; it outlives this process."""
-    _detached(binary(), "--bind", LOOPBACK, "--port", "auto", "--connect", uri)
-
-
-def _detached(*words: str) -> None:
-    subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    start((binary(), "--bind", LOOPBACK, "--port", "auto", "--connect", uri), quiet=True)
 
 
 def free_port(first: int = 0) -> int:
@@ -87,19 +84,17 @@ def headless(*, size: tuple[int, int] = (1600, 1000)) -> Generator[ViewerClient]
     if not can_draw_headless():
         raise UserError(
             "Expected a Vulkan renderer for a picture without a display, but there is none; "
-            "run: apt-get install mesa-vulkan-drivers"
+            "on Debian or Ubuntu, run: apt-get install mesa-vulkan-drivers"
         )
     port = free_port()
-    environment = {"VK_ICD_FILENAMES": str(_LAVAPIPE), "RUST_LOG": "error", **os.environ}
+    environment = {"VK_ICD_FILENAMES": _software_renderer(), "RUST_LOG": "error", **os.environ}
     words = [binary(), "--headless", "--renderer", "vulkan", "--bind", LOOPBACK, "--port", str(port)]
     words += ["--window-size", f"{size[0]}x{size[1]}"]
-    process = subprocess.Popen(
-        words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
+    process = start(words, quiet=True, env=environment)
     try:
         yield _connect(process, port)
     finally:
-        process.send_signal(signal.SIGKILL)
+        process.kill()
         process.wait()
 
 

@@ -14,6 +14,7 @@ import pytest
 
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.system import desktop
 from station.__main__ import main
 from station.app import sessions
 from station.app.commands import analyze
@@ -101,12 +102,12 @@ def test_rerun_is_opened_on_request_and_where_there_is_a_display(
     monkeypatch.setattr(analyze, "figure_kinds", tuple)
     path, out, opened = table([sample()], tmp_path / "t.csv"), tmp_path / "out", list[Path]()
     monkeypatch.setattr(viewer, "open_file", opened.append)
-    monkeypatch.setattr(viewer, "has_display", lambda: True)
+    monkeypatch.setattr(desktop, "has_display", lambda: True)
     assert main(["analyze", str(path), "--out", str(out)]) == 1
     assert opened == []
     assert main(["analyze", str(path), "--out", str(out), "--rerun"]) == 1
     assert opened == [out / "figures.rrd"]
-    monkeypatch.setattr(viewer, "has_display", lambda: False)
+    monkeypatch.setattr(desktop, "has_display", lambda: False)
     capsys.readouterr()
     assert main(["analyze", str(path), "--out", str(out), "--rerun"]) == 1
     assert f"rerun {out / 'figures.rrd'}" in capsys.readouterr().out.splitlines()[-1]

@@ -24,6 +24,7 @@ from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport,
 from shared.rig import load_rig
 from shared.zenoh_bus import ZenohBus
 from tests.system.ports import free_port
+from tests.system.processes import rig_file
 from tests.system.ros1 import process
 
 pytestmark = pytest.mark.system
@@ -36,6 +37,7 @@ class Station:
     bus: ZenohBus
     clock: SystemClock
     arm: subprocess.Popen[bytes]
+    rig: Path
     reports: list[MotionReport] = field(default_factory=list)
     platforms: list[PlatformState] = field(default_factory=list)
     beats: bool = True
@@ -88,7 +90,7 @@ def station(tmp_path: Path) -> Generator[Station]:
             arguments = [sys.executable, "-m", "station", command, "--rig", str(path)]
             child = stack.enter_context(process(arguments, {}))
         bus = stack.enter_context(ZenohBus(rig.id, listen=[ends["station"]], connect=rig.bus.peers("station")))
-        opened = Station(bus, clock, child)  # pyright: ignore[reportPossiblyUnboundVariable] - the loop runs twice
+        opened = Station(bus, clock, child, path)  # pyright: ignore[reportPossiblyUnboundVariable] - the loop runs twice
         bus.subscribe("arm/motion", opened.receive)
         bus.subscribe("arm/platform", opened.receive)
         opened.until(lambda: len(opened.platforms) > 20)
@@ -119,6 +121,24 @@ def test_a_signal_is_an_emergency_stop_and_another_ends_the_agent(station: Stati
     assert station.tilt_deg() < 39
     station.arm.send_signal(signal.SIGTERM)
     assert station.arm.wait(timeout=20) == 0
+
+
+def test_the_arm_is_stopped_from_another_shell_on_any_system(station: Station) -> None:
+    assert station.command(40).accepted
+    station.until(lambda: station.tilt_deg() > 2)
+    stop = [sys.executable, "-m", "station", "arm", "stop", "--rig", str(station.rig), "--reason", "a hand in the way"]
+    with process(stop, {}) as stopping:
+        station.until(lambda: len(station.reports) == 2)
+        assert stopping.wait(timeout=20) == 0
+    assert station.reports[-1].fault == "emergency stop: a hand in the way"
+    assert station.tilt_deg() < 39
+
+
+def test_without_an_arm_agent_the_stop_says_so(tmp_path: Path) -> None:
+    stop = [sys.executable, "-m", "station", "arm", "stop", "--rig", str(rig_file(tmp_path))]
+    done = subprocess.run(stop, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "did not answer" in done.stdout
 
 
 def test_without_the_station_the_arm_levels_by_itself(station: Station) -> None:

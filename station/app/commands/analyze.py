@@ -24,6 +24,7 @@ from rich.table import Table
 from shared import installed
 from shared.errors import UserError
 from shared.messages import Sample
+from shared.system import desktop
 from station.app.sessions import geometry_of, read_sessions, require_different
 from station.friction.conclusions import conclusions
 from station.friction.drawing import render
@@ -160,7 +161,7 @@ def _if_installed(write: Callable[[], None]) -> bool:
 
 
 def _open(path: Path) -> None:
-    if viewer.has_display():
+    if desktop.has_display():
         viewer.open_file(path)
     else:
         print(f"There is no display here. Look elsewhere with: rerun {path}")

@@ -15,6 +15,7 @@ from shared.errors import UserError
 from shared.messages import BlockPose, TiltCommand
 from shared.programs import how_to_call
 from shared.rig import RigConfig, load_rig
+from shared.system import desktop
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
@@ -79,7 +80,7 @@ def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
         print(f"Picture: {args.screenshot}")
     if args.no_viewer:
         return 0
-    if viewer.has_display():
+    if desktop.has_display():
         viewer.open_file(target)
     elif args.screenshot is None:
         look = f"{how_to_call('rerun')} {target}"

@@ -7,7 +7,6 @@ stopped, and the table of samples and the way to look at the recording are print
 from __future__ import annotations
 
 import argparse
-import os
 import signal
 import subprocess
 import sys
@@ -17,9 +16,10 @@ from types import FrameType
 
 from shared.errors import UserError
 from shared.programs import how_to_call
+from shared.system.desktop import from_here, has_display
+from shared.system.processes import ENDING, ask_to_end, interrupt, start
 from station.app import assembly, recordings
 from station.recording.writer import partial_path, refuse_existing
-from station.view.viewer import has_display
 
 NAME = "rig"
 HELP = "the whole simulated rig from one command"
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     session: subprocess.Popen[bytes] | None = None
     view = _view(rig_path, wanted=not options.no_view)
     # Also where it was started in the background, which has Ctrl-C ignored, and for `kill`: nobody is left behind.
-    before = {number: signal.signal(number, _interrupted) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, _interrupted) for number in ENDING}
     try:
         _await_start(helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
@@ -77,13 +77,13 @@ def _view(rig_path: str, *, wanted: bool) -> subprocess.Popen[bytes] | None:
     """The live view as a process of its own, so that drawing never delays the station."""
     if wanted and has_display():
         return _start("station", "replay", "--live", "--rig", rig_path)
-    print(f"To watch it live: {how_to_call('station')} replay --live --rig {os.path.relpath(rig_path)}", flush=True)
+    print(f"To watch it live: {how_to_call('station')} replay --live --rig {from_here(Path(rig_path))}", flush=True)
     return None
 
 
 def _start(module: str, *words: str) -> subprocess.Popen[bytes]:
-    """Starts one process of the rig; in its own group, so that Ctrl-C comes from here and in order."""
-    return subprocess.Popen([sys.executable, "-m", module, *words], start_new_session=True)
+    """Starts one process of the rig; Ctrl-C comes to it from here and in order."""
+    return start([sys.executable, "-m", module, *words])
 
 
 def _await_start(helpers: list[subprocess.Popen[bytes]]) -> None:
@@ -110,7 +110,7 @@ def _watch(session: subprocess.Popen[bytes], helpers: list[subprocess.Popen[byte
             time.sleep(0.1)
         except KeyboardInterrupt:
             print("Stopping: the plate goes back to level first (Ctrl-C again: at once).", flush=True)
-            session.send_signal(signal.SIGINT)
+            interrupt(session)
 
 
 def _ending(session: subprocess.Popen[bytes], out: Path) -> int:
@@ -129,7 +129,7 @@ def _stop(processes: list[subprocess.Popen[bytes]]) -> None:
     """Ends them one after another: politely, and after a grace for good."""
     for process in processes:
         if process.poll() is None:
-            process.send_signal(signal.SIGTERM)
+            ask_to_end(process)
             try:
                 process.wait(_GRACE_S)
             except subprocess.TimeoutExpired:

@@ -11,7 +11,6 @@ mistake in what was asked, or a session that could not be carried out.
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import sys
 import time
@@ -22,6 +21,7 @@ import numpy as np
 from rich.console import Console
 
 from shared.errors import UserError
+from shared.system.processes import usable_processors
 from station.app.commands.analyze import present, printed, write_results
 from station.app.sessions import read_sessions
 from station.app.study import paper
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     begin, console = time.perf_counter(), Console(width=None if sys.stdout.isatty() else 150, highlight=False)
     folder = options.out / "recordings"
     parts = parts_of(options.samples, seed=options.seed, folder=folder, session_samples=options.session_samples)
-    jobs = options.jobs or len(os.sched_getaffinity(0))
+    jobs = options.jobs or usable_processors()
     simulated = _simulate(parts, folder, jobs=jobs)
     simulating_s = time.perf_counter() - begin
     console.print(f"Simulated: {simulated} of {len(parts)} sessions, in {simulating_s:.0f} s. Analysing all samples …")

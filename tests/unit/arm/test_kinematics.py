@@ -1,12 +1,14 @@
 """Inverse kinematics: every branch leads to the pose, and the Jacobian is the derivative of the pose."""
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from station.arm.kinematics import all_branches, follow, pivot_jacobian, pivot_pose, pose_error, within_limits
+from shared.errors import UserError
+from station.arm.kinematics import all_branches, follow, pivot_jacobian, pivot_pose, pose_error, solver, within_limits
 from station.rig.arm_model import MODELS, ArmModel, load_arm_model
 
 
@@ -19,6 +21,7 @@ def test_the_jacobian_is_the_derivative_of_the_pose(path: Path) -> None:
 
 
 def test_all_branches_reach_the_pose_within_limits(model: ArmModel) -> None:
+    pytest.importorskip("ssik", reason="ssik has no package for this system")
     pose = pivot_pose(model, np.array(model.home_rad))
     found = all_branches(model, pose)
     assert len(found) == 8  # a spherical wrist: shoulder, elbow and wrist each both ways
@@ -43,3 +46,9 @@ def test_a_pose_out_of_reach_leaves_an_error_and_no_leap(model: ArmModel) -> Non
     assert error > 0.1
     assert np.isfinite(found).all()
     assert np.abs(found - model.home_rad).max() <= 4 * 0.2 + 1e-9
+
+
+def test_without_its_package_the_solver_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ssik", None)
+    with pytest.raises(UserError, match="run: pip install ssik"):
+        solver(load_arm_model("jaco2_spherical"))

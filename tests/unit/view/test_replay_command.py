@@ -9,6 +9,7 @@ import pytest
 
 from shared import messages as m
 from shared.errors import UserError
+from shared.system import desktop
 from station.app.commands import replay
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
@@ -35,7 +36,7 @@ def recording(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def without_display(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(viewer, "has_display", lambda: False)
+    monkeypatch.setattr(desktop, "has_display", lambda: False)
 
 
 def recorded(path: Path, *, rig: str = "", plan: str = "", arm: bool = True) -> Path:
@@ -60,7 +61,7 @@ def test_a_display_gets_the_viewer_unless_it_is_not_wanted(
     recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[Path] = []
-    monkeypatch.setattr(viewer, "has_display", lambda: True)
+    monkeypatch.setattr(desktop, "has_display", lambda: True)
     monkeypatch.setattr(viewer, "open_file", opened.append)
     target = tmp_path / "other.rrd"
     request(recording, "--save", target)

@@ -106,11 +106,3 @@ def test_without_a_renderer_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
 def test_a_view_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be written"):
         write_rrd([], tmp_path, topics=[], setup=Setup(), name="test")
-
-
-def test_a_display_is_one_that_the_environment_names(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert not viewer.has_display()
-    monkeypatch.setenv("DISPLAY", ":0")
-    assert viewer.has_display()

@@ -1,0 +1,40 @@
+"""The desktop: whether a window can be opened, what a program's file is called, and in which letters it prints."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TextIO
+
+PROGRAM_SUFFIX = ".exe" if sys.platform == "win32" else ""
+"""What the name of a program's file ends in."""
+
+if sys.platform in ("win32", "darwin"):
+
+    def has_display(environment: Mapping[str, str] = os.environ) -> bool:
+        """True if a window can be opened here: everywhere but in a session from another machine."""
+        return "SSH_CONNECTION" not in environment
+
+else:
+
+    def has_display(environment: Mapping[str, str] = os.environ) -> bool:
+        """True if a window can be opened here."""
+        return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+def from_here(path: Path) -> str:
+    """The path as it is typed in the present folder; the whole path where the two lie on different drives."""
+    try:
+        return os.path.relpath(path)
+    except ValueError:
+        return str(path)
+
+
+def print_all_letters(*streams: TextIO) -> None:
+    """Has streams that know few letters (a pipe or a file on Windows: those of one language) written in UTF-8."""
+    for stream in streams:
+        if isinstance(stream, io.TextIOWrapper) and stream.encoding.lower().replace("-", "") != "utf8":
+            stream.reconfigure(encoding="utf-8")

@@ -1,0 +1,82 @@
+"""Files: a lock that says that somebody writes, and room on the disk that is really there."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _LOCKED_BYTE = 2**31 - 2
+    """Windows locks bytes, and nobody else can read them then. This one lies behind whatever a repair has to read while
+    somebody writes, and is the last that `msvcrt.locking` reaches, whose positions have 32 bits."""
+
+    def lock(file: io.FileIO) -> None:
+        """Marks a new file as being written until it is closed, or its process ends, however that ends.
+
+        Raises:
+            OSError: if somebody else has marked it.
+        """
+        _at_locked_byte(file, msvcrt.LK_NBLCK)
+
+    def locked(file: io.FileIO) -> bool:
+        """True if another open file has the mark."""
+        try:
+            _at_locked_byte(file, msvcrt.LK_NBLCK)
+        except OSError:
+            return True
+        _at_locked_byte(file, msvcrt.LK_UNLCK)
+        return False
+
+    def _at_locked_byte(file: io.FileIO, mode: int) -> None:
+        before = file.tell()
+        file.seek(_LOCKED_BYTE)
+        try:
+            msvcrt.locking(file.fileno(), mode, 1)
+        finally:
+            file.seek(before)
+
+else:
+    import fcntl
+
+    def lock(file: io.FileIO) -> None:
+        """Marks a new file as being written until it is closed, or its process ends, however that ends.
+
+        Raises:
+            OSError: if somebody else has marked it.
+        """
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+    def locked(file: io.FileIO) -> bool:
+        """True if another open file has the mark."""
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        return False
+
+
+if sys.platform == "linux":
+
+    def occupy(file: io.FileIO, size_bytes: int) -> None:
+        """Takes room on the disk for an empty file.
+
+        Raises:
+            OSError: if there is not so much room.
+        """
+        os.posix_fallocate(file.fileno(), 0, size_bytes)
+
+else:
+
+    def occupy(file: io.FileIO, size_bytes: int) -> None:
+        """Takes room on the disk for an empty file: only what is written and on the disk is surely there.
+
+        Raises:
+            OSError: if there is not so much room.
+        """
+        rest = memoryview(bytes(size_bytes))
+        while rest:
+            rest = rest[file.write(rest) :]
+        os.fsync(file.fileno())

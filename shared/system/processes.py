@@ -1,0 +1,71 @@
+"""Processes: how many processors there are, who is asked to end and how, and what an emergency stop is signalled by.
+
+|                             | Linux, macOS             | Windows                              |
+|-----------------------------|--------------------------|--------------------------------------|
+| the user ends a program     | Ctrl-C (SIGINT), SIGTERM | Ctrl-C, Ctrl-Break (SIGBREAK)        |
+| one program ends another    | SIGTERM                  | Ctrl-Break, to its group of processes |
+| emergency stop of the arm   | SIGUSR1, `station arm stop` | `station arm stop`                |
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+
+if sys.platform == "linux":
+
+    def usable_processors() -> int:
+        """The processors that this process may use."""
+        return len(os.sched_getaffinity(0))
+else:
+
+    def usable_processors() -> int:
+        """The processors of the machine: this system keeps no process from any of them."""
+        return os.cpu_count() or 1
+
+
+CAN_SPLIT = sys.platform == "linux"
+"""True if a process can be split in two by `fork`: Windows has none, and macOS's own libraries do not survive it."""
+
+if sys.platform == "win32":
+    _ending, _emergency = (signal.SIGINT, signal.SIGTERM, signal.SIGBREAK), tuple[signal.Signals, ...]()
+    _interrupting = _ending_it = signal.CTRL_BREAK_EVENT
+    _new_session, _new_group = False, subprocess.CREATE_NEW_PROCESS_GROUP
+else:
+    _ending, _emergency = (signal.SIGINT, signal.SIGTERM), (signal.SIGUSR1,)
+    _interrupting, _ending_it = signal.SIGINT, signal.SIGTERM
+    _new_session, _new_group = True, 0
+
+ENDING: tuple[signal.Signals, ...] = _ending
+"""The signals by which a user or another program asks this one to end."""
+EMERGENCY: tuple[signal.Signals, ...] = _emergency
+"""The signals that stop the arm at once. Windows has none to spare: `station arm stop` says it over the bus."""
+NEW_SESSION, NEW_GROUP = _new_session, _new_group
+"""What `Popen` takes as `start_new_session` and `creationflags`, so that Ctrl-C does not reach the child."""
+
+
+def interrupt(process: subprocess.Popen[bytes]) -> None:
+    """Does what Ctrl-C would do, to a process that `start` began."""
+    process.send_signal(_interrupting)
+
+
+def ask_to_end(process: subprocess.Popen[bytes]) -> None:
+    """Asks a process that `start` began to end in order."""
+    process.send_signal(_ending_it)
+
+
+def start(
+    words: Sequence[str], *, quiet: bool = False, env: Mapping[str, str] | None = None
+) -> subprocess.Popen[bytes]:
+    """Starts a program that Ctrl-C in this terminal does not reach; `quiet` throws away what it prints.
+
+    Raises:
+        OSError: if it cannot be run.
+    """
+    prints = subprocess.DEVNULL if quiet else None
+    return subprocess.Popen(
+        words, env=env, stdout=prints, stderr=prints, start_new_session=NEW_SESSION, creationflags=NEW_GROUP
+    )

@@ -1,0 +1,46 @@
+"""Stops the arm at once, from any shell and on any system: it is held where it is until the station arms again.
+
+This is the emergency stop of software: it asks the arm agent over the bus. It is no substitute for the red button.
+Exit status: 0 when the arm agent has stopped the arm; 1 when it did not answer.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from shared.clock import SystemClock
+from shared.messages import ArmReply, ArmStop, Message
+from shared.zenoh_bus import ZenohBus
+from station.app import assembly
+
+NAME = "arm stop"
+HELP = "emergency stop of the arm, over the bus"
+_ANSWER_S = 3.0
+"""In which the agent has to be found and to answer: it takes milliseconds when it is there."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
+    parser.add_argument("--reason", default="station arm stop", help="what the log and the recording say of it")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Asks again and again until the arm agent has answered."""
+    rig, clock = assembly.rig_from(options.rig), SystemClock()
+    stopped: list[bool] = []
+
+    def answered(reply: Message | None) -> None:
+        stopped.extend([True] * (isinstance(reply, ArmReply) and reply.accepted))
+
+    with ZenohBus(rig.id, connect=rig.bus.peers("observer"), clock=clock) as bus:
+        end = time.monotonic() + _ANSWER_S
+        while not stopped and time.monotonic() < end:
+            bus.request("arm/stop", ArmStop(clock.now_ns(), options.reason), answered, timeout_s=0.3)
+            bus.poll(0.3)
+    if stopped:
+        print(f"The arm of rig '{rig.id}' is stopped.")
+        return 0
+    print(f"The arm agent of rig '{rig.id}' did not answer within {_ANSWER_S:g} s: press the red button.")
+    return 1

@@ -1,0 +1,126 @@
+"""What every system gives alike. tests/elsewhere runs this file again without what another system lacks."""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from shared.system import desktop, files, processes
+
+Process = subprocess.Popen[bytes]
+
+
+def opened(path: Path, mode: str) -> io.FileIO:
+    return io.FileIO(path, mode)
+
+
+def test_a_lock_is_seen_by_others_until_the_file_is_closed(tmp_path: Path) -> None:
+    path = tmp_path / "growing"
+    with opened(path, "w") as file:
+        files.lock(file)
+        file.write(b"some")
+        with opened(path, "r") as other:
+            assert files.locked(other)
+            assert other.read() == b"some"  # whoever repairs or copies may read on
+        file.write(b" more")
+    with opened(path, "r") as other:
+        assert not files.locked(other)
+        assert not files.locked(other)  # asking leaves no lock behind
+        assert other.read() == b"some more"
+
+
+def test_a_second_writer_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "growing"
+    with opened(path, "w") as file, opened(path, "a") as second:
+        files.lock(file)
+        with pytest.raises(OSError, match=r".*"):
+            files.lock(second)
+
+
+def test_occupied_room_is_on_the_disk(tmp_path: Path) -> None:
+    path = tmp_path / "reserve"
+    with opened(path, "w") as file:
+        files.occupy(file, 1_000_000)
+        status = os.fstat(file.fileno())
+    assert status.st_size == 1_000_000
+    if hasattr(status, "st_blocks"):
+        assert status.st_blocks * 512 >= 1_000_000
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
+def test_room_that_is_not_there_is_an_error() -> None:
+    with opened(Path("/dev/full"), "w") as file, pytest.raises(OSError, match=r".*"):
+        files.occupy(file, 1_000)
+
+
+def test_there_is_a_processor() -> None:
+    assert 1 <= processes.usable_processors() <= (os.cpu_count() or 1)
+
+
+def test_an_emergency_is_signalled_by_nothing_that_asks_for_the_end() -> None:
+    assert signal.SIGINT in processes.ENDING
+    assert not set(processes.ENDING) & set(processes.EMERGENCY)
+
+
+@pytest.mark.parametrize("end", [processes.interrupt, processes.ask_to_end])
+def test_a_process_is_asked_to_end_by_a_signal_that_our_programs_hear(end: Callable[[Process], None]) -> None:
+    program = (
+        "import signal, sys, time\n"
+        f"for number in {[int(number) for number in processes.ENDING]}: signal.signal(number, lambda *_: sys.exit(7))\n"
+        "print('begun', flush=True)\n"
+        "for _ in range(600): time.sleep(0.1)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        start_new_session=processes.NEW_SESSION,
+        creationflags=processes.NEW_GROUP,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().strip() == b"begun"
+        end(process)
+        assert process.wait(timeout=20) == 7
+
+
+def test_a_started_program_prints_nothing_when_it_should_be_quiet(capfd: pytest.CaptureFixture[str]) -> None:
+    assert processes.start([sys.executable, "-c", "print('loud')"]).wait(timeout=20) == 0
+    assert processes.start([sys.executable, "-c", "print('still')"], quiet=True).wait(timeout=20) == 0
+    assert capfd.readouterr().out.split() == ["loud"]
+
+
+def test_nobody_sees_a_window_over_ssh_alone() -> None:
+    assert not desktop.has_display({"SSH_CONNECTION": "192.0.2.1 50000 192.0.2.2 22"})
+
+
+@pytest.mark.parametrize("here", [{}, {"DISPLAY": ":0"}, {"WAYLAND_DISPLAY": "wayland-0"}])
+def test_a_window_can_be_opened_where_the_system_or_the_environment_has_a_display(here: dict[str, str]) -> None:
+    on_linux = processes.CAN_SPLIT
+    assert desktop.has_display(here) == (bool(here) or not on_linux)
+
+
+def test_a_place_is_named_from_the_present_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert desktop.from_here(tmp_path / "a" / "b") == os.path.join("a", "b")
+
+
+def test_a_place_on_another_drive_is_named_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    def other_drive(_path: Path) -> str:
+        raise ValueError("path is on mount 'D:', start on mount 'C:'")
+
+    monkeypatch.setattr(os.path, "relpath", other_drive)
+    assert desktop.from_here(Path("far/away")) == str(Path("far/away"))
+
+
+def test_a_stream_of_few_letters_is_given_all() -> None:
+    pipe = io.BytesIO()
+    stream = io.TextIOWrapper(pipe, encoding="cp1252")
+    desktop.print_all_letters(stream, io.StringIO())
+    print("µ → ✓", file=stream, flush=True)
+    assert pipe.getvalue().decode("utf-8").split() == ["µ", "→", "✓"]
