@@ -6,6 +6,7 @@ messages on the receiving thread (`direct=True`), and there it may do nothing bu
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -35,9 +36,10 @@ quicken(Recipe)
 
 
 class Received:
-    """A message as it arrived: of `message` and `payload` (the bytes as they were sent) one is given, or a recipe.
+    """A message as it arrived: `message`, `payload` (the bytes as they were sent) or both are given, or a recipe.
 
-    The other is derived when it is first asked for; that raises UserError when a payload does not parse.
+    What is not given is derived when it is first asked for; that raises UserError when a payload does not parse. A bus
+    hands out nothing that does not parse, but for topics that this version does not know.
     """
 
     __slots__ = ("message", "payload", "receive_ns", "recipe", "topic")
@@ -93,6 +95,9 @@ ReplyHandler = Callable[[Message | None], None]
 
 class Bus(Protocol):
     """The bus of one rig as one process sees it."""
+
+    malformed: Counter[str]
+    """Payloads by topic or service that were no message of it: they were left out, and reached nobody."""
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
         """Sends a message to whoever subscribes; the topic's traffic class decides how."""

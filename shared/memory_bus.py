@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 from shared import topics
 from shared.bus import Handler, MissHandler, Received, Recipe, ReplyHandler, Server
@@ -19,6 +19,8 @@ class MemoryBus:
     def __init__(self, clock: Clock, *, left_out: frozenset[str] = frozenset()) -> None:
         self._clock, self._left_out = clock, left_out
         self._last_receive_ns = 0
+        self.malformed: Counter[str] = Counter()
+        """Always empty: messages are passed as objects."""
         self._handlers: dict[str, list[Handler]] = defaultdict(list)
         self._routes: dict[str, tuple[Handler, ...]] = {}
         self._servers: dict[str, Server] = {}

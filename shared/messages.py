@@ -9,6 +9,7 @@ Every field has a default, because protobuf gives one to whatever a sender left 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
@@ -29,6 +30,25 @@ class Message:
         """Every class passes here twice: as it is written, and again when `dataclass` has given it slots."""
         if "__slots__" in cls.__dict__ and fields(cls):
             quicken(cls)
+
+    def impossible(self) -> str:
+        """Names, in words that follow "got", what no message of this class can hold; empty if there is nothing.
+
+        A payload that parses can still hold four of eight coordinates, or an attitude that is none.
+        """
+        return ""
+
+
+def _counted(name: str, values: Floats | Ints, *counts: int) -> str:
+    """Empty if there are as many values as one of `counts`."""
+    expected = " or ".join(str(count) for count in counts)
+    return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
+
+
+def _turned(*quaternion: float) -> str:
+    """Empty if the quaternion is one: finite, and not zero."""
+    length = math.hypot(*quaternion)
+    return "" if math.isfinite(length) and length > 0 else f"{quaternion} as a quaternion"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +75,13 @@ class MarkerCorners(Message):
     tipped: bool = False
     """The mark looks foreshortened: the block is tipping over, which is not sliding."""
 
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        if self.found and not all(map(math.isfinite, self.corners_px)):
+            return f"{self.corners_px} as corners_px of a mark that was found"
+        counts = (8,) if self.found else (0, 8)
+        return _counted("corners_px", self.corners_px, *counts) or _counted("corner_dt_ns", self.corner_dt_ns, 0, 4)
+
 
 @dataclass(frozen=True, slots=True)
 class BlockPose(Message):
@@ -74,6 +101,10 @@ class BlockPose(Message):
     found: bool = False
     reason: str = ""
 
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        return _turned(self.qw, self.qx, self.qy, self.qz) if self.found else ""
+
 
 @dataclass(frozen=True, slots=True)
 class PlatformState(Message):
@@ -92,6 +123,10 @@ class PlatformState(Message):
     pz: float = 0.0
     frame_id: str = ""
 
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        return _turned(self.qw, self.qx, self.qy, self.qz)
+
 
 @dataclass(frozen=True, slots=True)
 class JointState(Message):
@@ -102,6 +137,15 @@ class JointState(Message):
     position_rad: Floats = ()
     velocity_rad_s: Floats = ()
     effort_nm: Floats = ()
+
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        joints = len(self.name) or len(self.position_rad)
+        return (
+            _counted("position_rad", self.position_rad, joints)
+            or _counted("velocity_rad_s", self.velocity_rad_s, 0, joints)
+            or _counted("effort_nm", self.effort_nm, 0, joints)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +159,11 @@ class TiltCommand(Message):
     angle_rad: float = 0.0
     step: int = 0
     rate_rad_s: float = 0.0
+
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        wanted = (self.azimuth_rad, self.angle_rad, self.rate_rad_s)
+        return "" if all(map(math.isfinite, wanted)) else f"{wanted} as azimuth_rad, angle_rad and rate_rad_s"
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +218,16 @@ class Sample(Message):
     start_x_m: float = 0.0
     start_y_m: float = 0.0
     start_yaw_rad: float = 0.0
+
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        lists = {
+            "reference_corners_px": self.reference_corners_px,
+            "corner_variance_px2": self.corner_variance_px2,
+            "post_corners_px": self.post_corners_px,
+        }
+        wrong = [_counted(name, values, 0, 8) for name, values in lists.items()]
+        return next(filter(None, [_counted("euler_rad", self.euler_rad, 0, 3), *wrong]), "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -307,6 +366,10 @@ class JointTarget(Message):
     position_rad: Floats = ()
     velocity_rad_s: Floats = ()
 
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        return _counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
+
 
 @dataclass(frozen=True, slots=True)
 class TwinScene(Message):
@@ -353,3 +416,7 @@ class CameraGeometry(Message):
     camera_height_m: float = 0.0
     corner_sigma_px: float = 0.0
     source: str = ""
+
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        return _counted("plate_from_pixel", self.plate_from_pixel, 0, 9)

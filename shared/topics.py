@@ -110,6 +110,11 @@ SERVICES = {service.name: service for service in _SERVICES}
 ANGLE_PREFIX = "angle/"
 
 
+def known(name: str) -> bool:
+    """True if this version has a message for the topic; a newer process may send others."""
+    return name in TOPICS or (name.startswith(ANGLE_PREFIX) and len(name) > len(ANGLE_PREFIX))
+
+
 def topic(name: str) -> Topic:
     """The table's line for a topic; `angle/<source>` is made on demand, because users add sources.
 
@@ -118,7 +123,7 @@ def topic(name: str) -> Topic:
     """
     if name in TOPICS:
         return TOPICS[name]
-    if name.startswith(ANGLE_PREFIX) and len(name) > len(ANGLE_PREFIX):
+    if known(name):
         return Topic(name, m.AngleReading, STATE, "any", 0, "another angle sensor")
     raise UserError(
         f"Expected a topic of shared/topics.py, got '{name}'; known are {', '.join(TOPICS)}, angle/<source>"

@@ -98,16 +98,18 @@ def decode(cls: type[M], payload: bytes) -> M:
     """The message in a payload.
 
     Raises:
-        UserError: if the payload is not a protobuf of this class.
+        UserError: if the payload is not a protobuf of this class, or holds what none can (`Message.impossible`).
     """
     try:
-        proto = _proto_class(cls).FromString(payload)
+        message = _from_proto(cls, _proto_class(cls).FromString(payload))
     except Exception as error:
         raise UserError(
             f"Expected a {schema_name(cls)} of {len(payload)} bytes, got something that does not parse ({error}); "
             "is every process of the same version?"
         ) from error
-    return _from_proto(cls, proto)
+    if wrong := message.impossible():
+        raise UserError(f"Expected a {schema_name(cls)}, got {wrong}")
+    return message
 
 
 def _from_proto(cls: type[M], proto: Any) -> M:

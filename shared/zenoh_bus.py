@@ -11,9 +11,11 @@ from __future__ import annotations
 import contextlib
 import functools
 import json
+import logging
 import queue
 import re
 import threading
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -27,6 +29,7 @@ from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
 
+_LOG = logging.getLogger(__name__)
 _ALIVE = "@alive"
 _LEASE_MS = 1000
 _PRIORITIES = (
@@ -92,6 +95,8 @@ class ZenohBus:
         self._arrival = threading.Lock()
         self._last_receive_ns = 0
         self._recovering: dict[str, Any] = {}
+        self.malformed: Counter[str] = Counter()
+        """Payloads by topic or service that were no message, and were left out."""
         try:
             self._session = zenoh.open(_config(listen, connect))
         except zenoh.ZError as error:
@@ -192,9 +197,14 @@ class ZenohBus:
             if name.startswith(_ALIVE):
                 return
             payload = sample.payload.to_bytes()
+            try:
+                message = wire.decode(topics.topic(name).message, payload) if topics.known(name) else None
+            except UserError as error:
+                self._leave_out(name, error)
+                return
             with self._arrival:
                 self._last_receive_ns = max(self._clock.now_ns(), self._last_receive_ns + 1)
-                received = Received(name, receive_ns=self._last_receive_ns, payload=payload)
+                received = Received(name, self._last_receive_ns, message, payload=payload)
                 for handler, direct in tuple(handlers):
                     if direct:
                         handler(received)
@@ -202,6 +212,14 @@ class ZenohBus:
                         self._inbox.put(functools.partial(handler, received))
 
         return callback
+
+    def _leave_out(self, name: str, error: UserError) -> None:
+        """Counts a payload that is no message: it reaches nobody here, whoever sent it. A flood is logged sparsely."""
+        with self._arrival:
+            self.malformed[name] += 1
+            count = self.malformed[name]
+        if count.bit_count() == 1:  # 1, 2, 4, 8, …
+            _LOG.warning("Left out %d malformed messages on %s; the last: %s", count, name, error)
 
     def _miss_receiver(self, topic: str, on_miss: MissHandler, *, direct: bool) -> Callable[[ext.Miss], None]:
         def callback(miss: ext.Miss) -> None:
@@ -222,8 +240,13 @@ class ZenohBus:
         def answer(query: zenoh.Query) -> None:
             with query:
                 payload = query.payload.to_bytes() if query.payload else b""
+                try:
+                    asked = wire.decode(line.request, payload)
+                except UserError as error:
+                    self._leave_out(service, error)
+                    return  # unanswered: a process that cannot ask would not understand either
                 with contextlib.suppress(zenoh.ZError):  # the asker is gone
-                    query.reply(key, wire.encode(server(wire.decode(line.request, payload))))
+                    query.reply(key, wire.encode(server(asked)))
 
         def callback(query: zenoh.Query) -> None:
             if direct:
@@ -250,8 +273,12 @@ class ZenohBus:
                 self._inbox.put(lambda: on_reply(reply))
 
         def on_sample(reply: zenoh.Reply) -> None:
-            if reply.ok is not None:
+            if reply.ok is None:
+                return
+            try:
                 deliver(wire.decode(line.reply, reply.ok.payload.to_bytes()))
+            except UserError as error:
+                self._leave_out(service, error)
 
         # The second callable runs when the query is over, answered or not.
         handler = zenoh.handlers.Callback(on_sample, lambda: deliver(None))

@@ -60,7 +60,7 @@ def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: 
     Raises:
         UserError: if the file is damaged.
     """
-    collected = _Collected()
+    collected = _Collected(reader)
     topics = [*_TRACKS, *_WHOLE, *(name for name in reader.topics if name.startswith(ANGLE_PREFIX))]
     first_ns = None if from_ns is None else from_ns - _AROUND_NS
     last_ns = None if to_ns is None else to_ns + LATE_NS
@@ -96,13 +96,14 @@ def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iter
 class _Collected:
     """What has been read so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, reader: RecordingReader) -> None:
+        self._reader = reader
         self._columns: dict[str, Columns] = {name: Columns(cls) for name, cls in _TRACKS.items()}
         self._angles: defaultdict[str, Columns] = defaultdict(lambda: Columns(AngleReading))
         self._messages: dict[str, list[tuple[int, int, Message]]] = {name: [] for name in _WHOLE}
 
     def add(self, channels: dict[int, TopicInfo], batch: Batch) -> None:
-        """Takes the messages of a chunk; raises UserError for a payload that does not parse."""
+        """Takes the messages of a chunk."""
         topics = dict[str, list[int]]()
         for number in np.unique(batch.channel).tolist():
             info = channels[number]
@@ -111,13 +112,17 @@ class _Collected:
         for topic, numbers in topics.items():
             part = batch.select(np.isin(batch.channel, numbers))
             if topic in _WHOLE:
-                self._messages[topic] += _decoded(part, _WHOLE[topic])
+                self._messages[topic] += self._reader.decoded(topic, part, _WHOLE[topic])
             else:
                 own = self._columns.get(topic) or self._angles[topic.removeprefix(ANGLE_PREFIX)]
                 own.add(part.payloads, log_ns=part.log_ns, publish_ns=part.publish_ns)
 
     def signals(self) -> Signals:
-        """All of it, in the order of capture."""
+        """All of it, in the order of capture; what was malformed is told."""
+        angles = {ANGLE_PREFIX + source: found for source, found in self._angles.items()}
+        read = {**self._columns, **angles}.items()
+        for topic, found in read:
+            self._reader.leave_out(topic, found.malformed)
         geometries = sorted(self._messages["camera/geometry"], key=_log_ns)
         samples = sorted(sorted(self._messages["session/sample"], key=_log_ns), key=_publish_ns)
         own = self._columns
@@ -141,11 +146,6 @@ def _refuse_other(info: TopicInfo) -> None:
     expected = _TRACKS.get(info.name) or _WHOLE.get(info.name) or AngleReading
     if info.message is not expected:
         raise UserError(f"Expected {wire.schema_name(expected)} on the topic {info.name}, got {info.schema}")
-
-
-def _decoded(part: Batch, cls: type[Message]) -> list[tuple[int, int, Message]]:
-    found = (wire.decode(cls, part.payloads.bytes(number)) for number in range(len(part.channel)))
-    return list(zip(part.log_ns.tolist(), part.publish_ns.tolist(), found, strict=True))
 
 
 def _log_ns(row: tuple[int, int, Message]) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared import wire
+from shared.errors import UserError
 from shared.geometry import Array
 from shared.messages import (
     AngleReading,
@@ -57,19 +58,26 @@ class Columns:
     def __init__(self, cls: type[Message]) -> None:
         self._cls, self._names = cls, _NAMES[cls]
         self._parts = list[dict[str, Any]]()
+        self.malformed = list[int]()
+        """Log times of payloads that are no message of this class: they are left out."""
 
     def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> None:
-        """Takes messages (n,) as they stand in the file.
-
-        Raises:
-            UserError: if a payload is not of this class.
-        """
+        """Takes messages (n,) as they stand in the file; a payload that is not of this class is `malformed`."""
         fields = fields_of(self._cls, payloads, names=self._names)
-        for number in np.flatnonzero(~fields.understood).tolist():
-            message = wire.decode(self._cls, payloads.bytes(number))
+        good = np.ones(len(log_ns), dtype=bool)
+        for number in np.flatnonzero(~fields.understood | _odd(fields.values, len(log_ns))).tolist():
+            try:
+                message = wire.decode(self._cls, payloads.bytes(number))
+            except UserError:
+                good[number] = False
+                continue
             for name, width in self._names.items():
                 fields.values[name][number] = _kept(getattr(message, name), fields.values[name], width)
-        self._parts.append({"log_ns": log_ns, "publish_ns": publish_ns, **fields.values})
+        part = {"log_ns": log_ns, "publish_ns": publish_ns, **fields.values}
+        if not good.all():
+            self.malformed += log_ns[~good].tolist()
+            part = {name: _taken(column, np.flatnonzero(good)) for name, column in part.items()}
+        self._parts.append(part)
 
     def sorted(self) -> Named:
         """All columns by name, and `publish_ns`: in the order of that, and equal ones as they came."""
@@ -82,6 +90,17 @@ class Columns:
 
     def _all(self) -> list[tuple[str, int]]:
         return [("log_ns", 0), ("publish_ns", 0), *self._names.items()]
+
+
+def _odd(values: Named, count: int) -> NDArray[np.bool_]:
+    """True (n,) for what may be impossible (`Message.impossible`): a number that is not finite, a turn of zeros."""
+    odd = np.zeros(count, dtype=bool)
+    for column in values.values():
+        if isinstance(column, np.ndarray) and column.dtype.kind == "f":
+            odd |= ~np.isfinite(column.reshape(count, -1)).all(axis=1)
+    if "qw" in values:
+        odd |= ~np.any([values[name] != 0 for name in ("qw", "qx", "qy", "qz")], axis=0)
+    return odd
 
 
 def _kept(value: Any, column: Any, width: int) -> Any:

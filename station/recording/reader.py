@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 import struct
 import zlib
 from bisect import bisect_left
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
@@ -34,6 +36,8 @@ from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, m
 from station.recording.mcap_file import MAGIC
 from station.recording.writer import PARTIAL
 
+M = TypeVar("M", bound=Message)
+_LOG = logging.getLogger(__name__)
 TRUTH = "truth/"
 _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPICS.values()} | {
     wire.schema_name(AngleReading): AngleReading
@@ -58,27 +62,19 @@ class TopicInfo:
 class Recorded:
     """A message as it was recorded. `publish_ns`: when it happened; `log_ns`: when the station received it."""
 
-    __slots__ = ("_cls", "_message", "log_ns", "payload", "publish_ns", "topic")
+    __slots__ = ("log_ns", "message", "payload", "publish_ns", "topic")
 
-    def __init__(self, topic: str, *, payload: bytes, cls: type[Message], publish_ns: int, log_ns: int) -> None:
+    def __init__(self, topic: str, *, payload: bytes, message: Message, publish_ns: int, log_ns: int) -> None:
         self.topic = topic
         self.payload = payload
+        self.message = message
         self.publish_ns = publish_ns
         self.log_ns = log_ns
-        self._cls = cls
-        self._message: Message | None = None
-
-    @property
-    def message(self) -> Message:
-        """The message itself; raises UserError when the payload does not parse."""
-        if self._message is None:
-            self._message = wire.decode(self._cls, self.payload)
-        return self._message
 
     @property
     def received(self) -> Received:
         """As it came over the bus: what a replay hands to the live pipeline."""
-        return Received(self.topic, receive_ns=self.log_ns, payload=self.payload)
+        return Received(self.topic, self.log_ns, self.message, payload=self.payload)
 
 
 def open_recording(path: Path) -> RecordingReader:
@@ -142,6 +138,7 @@ class RecordingReader:
     def __init__(self, path: Path, summary: Summary) -> None:
         assert summary.statistics is not None
         self.path = path
+        self._malformed: dict[str, set[int]] = {}
         self._summary = summary
         counts = summary.statistics.channel_message_counts
         self._infos: dict[int, TopicInfo] = {}
@@ -179,7 +176,8 @@ class RecordingReader:
     ) -> Iterator[Recorded]:
         """Messages by log time (equal ones as they were written), with from_ns ≤ log time < to_ns.
 
-        Topics whose schema this version does not know are left out; `topics` tells of them.
+        Topics whose schema this version does not know are left out; `topics` tells of them. So are payloads that are
+        no message of their topic; `malformed` tells how many.
 
         Raises:
             UserError: if the file turns out to be damaged, or for a topic of the truth without `truth`.
@@ -188,9 +186,27 @@ class RecordingReader:
         for raw in self._raw(wanted, from_ns, to_ns):
             info = wanted[raw.channel_id]
             assert info.message is not None
+            try:
+                message = wire.decode(info.message, raw.payload)
+            except UserError:
+                self.leave_out(info.name, [raw.log_ns])
+                continue
             yield Recorded(
-                info.name, payload=raw.payload, cls=info.message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
+                info.name, payload=raw.payload, message=message, publish_ns=raw.publish_ns, log_ns=raw.log_ns
             )
+
+    def leave_out(self, topic: str, log_ns: Iterable[int]) -> None:
+        """Takes note, by log times, of payloads that are no message of their topic; the first of each is told."""
+        known = self._malformed.setdefault(topic, set())
+        before = len(known)
+        known.update(log_ns)
+        if known and not before:
+            _LOG.warning("%s: /%s holds payloads that are no messages of it; they are left out", self.path, topic)
+
+    @property
+    def malformed(self) -> dict[str, int]:
+        """Payloads by topic that are no message of it, as far as the file was read: they are left out."""
+        return {topic: len(found) for topic, found in self._malformed.items() if found}
 
     def _wanted(self, topics: Collection[str] | None, *, truth: bool) -> dict[int, TopicInfo]:
         names = None if topics is None else {topic.removeprefix("/") for topic in topics}
@@ -315,12 +331,23 @@ class RecordingReader:
 
     def samples(self) -> tuple[Sample, ...]:
         """The session's samples in the order in which they were taken."""
-        found = list[tuple[int, bytes]]()
+        found = list[tuple[int, int, Sample]]()
         for channels, batch in self.batches({"session/sample"}):
-            for number, (channel, log_ns) in enumerate(zip(batch.channel.tolist(), batch.log_ns.tolist(), strict=True)):
-                if channels[channel].message is Sample:
-                    found.append((log_ns, batch.payloads.bytes(number)))
-        return tuple(wire.decode(Sample, payload) for _, payload in sorted(found, key=itemgetter(0)))
+            numbers = [number for number, info in channels.items() if info.message is Sample]
+            found += self.decoded("session/sample", batch.select(np.isin(batch.channel, numbers)), Sample)
+        return tuple(sample for *_, sample in sorted(found, key=itemgetter(0)))
+
+    def decoded(self, topic: str, batch: Batch, cls: type[M]) -> list[tuple[int, int, M]]:
+        """Log time, publish time (ns) and message of a batch of one topic; what is no message of it is left out."""
+        found = list[tuple[int, int, M]]()
+        for number, (log_ns, publish_ns) in enumerate(
+            zip(batch.log_ns.tolist(), batch.publish_ns.tolist(), strict=True)
+        ):
+            try:
+                found.append((log_ns, publish_ns, wire.decode(cls, batch.payloads.bytes(number))))
+            except UserError:
+                self.leave_out(topic, [log_ns])
+        return found
 
 
 def attachment_of(content: bytes) -> Attachment:

@@ -25,17 +25,22 @@ _UNRECORDED = frozenset(name for name, line in topics.TOPICS.items() if not line
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
-    """Messages by topic: recorded, dropped (queue full), missed (lost on the bus), duplicates (sent twice)."""
+    """Messages by topic: recorded, dropped (queue full), missed (lost on the bus), duplicates (sent twice).
+
+    `malformed` are payloads that were no message of their topic: the bus handed them to nobody.
+    """
 
     recorded: dict[str, int]
     dropped: dict[str, int]
     missed: dict[str, int]
     duplicates: dict[str, int]
+    malformed: dict[str, int]
 
     def metadata(self) -> dict[str, str]:
         """As the metadata record `recorder`: a total and a line for each topic that lost something."""
         values = {"recorded": str(sum(self.recorded.values()))}
-        for what, counts in (("dropped", self.dropped), ("missed", self.missed), ("duplicates", self.duplicates)):
+        for what in ("dropped", "missed", "duplicates", "malformed"):
+            counts: dict[str, int] = getattr(self, what)
             values[what] = str(sum(counts.values()))
             values.update({f"{what} {topic}": str(count) for topic, count in sorted(counts.items())})
         return values
@@ -98,7 +103,7 @@ class Recorder:
         capacity: int = CAPACITY,
         on_stopped: Callable[[str], None] | None = None,
     ) -> None:
-        self._recording = recording
+        self._bus, self._recording = bus, recording
         self._clock = clock
         self._capacity = capacity
         self._image_capacity = max(1, int(capacity * _IMAGE_SHARE))
@@ -109,7 +114,7 @@ class Recorder:
         self._missed: Counter[str] = Counter()
         self._recorded: Counter[str] = Counter()
         self._duplicates: Counter[str] = Counter()
-        self._reported: Counter[str] = Counter()
+        self._reported: Counter[tuple[str, str]] = Counter()
         self._report_after_ns = 0
         self._closing = False
         self._repeats = {
@@ -194,7 +199,7 @@ class Recorder:
         self._recording.flush_if_due(now_ns)
         if now_ns >= self._report_after_ns:
             self._report_after_ns = now_ns + _REPORT_EVERY_NS
-            self._report_drops()
+            self._report_losses()
         if self._recording.stopped:
             self._tell(self._recording.stopped)
 
@@ -203,12 +208,14 @@ class Recorder:
             tell, self._on_stopped = self._on_stopped, None
             tell(sentence)
 
-    def _report_drops(self) -> None:
+    def _report_losses(self) -> None:
+        full = f"were dropped: the recorder's queue of {self._capacity} was full"
         with self._lock:
-            new = self._dropped - self._reported
-            self._reported = Counter(self._dropped)
-        for topic, count in sorted(new.items()):
-            self._log(f"{count} messages of {topic} were dropped: the recorder's queue of {self._capacity} was full")
+            now = Counter({(topic, full): count for topic, count in self._dropped.items()})
+        now.update({(topic, "were malformed and left out"): count for topic, count in self._bus.malformed.items()})
+        new, self._reported = now - self._reported, now
+        for (topic, fate), count in sorted(new.items()):
+            self._log(f"{count} messages of {topic} {fate}")
 
     def _log(self, sentence: str) -> None:
         now_ns = self._clock.now_ns()
@@ -232,6 +239,7 @@ class Recorder:
             dropped=dropped,
             missed=dict(self._missed),
             duplicates=dict(self._duplicates),
+            malformed=dict(self._bus.malformed),
         )
 
     def close(self) -> Counts:
@@ -240,7 +248,7 @@ class Recorder:
         if self._thread.is_alive():
             self._queue.put(None)
             self._thread.join()
-            self._report_drops()
+            self._report_losses()
             if not self._recording.stopped:
                 self._recording.add_metadata("recorder", self.counts.metadata())
         self._recording.close()

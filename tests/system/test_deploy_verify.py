@@ -36,7 +36,10 @@ def listened_to(corners: Corners) -> Arrival:
             while not stop.is_set():
                 bus.publish("camera/status", AgentStatus(stamp_ns=clock.now_ns(), boot_id=BOOT))
                 boot_id, capture_ns = corners(clock.now_ns())
-                bus.publish("camera/corners", MarkerCorners(capture_ns=capture_ns, boot_id=boot_id, found=True))
+                bus.publish(
+                    "camera/corners",
+                    MarkerCorners(capture_ns=capture_ns, boot_id=boot_id, corners_px=(1.0,) * 8, found=True),
+                )
                 bus.poll(0.05)
 
     agent = threading.Thread(target=play)

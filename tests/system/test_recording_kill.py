@@ -49,7 +49,7 @@ class Camera(threading.Thread):
     def run(self) -> None:
         while not self._end.wait(FRAME_S):
             now_ns = self._clock.now_ns()
-            corners = MarkerCorners(capture_ns=now_ns, seq=len(self.sent), boot_id=3, found=True)
+            corners = MarkerCorners(capture_ns=now_ns, seq=len(self.sent), boot_id=3, corners_px=(1.0,) * 8, found=True)
             self._bus.publish("camera/corners", corners)
             self.sent.append(now_ns)
 

@@ -20,6 +20,7 @@ class Report:
     """What a recording is like. `recorder` is what the recorder counted (recorded, dropped, missed, duplicates).
 
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
+    `malformed` are payloads by topic that are no message of it.
     """
 
     path: str
@@ -34,6 +35,7 @@ class Report:
     metadata: tuple[str, ...]
     attachments: tuple[str, ...]
     unknown: tuple[str, ...]
+    malformed: dict[str, int]
 
     def stream(self, topic: str) -> StreamHealth | None:
         """The line of one topic, or None when it does not occur."""
@@ -75,6 +77,7 @@ def examine(reader: RecordingReader) -> Report:
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None),
+        malformed=dict(reader.malformed),
     )
 
 

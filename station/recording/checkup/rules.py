@@ -88,10 +88,15 @@ def _clocks(report: Report) -> Iterator[Finding]:
 
 
 def _losses(report: Report) -> Iterator[Finding]:
-    for what in ("dropped", "missed"):
+    for what in ("dropped", "missed", "malformed"):
         if count := report.recorder.get(what, 0):
             topics = [name.removeprefix(f"{what} ") for name in report.recorder if name.startswith(f"{what} ")]
             yield Finding(what, f"expected every message to be recorded, {count} were {what} ({', '.join(topics)})")
+    if report.malformed:
+        found = ", ".join(f"{count} on /{topic}" for topic, count in sorted(report.malformed.items()))
+        yield Finding(
+            "malformed", f"expected every payload to be a message of its topic, {found} are not and are left out"
+        )
     if report.session.agent_dropped:
         yield Finding(
             "dropped", f"expected every frame to be tracked, the agent dropped {report.session.agent_dropped}"

@@ -20,7 +20,7 @@ from tests.unit.recording import session
 
 
 def corners(seq: int, boot_id: int = 1) -> MarkerCorners:
-    return MarkerCorners(seq=seq, capture_ns=session.START_NS + seq, boot_id=boot_id, found=True)
+    return MarkerCorners(seq=seq, capture_ns=session.START_NS + seq, boot_id=boot_id, corners_px=(1.0,) * 8, found=True)
 
 
 def logged(path: Path) -> list[str]:
@@ -113,12 +113,14 @@ def test_a_miss_is_recorded(tmp_path: Path) -> None:
     assert open_recording(path).metadata["recorder"]["missed camera/corners"] == "7"
 
 
-def test_a_garbled_payload_is_recorded_as_it_came(tmp_path: Path) -> None:
+def test_a_garbled_payload_that_a_recording_holds_is_left_out_and_counted(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with Recording(path, provenance=session.provenance()) as recording:
         recording.write(Received("camera/corners", receive_ns=session.START_NS, payload=b"\xff\xff\xff"))
-    (item,) = open_recording(path).messages()
-    assert (item.payload, item.publish_ns) == (b"\xff\xff\xff", session.START_NS)
+    reader = open_recording(path)
+    assert reader.topics["camera/corners"].count == 1
+    assert not list(reader.messages())
+    assert reader.malformed == {"camera/corners": 1}
 
 
 def test_what_waits_is_flushed_even_when_nothing_comes(tmp_path: Path) -> None:

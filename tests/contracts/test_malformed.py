@@ -1,0 +1,134 @@
+"""A payload that is no message of its topic, whoever sent it: counted, left out, and nobody ends of it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+
+import pytest
+
+from shared import topics, wire
+from shared.bus import Received
+from shared.errors import UserError
+from shared.messages import (
+    ArmReply,
+    BlockPose,
+    JointState,
+    JointTarget,
+    MarkerCorners,
+    Message,
+    PlatformState,
+    Sample,
+    TiltCommand,
+)
+from shared.zenoh_bus import RawSession, ZenohBus
+from tests.contracts.test_bus import endpoint
+
+JUNK = b"\xff" * 13
+"""No protobuf of any class: the tag's number never ends."""
+IMPOSSIBLE: tuple[Message, ...] = (
+    MarkerCorners(corners_px=(1.0, 2.0), found=True),
+    MarkerCorners(corners_px=(float("nan"),) * 8, found=True),
+    PlatformState(qw=0.0),
+    PlatformState(qw=float("inf")),
+    BlockPose(qw=0.0, found=True),
+    JointState(name=("a", "b"), position_rad=(1.0,)),
+    JointTarget(position_rad=(1.0,), velocity_rad_s=()),
+    TiltCommand(angle_rad=float("nan")),
+    Sample(euler_rad=(0.0,)),
+)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A bus, and a stranger that reaches it with plain bytes."""
+
+    bus: ZenohBus
+    stranger: RawSession
+
+    def put(self, name: str, payload: bytes) -> None:
+        self.stranger.put(f"repose/rig/{name}", payload)
+
+    def wait(self, happened: Callable[[], bool]) -> None:
+        end = time.monotonic() + 30.0
+        while not happened():
+            assert time.monotonic() < end, "it did not come to pass"
+            self.bus.poll(0.01)
+
+
+@pytest.fixture
+def network() -> Generator[Network]:
+    at = endpoint()
+    with ZenohBus("rig", listen=[at]) as bus:
+        stranger = RawSession(connect=[at])
+        yield Network(bus, stranger)
+        stranger.close()
+
+
+@pytest.mark.parametrize("name", topics.TOPICS)
+def test_junk_on_a_topic_reaches_nobody(network: Network, name: str, caplog: pytest.LogCaptureFixture) -> None:
+    heard, recorded = list[Received](), list[Received]()
+    network.bus.subscribe(name, heard.append)
+    network.bus.subscribe(name, recorded.append, direct=True)
+    good = wire.encode(topics.topic(name).message())
+
+    def one_came() -> bool:
+        network.put(name, JUNK)
+        network.put(name, good)
+        return bool(heard)
+
+    with caplog.at_level(logging.WARNING):
+        network.wait(one_came)
+    assert {received.payload for received in [*heard, *recorded]} == {good}
+    assert network.bus.malformed[name] >= 1
+    assert f"malformed messages on {name}" in caplog.text
+
+
+@pytest.mark.parametrize("name", topics.SERVICES)
+def test_junk_as_a_question_is_not_answered(network: Network, name: str) -> None:
+    """The server goes on: what is asked well is answered afterwards."""
+    line, asked = topics.SERVICES[name], list[Message]()
+
+    def serve(message: Message) -> Message:
+        asked.append(message)
+        return line.reply()
+
+    network.bus.serve(name, serve)
+    query = network.stranger._session.get  # pyright: ignore[reportPrivateUsage]: the library itself, as a stranger has it
+    query(f"repose/rig/{name}", payload=JUNK, timeout=20.0)
+    network.wait(lambda: network.bus.malformed[name] == 1)
+    assert not asked
+    query(f"repose/rig/{name}", payload=wire.encode(line.request()), timeout=20.0)
+    network.wait(lambda: bool(asked))
+
+
+def test_an_answer_that_is_none_counts_as_none(network: Network) -> None:
+    at, replies = endpoint(), list[Message | None]()
+    with ZenohBus("rig", listen=[at]) as asker:
+        server = RawSession(connect=[at])
+        key = "repose/rig/arm/command"
+        session = server._session  # pyright: ignore[reportPrivateUsage]: as above
+        answering = session.declare_queryable(key, lambda query: query.reply(key, JUNK))
+        time.sleep(0.5)
+        asker.request("arm/command", TiltCommand(), replies.append, timeout_s=5.0)
+        end = time.monotonic() + 20.0
+        while not replies and time.monotonic() < end:
+            asker.poll(0.01)
+        answering.undeclare()
+        server.close()
+        assert replies == [None]
+        assert asker.malformed["arm/command"] == 1
+
+
+@pytest.mark.parametrize("message", IMPOSSIBLE, ids=lambda message: type(message).__name__)
+def test_what_parses_and_cannot_be_is_no_message(message: Message) -> None:
+    with pytest.raises(UserError, match=f"Expected a {wire.schema_name(type(message))}, got "):
+        wire.decode(type(message), wire.encode(message))
+
+
+@pytest.mark.parametrize("name", topics.TOPICS)
+def test_what_a_sender_leaves_at_its_defaults_is_possible(name: str) -> None:
+    assert topics.topic(name).message().impossible() == ""
+    assert ArmReply().impossible() == ""
