@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -23,8 +24,11 @@ import pytest
 from pi_agent.__main__ import main as pi_agent
 from pi_agent.calibration import command as calibration
 from station.__main__ import main as station
+from station.recording.tables import write_samples
 from tests.readmes.blocks import ROOT, blocks
 from tests.system.processes import rig_file
+from tests.unit.gap.recorded import GOLDEN
+from tests.unit.gap.tables import samples
 from tests.unit.recording.test_importers import made_up
 
 ELSEWHERE = {
@@ -33,7 +37,10 @@ ELSEWHERE = {
     "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station prove": "hundreds of runs: tests/recovery/test_prove.py",
-    "station diagnose sim.mcap --simulate mujoco": "minutes of MuJoCo: tests/unit/gap/test_report.py",
+    "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/gap/test_report.py",
+    "station diagnose sim.mcap --report": "an overlay needs twenty runs: tests/unit/gap/test_overlay.py",
+    "station diagnose session.mcap --overlay": "likewise",
+    "station compare-angles": "5050 readings a sensor: tests/system/test_angle_comparison.py",
     "station deploy": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
 }
@@ -45,7 +52,6 @@ SHORTER = {
 """The same for less time."""
 
 CLOCK = ("apt-get install chrony", "printf 'allow")
-ENOUGH_TO_DIAGNOSE = 24
 MADE = "--out --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""
 
@@ -68,10 +74,6 @@ def here(folders: Path, readme: str, line: str, monkeypatch: pytest.MonkeyPatch)
     if not folder.exists():
         _furnish(folder)
     monkeypatch.chdir(folder)
-    if " diagnose " in line and not (folder / "session.mcap").exists():
-        for name in ("session.mcap", "sim.mcap"):
-            _session(folder / name)
-        assert station(["samples", "session.mcap", "--csv", "samples.csv"]) == 0
     return folder
 
 
@@ -80,12 +82,9 @@ def _furnish(folder: Path) -> None:
     (folder / "deploy").symlink_to(ROOT / "deploy")
     rig_file(folder, name="rig")
     made_up(folder / "tosses.parquet")
-
-
-def _session(path: Path) -> None:
-    """A session of runs enough for a diagnosis, in place of one of that name."""
-    words = ["run", "--lockstep", "--samples", str(ENOUGH_TO_DIAGNOSE), "--seed", "1", "--overwrite"]
-    assert station([*words, "--out", str(path)]) == 0
+    (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
+    shutil.copy(GOLDEN, folder / "session.mcap")
+    write_samples(samples(), folder / "samples.csv")
 
 
 @pytest.mark.parametrize(("readme", "line"), lines())
@@ -112,14 +111,16 @@ def _ours(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     program, *words = shlex.split(line)
-    for option, name in zip(words, words[1:], strict=False):
+    for option, name in pairwise(words):
         if Path(name).suffix in {".toml", ".mcap", ".csv"} and option not in MADE.split():
             assert Path(name).is_file(), f"nothing has made {name}"
     if program == "pi-agent":
         monkeypatch.setattr(calibration, "run", lambda _options: 0)
         assert pi_agent(words) == 0
         return
-    monkeypatch.setattr(importlib.import_module(f"station.app.commands.{words[0]}"), "run", lambda _options: 0)
+    monkeypatch.setattr(
+        importlib.import_module(f"station.app.commands.{words[0].replace('-', '_')}"), "run", lambda _options: 0
+    )
     assert station(words) == 0
 
 
@@ -137,8 +138,9 @@ def _copied(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _in_a_shell(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
-    if shutil.which(line.split()[0]) is None:
-        pytest.skip(f"no {line.split()[0]} here: apt-get install {line.split()[0]}")
+    program = line.partition(" ")[0]
+    if shutil.which(program) is None:
+        pytest.skip(f"no {program} here: apt-get install {program}")
     done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
@@ -148,10 +150,8 @@ def _activated(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
     script = Path(sys.prefix) / "bin" / "activate"
     if not script.exists():
         pytest.skip("the tests run in no virtual environment")
-    done = subprocess.run(
-        ["bash", "-c", f"{line.replace('.venv/bin/activate', shlex.quote(str(script)))} && command -v station pi-agent"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    words = f"{line.replace('.venv/bin/activate', shlex.quote(str(script)))} && command -v station pi-agent"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=True)
     assert [Path(found).parent for found in done.stdout.split()] == [script.parent] * 2
     told = subprocess.run(["make", "-n", "run"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert line in told.stdout, "`make run` ends with the same line"
