@@ -51,6 +51,9 @@ SHORTER = {
 }
 """The same for less time."""
 
+FINDS = {"station analyze sim.mcap --out report": 1}
+"""Its exit status 1 says that three slides are too few to test anisotropy."""
+
 CLOCK = ("apt-get install chrony", "printf 'allow")
 MADE = "--out --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""
@@ -106,7 +109,7 @@ def _ours(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
         whole = Path("sim.mcap").read_bytes()
         Path("killed.mcap.partial").write_bytes(whole[: len(whole) * 2 // 3])
     program, *words = shlex.split(line)
-    assert (station if program == "station" else pi_agent)(words) == 0
+    assert (station if program == "station" else pi_agent)(words) == FINDS.get(line, 0)
 
 
 def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
