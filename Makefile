@@ -9,6 +9,7 @@ SEED ?= 1
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
+	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
 # Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed; which of
 # them may run side by side is said in tests/system/conftest.py. The small proof takes longest, and begins first.

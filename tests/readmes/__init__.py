@@ -1,0 +1,1 @@
+"""What the READMEs show: each code block is run, read or parsed by a test."""

@@ -1,0 +1,204 @@
+"""Every line of shell in every README, in the order of reading, in a folder like the reader's.
+
+Most lines are run as they stand, on a short session. Those in ELSEWHERE are only read, by the real parser of their
+command, and the files that they take must be there: another test runs what they start. Of `make`, of pytest and of the
+generators it is looked up that what is asked for exists; `uv tool install` must name this distribution. The two lines
+that change the laptop's clock are read by nobody. A line that nothing here knows fails.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from pi_agent.__main__ import main as pi_agent
+from pi_agent.calibration import command as calibration
+from station.__main__ import main as station
+from station.recording.tables import write_samples
+from tests.readmes.blocks import ROOT, blocks
+from tests.system.processes import rig_file
+from tests.unit.gap.recorded import GOLDEN
+from tests.unit.gap.tables import samples
+from tests.unit.recording.test_importers import made_up
+
+ELSEWHERE = {
+    "station arm --rig": "runs until it is stopped: tests/system/test_arm_process.py",
+    "station run --rig": "needs the other processes of a rig: tests/system/test_rig.py",
+    "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
+    "station study": "6330 samples: tests/recovery/test_study.py does twenty",
+    "station prove": "hundreds of runs: tests/recovery/test_prove.py",
+    "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/gap/test_report.py",
+    "station diagnose sim.mcap --report": "an overlay needs twenty runs: tests/unit/gap/test_overlay.py",
+    "station diagnose session.mcap --overlay": "likewise",
+    "station compare-angles": "5050 readings a sensor: tests/system/test_angle_comparison.py",
+    "station deploy": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
+    "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
+}
+SHORTER = {
+    "--samples 500": "--samples 3",
+    "station record": "station record --seconds 0.5",
+    "replay --bus": "replay --speed 1000 --bus",
+}
+"""The same for less time."""
+
+FINDS = {"station analyze sim.mcap --out report": 1}
+"""Its exit status 1 says that three slides are too few to test anisotropy."""
+
+CLOCK = ("apt-get install chrony", "printf 'allow")
+MADE = "--out --csv --parquet --report --overlay --model --keyout"
+"""Options before the name of a file that the line makes."""
+
+
+def lines() -> list[tuple[str, str]]:
+    """README and line, without the comment at its end."""
+    found = [(block.readme, re.sub(r"\s+#\s.*$", "", line)) for block in blocks("sh") for line in block.lines()]
+    return [(readme, line) for readme, line in found if not line.startswith(CLOCK)]
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("readmes")
+
+
+@pytest.fixture
+def here(folders: Path, readme: str, line: str, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The README's folder, with what its lines take from elsewhere; later lines find what earlier ones made."""
+    folder = folders / readme.replace("/", "-")
+    if not folder.exists():
+        _furnish(folder)
+    monkeypatch.chdir(folder)
+    return folder
+
+
+def _furnish(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "deploy").symlink_to(ROOT / "deploy")
+    rig_file(folder, name="rig")
+    made_up(folder / "tosses.parquet")
+    (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
+    shutil.copy(GOLDEN, folder / "session.mcap")
+    write_samples(samples(), folder / "samples.csv")
+
+
+@pytest.mark.parametrize(("readme", "line"), lines())
+def test_it_works_as_it_stands(readme: str, line: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = next(word for word in line.split() if "=" not in word)
+    kinds = {name: action for name, action in PROGRAMS.items() if program.endswith(name)}
+    assert kinds, f"no test knows the program of this line of {readme}: {line}"
+    next(iter(kinds.values()))(line, monkeypatch)
+
+
+def _ours(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command of Repose: run, or parsed by its own parser."""
+    if any(line.startswith(start) for start in ELSEWHERE):
+        _parsed(line, monkeypatch)
+        return
+    for long, short in SHORTER.items():
+        line = line.replace(long, short)
+    if " repair " in line:  # as a kill leaves it
+        whole = Path("sim.mcap").read_bytes()
+        Path("killed.mcap.partial").write_bytes(whole[: len(whole) * 2 // 3])
+    program, *words = shlex.split(line)
+    assert (station if program == "station" else pi_agent)(words) == FINDS.get(line, 0)
+
+
+def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    program, *words = shlex.split(line)
+    for option, name in pairwise(words):
+        if Path(name).suffix in {".toml", ".mcap", ".csv"} and option not in MADE.split():
+            assert Path(name).is_file(), f"nothing has made {name}"
+    if program == "pi-agent":
+        monkeypatch.setattr(calibration, "run", lambda _options: 0)
+        assert pi_agent(words) == 0
+        return
+    monkeypatch.setattr(
+        importlib.import_module(f"station.app.commands.{words[0].replace('-', '_')}"), "run", lambda _options: 0
+    )
+    assert station(words) == 0
+
+
+def _deploy(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """deploy.sh is `station deploy` (tests/unit/deploy/test_command.py)."""
+    _parsed(line.replace("deploy/deploy.sh", "station deploy"), monkeypatch)
+
+
+def _copied(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    """The copy is a rig file; the one that the commands get is the simulated rig's, which has no Pi."""
+    kept = Path("rig.toml").read_bytes()
+    _in_a_shell(line, _monkeypatch)
+    assert tomllib.loads(Path("rig.toml").read_text(encoding="utf-8"))["id"]
+    Path("rig.toml").write_bytes(kept)
+
+
+def _in_a_shell(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    program = line.partition(" ")[0]
+    if shutil.which(program) is None:
+        pytest.skip(f"no {program} here: apt-get install {program}")
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def _activated(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    """The environment's own script, wherever the tests' environment lies; then both commands are found in it."""
+    script = Path(sys.prefix) / "bin" / "activate"
+    if not script.exists():
+        pytest.skip("the tests run in no virtual environment")
+    words = f"{line.replace('.venv/bin/activate', shlex.quote(str(script)))} && command -v station pi-agent"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=True)
+    assert [Path(found).parent for found in done.stdout.split()] == [script.parent] * 2
+    told = subprocess.run(["make", "-n", "run"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert line in told.stdout, "`make run` ends with the same line"
+
+
+def _made(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What make would do; the rig of `make run` is read by its parser, and run by tests/system/test_rig.py."""
+    done = subprocess.run(["make", "-n", *shlex.split(line)[1:]], cwd=ROOT, capture_output=True, text=True, check=True)
+    for rig in re.findall(r"\.venv/bin/(station rig .*)", done.stdout):
+        _parsed(rig, monkeypatch)
+
+
+def _installed(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert shlex.split(line)[-1].partition("[")[0] == project["name"]
+
+
+def _tests(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    named = [word for word in shlex.split(line) if word.startswith("tests/")]
+    assert named
+    assert all((ROOT / name).exists() for name in named)
+
+
+def _script(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    _in_a_shell(f"bash -n {line}", monkeypatch)
+
+
+def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    """The line is a form to fill in: each of its options is one; tests/unit makes cases with it."""
+    words = [sys.executable, *shlex.split(line)[1:3], "--help"]
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert set(re.findall(r"--[a-z]+", line)) <= set(re.findall(r"--[a-z]+", told))
+
+
+PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
+    "station": _ours,
+    "pi-agent": _ours,
+    "deploy.sh": _deploy,
+    "test_in_arm64.sh": _script,
+    "cp": _copied,
+    "openssl": _in_a_shell,
+    "make": _made,
+    "uv": _installed,
+    "pytest": _tests,
+    "python": _generator,
+    ".": _activated,
+}
