@@ -20,7 +20,7 @@ VIEW, PARQUET, ARM = {"rerun", "rerun_cli"}, {"pyarrow"}, {"ssik"}
 OTHERS = {"rosbags", "natnet", "pymavlink", "serial", "sklearn", "pysindy"}
 BEYOND_STATION = VIEW | PARQUET | ARM | OTHERS
 """What is imported from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
-STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "ruckig", "scipy", "tomli_w", "zstandard"}
+STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "scipy", "tomli_w", "zstandard"}
 # The environment sees the packages of this one, less those named in LACKING, as if they were not installed.
 LACKING = """\
 import os, sys
