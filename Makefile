@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test lint setup lock bench clean
+.PHONY: run test test-portable lint setup lock bench clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -16,6 +16,11 @@ run: setup
 test: setup lint
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py tests --ignore=tests/system
 	$(BIN)/pytest -n 2 --dist loadgroup tests/system
+
+# The same tests as on other processors, in other thread counts and on a busy machine: a table of what fails where. All of
+# it takes hours; e.g. make test-portable ARGS="--variant plainest tests/unit", or ARGS=--list for the variants.
+test-portable: setup
+	$(BIN)/python -m tests.portable $(ARGS)
 
 lint: setup
 	$(BIN)/ruff check .

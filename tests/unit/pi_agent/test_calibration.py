@@ -335,7 +335,10 @@ def test_the_scatter_is_that_of_the_corners():
     scatter = measure_scatter(frames, rig(), info)
     observer = Observer(rig(), info)
     corners = np.array([observer.block(Frame(f, n * 10**7, n)).corners_px for n, f in enumerate(frames)])
-    assert scatter.sigma_px == pytest.approx(float(np.sqrt(corners.var(axis=0, ddof=1).mean())), rel=1e-6)
+    # The agent stamps frames as they come, and the tracker smooths by those times: what that changes may not show
+    # beside the standard error of a deviation from so many frames.
+    standard_error = 1 / math.sqrt(2 * (len(frames) - 1) * corners.shape[1])
+    assert scatter.sigma_px == pytest.approx(np.sqrt(corners.var(axis=0, ddof=1).mean()), rel=0.1 * standard_error)
     assert 0.001 < scatter.sigma_px < 0.05
     noisy, info = resting(60, options=SyntheticOptions(full_scale_e=1500.0, read_noise_e=12.0))
     assert measure_scatter(noisy, rig(), info).sigma_px > 1.5 * scatter.sigma_px
