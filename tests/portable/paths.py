@@ -15,7 +15,8 @@ from pathlib import Path
 import cv2
 import numba
 import numpy as np
-from numpy._core import _multiarray_umath as core  # pyright: ignore[reportPrivateUsage]  # no public name tells it
+from numba.core import config as numba_config
+from numpy._core import _multiarray_umath as core  # pyright: ignore  # no public name tells it
 
 CORE_NAMES = ("scipy_openblas_get_corename64_", "scipy_openblas_get_corename", "openblas_get_corename")
 """The functions by which numpy's and scipy's copies of OpenBLAS name the processor that they work for."""
@@ -43,7 +44,7 @@ def paths() -> Paths:
         ),
         ipp=bool(cv2.ipp.useIPP()),
         openblas=_openblas(),
-        numba=str(numba.config.CPU_NAME or "host"),  # pyright: ignore[reportAttributeAccessIssue]  # made at import
+        numba=str(numba_config.CPU_NAME or "host"),  # pyright: ignore  # made when it is imported
         libm=_libm(),
         threads=(cv2.getNumThreads(), numba.get_num_threads()),
     )

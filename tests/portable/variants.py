@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from tests.portable.paths import Paths
 
@@ -72,5 +73,6 @@ def taken(variant: Variant) -> Paths:
     """The code paths that a fresh process takes under a variant."""
     words = [sys.executable, "-m", "tests.portable.paths"]
     done = subprocess.run(words, env={**os.environ, **variant.environment}, capture_output=True, text=True, check=True)
-    found = json.loads(done.stdout)
-    return Paths(**{name: tuple(value) if isinstance(value, list) else value for name, value in found.items()})
+    found: dict[str, Any] = json.loads(done.stdout)
+    lists = {name: tuple[Any, ...](value) for name, value in found.items() if isinstance(value, list)}
+    return Paths(**(found | lists))

@@ -6,6 +6,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,8 @@ from station.app.lockstep import Lockstep
 from station.app.processes import StopRequest
 from station.recording.reader import digest, open_recording
 from station.recording.writer import Recording
+from tests.portable.paths import paths
+from tests.portable.variants import PLAINEST, variants
 
 SAMPLES = 2
 
@@ -41,6 +44,16 @@ def everything_in(path: Path) -> str:
     return total.hexdigest()
 
 
+def simulate_elsewhere(path: Path, environment: Mapping[str, str]) -> Path:
+    """Records the first session in a process of its own, with more variables in its environment."""
+    program = (
+        "from pathlib import Path; from tests.unit.app.test_lockstep import simulate;"
+        f"simulate(Path({str(path)!r}), seed=5)"
+    )
+    subprocess.run([sys.executable, "-c", program], env={**os.environ, **environment}, check=True, timeout=250)
+    return path
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return simulate(tmp_path_factory.mktemp("lockstep") / "first.mcap", seed=5)
@@ -54,14 +67,22 @@ def test_the_same_seed_gives_the_same_bytes(session: Path, tmp_path: Path) -> No
 
 def test_another_process_gives_the_same_bytes(session: Path, tmp_path: Path) -> None:
     """Another process has other hashes, addresses and alignments; none of them may reach the measurements."""
-    path = tmp_path / "elsewhere.mcap"
-    program = (
-        "from pathlib import Path; from tests.unit.app.test_lockstep import simulate;"
-        f"simulate(Path({str(path)!r}), seed=5)"
-    )
-    other = {**os.environ, "PYTHONHASHSEED": "77", "PYTHONMALLOC": "malloc"}
-    subprocess.run([sys.executable, "-c", program], env=other, check=True, timeout=120)
+    path = simulate_elsewhere(tmp_path / "elsewhere.mcap", {"PYTHONHASHSEED": "77", "PYTHONMALLOC": "malloc"})
     assert everything_in(path) == everything_in(session)
+
+
+def test_another_processor_takes_the_same_decisions_and_measures_the_same_onsets(session: Path, tmp_path: Path) -> None:
+    """Last bits differ, and contacts make more of them; no command, no event and no digit of the table may change."""
+    plainest = next(one for one in variants(paths()) if one.name == PLAINEST)
+    other = simulate_elsewhere(tmp_path / "plainest.mcap", plainest.environment)
+    ours, theirs = (open_recording(path) for path in (session, other))
+    decided, decided_there = (
+        [(item.topic, item.message) for item in reader.messages({"arm/command", "session/event"})]
+        for reader in (ours, theirs)
+    )
+    assert decided == decided_there
+    onsets, onsets_there = ([sample.onset_angle_rad for sample in reader.samples()] for reader in (ours, theirs))
+    assert onsets_there == pytest.approx(onsets, abs=1e-5)  # a tenth of the table's last digit, 0.01 degrees
 
 
 def test_another_seed_gives_another_session(session: Path, tmp_path: Path) -> None:

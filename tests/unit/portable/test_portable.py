@@ -101,8 +101,7 @@ def test_a_variant_that_is_not_here_is_one_sentence(capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize("way", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_the_load_ends_with_the_process_that_started_it(way: signal.Signals):
     words = [sys.executable, "-c", LOADED]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-    with subprocess.Popen(words, cwd=ROOT, text=True, **pipes) as process:
+    with subprocess.Popen(words, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout
         assert process.stdout.readline() == "ready\n"
         process.send_signal(way)
