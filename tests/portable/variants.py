@@ -74,5 +74,5 @@ def taken(variant: Variant) -> Paths:
     words = [sys.executable, "-m", "tests.portable.paths"]
     done = subprocess.run(words, env={**os.environ, **variant.environment}, capture_output=True, text=True, check=True)
     found: dict[str, Any] = json.loads(done.stdout)
-    lists = {name: tuple[Any, ...](value) for name, value in found.items() if isinstance(value, list)}
-    return Paths(**(found | lists))
+    lists: dict[str, Any] = {name: tuple(value) for name, value in found.items() if isinstance(value, list)}
+    return Paths(**{**found, **lists})
