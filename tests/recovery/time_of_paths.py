@@ -78,7 +78,7 @@ def lead_of(signals: Signals, *, reach_m: float, above_pivot_m: float = 0.0) -> 
     if not slides:
         raise ValueError(f"expected slides of {LEAST_FRAMES} frames and more, found none")
     courses = [_course(slide) for slide in slides]
-    found, noise = np.zeros(2), np.ones(len(slides))
+    found, sds, noise = np.zeros(2), np.full(2, np.inf), np.ones(len(slides))
     for _ in range(ROUNDS):
         normal, right = np.zeros((2, 2)), np.zeros(2)
         rest: list[tuple[Array, Array]] = []
