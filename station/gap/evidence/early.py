@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.gap.evidence.driving import driving
 from station.gap.evidence.evidence import Setting
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.tracks import RunTrack
@@ -88,20 +89,19 @@ def _loaded(track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], wa
     time_s: Array = np.asarray((time_ns - track.slip_ns) * 1e-9, dtype=np.float64)
     grid_s = np.arange(time_s[0] - GRID_S, time_s[-1] + 2 * GRID_S, GRID_S)
     at = plate.at(track.slip_ns + np.round(grid_s * 1e9).astype(np.int64))
-    still_pull, still_press = GRAVITY_M_S2 * (at.gravity[:, :2] @ way), -GRAVITY_M_S2 * at.gravity[:, 2]
-    place = np.append(np.median(track.pose[track.frames(int(time_ns[0]), track.slip_ns), :2], axis=0), 0.0)
-    velocity = _speed(time_s, path_m, grid_s)[:, None] * np.append(way, 0.0)
-    swing = np.cross(at.rate_rad_s, np.cross(at.rate_rad_s, place)) + np.cross(at.acceleration_rad_s2, place)
-    tilt_rad = _still_tilt(at.tilt_rad, still_pull - swing[:, :2] @ way, still_press + swing[:, 2], still_pull)
-    swing = swing + 2.0 * np.cross(at.rate_rad_s, velocity)
+    place = np.median(track.pose[track.frames(int(time_ns[0]), track.slip_ns), :2], axis=0)
+    places = np.broadcast_to(place, (len(grid_s), 2))
+    resting = driving(at, places, np.zeros_like(places))
+    sliding = driving(at, places, _speed(time_s, path_m, grid_s)[:, None] * way)
+    still_pull = GRAVITY_M_S2 * (at.gravity[:, :2] @ way)
     return Early(
         time_s=time_s,
         path_m=path_m,
         sigma_m=track.sigma_m,
         grid_s=grid_s,
-        pull=still_pull - swing[:, :2] @ way,
-        press=still_press + swing[:, 2],
-        tilt_rad=tilt_rad,
+        pull=sliding[:, :2] @ way,
+        press=-sliding[:, 2],
+        tilt_rad=_still_tilt(at.tilt_rad, resting[:, :2] @ way, -resting[:, 2], still_pull),
         plate_rad=at.tilt_rad,
     )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.gap.evidence.driving import fictitious
 from station.gap.evidence.plate import Attitude, Times
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
 from station.physics.effect import Effect
@@ -78,7 +79,8 @@ class Moments:
         self._rested_at = rested_at
         self._steeper_rad = steeper_rad
         self._at_rest = at_rest
-        self._contact = self._contact_with(attitude(0.0))
+        self._plate = attitude(0.0)
+        self._contact = self._contact_with(self._plate)
         self._last: tuple[Loading, Load] | None = None
 
     def __len__(self) -> int:
@@ -117,24 +119,17 @@ class Moments:
 
     def _loads(self, model: Model) -> Load:
         delay = model.delay_s()
-        contact = self._contact if delay == 0 else self._contact_with(self._attitude(delay))
+        plate = self._plate if delay == 0 else self._attitude(delay)
+        contact = self._contact if delay == 0 else self._contact_with(plate)
         if model.acting("attitude"):
             contact = _turned(contact, model.attitude(contact))
         pulled = _still(contact) if self._at_rest else contact
         push = model.push(pulled)
-        inertial = np.zeros((len(self), 3)) if self._at_rest else self._inertial(contact)
+        inertial = np.zeros((len(self), 3)) if self._at_rest else fictitious(plate, self._place, self._velocity)
         down = np.column_stack([np.cos(contact.down_rad), np.sin(contact.down_rad)])
         tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
         normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[:, 2] - push[:, 2]
         return Load(contact, tangential, np.maximum(normal, 1e-3))
-
-    def _inertial(self, contact: Contact) -> Array:
-        """Coriolis, centrifugal and Euler accelerations (n, 3) in the frame of the turning plate."""
-        rate = contact.rate_rad_s
-        place = np.column_stack([contact.x_m, contact.y_m, np.zeros(len(self))])
-        velocity = np.column_stack([self._velocity, np.zeros(len(self))])
-        euler = np.cross(contact.acceleration_rad_s2, place)
-        return -(2 * np.cross(rate, velocity) + np.cross(rate, np.cross(rate, place)) + euler)
 
     def _contact_with(self, plate: Attitude) -> Contact:
         facts, run = self._facts, self.run

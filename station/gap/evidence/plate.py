@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PPoly
+from scipy.spatial.transform import Rotation
 
+from station.gap.evidence.pivot import pivot_acceleration
 from station.physics.contact import Array
 from station.signals.tracks import AttitudeTrack, MotionTrack
 
@@ -27,13 +29,17 @@ NEAR_S, STILL_RAD = 0.05, 5e-4
 
 @dataclass(frozen=True, eq=False)
 class Attitude:
-    """The plate at n moments: `gravity` a unit vector in P, `rate_rad_s` and `acceleration_rad_s2`; each (n, 3)."""
+    """The plate at n moments: `gravity` a unit vector in P, `rate_rad_s` and `acceleration_rad_s2`; each (n, 3).
+
+    `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point, in P; 0 where it is not known to move.
+    """
 
     gravity: Array
     rate_rad_s: Array
     acceleration_rad_s2: Array
     rising: Array
     step_s: Array
+    pivot_m_s2: Array | float = 0.0
 
     @property
     def tilt_rad(self) -> Array:
@@ -69,6 +75,8 @@ class PlateMotion:
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
+        self._pivot = pivot_acceleration(self._time_s, known.pivot_m)
+        self._attitude = known
 
     def __len__(self) -> int:
         return len(self._time_s)
@@ -91,7 +99,8 @@ class PlateMotion:
             seen = _seen(self._apart(self._swing, seconds), gravity)
             acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
         rising = self._rising[last]
-        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, self._since_step(time_ns, delay_s))
+        since_s = self._since_step(time_ns, delay_s)
+        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, self._pivot_at(seconds))
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
         """When the arm was sent off, from `from_ns` until `to_ns`."""
@@ -101,6 +110,13 @@ class PlateMotion:
     def gravity_at(self, time_ns: Times) -> Array:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))
+
+    def _pivot_at(self, seconds: Array) -> Array | float:
+        """The pivot's acceleration (n, 3) in P."""
+        if self._pivot is None:
+            return 0.0
+        turn = Rotation.from_quat(self._attitude.at(self._origin + np.round(seconds * 1e9)), scalar_first=True)
+        return np.asarray(turn.apply(self._pivot(seconds), inverse=True))
 
     def _rates_at(self, seconds: Array) -> Array:
         return np.column_stack([np.interp(seconds, self._time_s, column) for column in self._rates])

@@ -11,6 +11,7 @@ import numpy as np
 
 from station.gap.evidence.channel import Channel, Rows, rows_of
 from station.gap.evidence.directions import Believed, believed
+from station.gap.evidence.driving import driving
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
@@ -19,7 +20,7 @@ from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.views import block_view
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
-from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
+from station.physics.contact import Array, Contact, View
 from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
@@ -144,17 +145,26 @@ def _velocities(windows: Sequence[Window], way_rad: Array) -> Array:
 
 
 def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
-    """Of gravity along the plate: its mean over each window (n, 2), m/s², less what the nodes alone say."""
+    """What the nodes miss of the means of pull and press over each window (n, 3), m/s²."""
     middle = np.array([(window.from_ns + window.to_ns) // 2 for window in windows])
     half = np.array([0.5 * (window.to_ns - window.from_ns) for window in windows])
+    places = np.array([window.node_pose[:, :2] for window in windows])
+    velocities = np.array([window.node_velocity for window in windows])
 
     def mean(nodes: Array, weights: Array) -> Array:
         time_ns = (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
-        pull = GRAVITY_M_S2 * plate.gravity_at(time_ns)[:, :2]
-        return (pull.reshape(len(windows), len(nodes), 2) * weights[..., None]).sum(axis=1)
+        place, velocity = (_carried(values, nodes) for values in (places, velocities))
+        load = driving(plate.at(time_ns), place, velocity) * (1.0, 1.0, -1.0)
+        return (load.reshape(len(windows), len(nodes), 3) * weights[..., None]).sum(axis=1)
 
     fine = np.array([window.weight for window in windows])
     return mean(FINE_NODES, fine) - mean(NODES, WEIGHTS)
+
+
+def _carried(values: Array, nodes: Array) -> Array:
+    """Values (n, 3, 2) at the windows' nodes, carried on along a straight line to other nodes (k,): (n k, 2)."""
+    slope = (values[:, -1] - values[:, 0]) / (NODES[-1] - NODES[0])
+    return (values.mean(axis=1)[:, None] + slope[:, None] * nodes[None, :, None]).reshape(-1, 2)
 
 
 def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:

@@ -30,9 +30,9 @@ class Motion:
 
     `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
     and those onsets' residuals;
-    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 2) what the three nodes miss of
-    the pull's mean over a window in which the plate is set in motion or stopped; `view` is how the camera sees the
-    nodes.
+    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 3) what the three nodes miss of
+    the means of pull (2) and press over a window in which the plate is set in motion or stopped; `view` is how the
+    camera sees the nodes.
     """
 
     moments: Moments
@@ -40,8 +40,13 @@ class Motion:
     yaw_acceleration_rad_s2: Array
     drawn: Callable[[Model], tuple[Array, Array]] | None = None
     yaw_rate_rad_s: Array | float = 0.0
-    between_m_s2: Array | float = 0.0
+    between_m_s2: Array | None = None
     view: View | None = None
+
+    @property
+    def between(self) -> Array:
+        """See `between_m_s2`: nothing where it is not given."""
+        return np.zeros((len(self.acceleration_m_s2), 3)) if self.between_m_s2 is None else self.between_m_s2
 
     @property
     def reach_m(self) -> Array:
@@ -110,7 +115,7 @@ class _Slides(Channel):
 
     def _force(self, load: Load, toward: Array) -> Array:
         """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
-        gained = self.motion.acceleration_m_s2 - self.motion.between_m_s2
+        gained = self.motion.acceleration_m_s2 - self.motion.between[:, :2]
         gained = (gained * _unit(self._mean(toward))).sum(axis=1)
         return self._mean((load.tangential * toward).sum(axis=1)) - gained
 
@@ -134,7 +139,7 @@ class Along(_Slides):
         self._plain = motion.moments.loads(PLAIN)
         self._sliding = motion.sliding
         self._way = _direction(self._plain.contact.way_rad)
-        self._normal = self._mean(self._plain.normal)
+        self._normal = self._mean(self._plain.normal) + motion.between[:, 2]
         force = self._force(self._plain, self._way) / self._normal
         self._typical = max(float(np.median(force)), LEAST_MU)
         self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
@@ -148,7 +153,9 @@ class Along(_Slides):
         load = self.motion.moments.loads(model)
         changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
         drawn, onset = self._drawn(model)
-        held = self._mean(load.normal * model.friction(load.contact) * self._sliding) * np.exp(drawn)
+        friction = model.friction(load.contact) * self._sliding
+        held = self._mean(load.normal * friction) + self.motion.between[:, 2] * self._mean(friction)
+        held = held * np.exp(drawn)
         changed = self._mean(changed) + self._seen(model, self._way)
         predicted = (held - changed) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset

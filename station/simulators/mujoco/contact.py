@@ -34,7 +34,7 @@ class Contact:
 EXACT = Contact(
     elliptic=True,
     impratio=5e4,
-    solref=(0.01, 1.0),
+    solref=(0.007, 1.0),
     solref_friction=(0.1, 1.0),
     solimp=(0.15, 0.151, 0.001, 0.5, 2.0),
     tolerance=1e-11,

@@ -98,16 +98,19 @@ class Follower:
         self._shakes = bool(model.acting("shaking"))
 
     def step(self, runs: Followed) -> Array:
-        """One step of every run; gives by how much friction exceeds the load, as a share (a,): below 0 it slides."""
-        moving, middle = runs.moving, runs.time_s + 0.5 * runs.step_s
+        """One step of every run; gives by how much friction exceeds the load, as a share (a,): below 0 it slides.
+
+        MuJoCo's Euler step is semi-implicit: the load has to be that of the step's beginning (`TwinWorld` says why).
+        """
+        moving, now = runs.moving, runs.time_s
         blocks = self._blocks(runs)
         speed = np.where(moving, np.hypot(runs.rates[:, 0], runs.rates[:, 1]), 0.0)
         way = np.where(moving, np.arctan2(runs.rates[:, 1], runs.rates[:, 0]), runs.way)
         if not moving.all():
-            _, resting = self._rest.excess(blocks, middle, runs.place, way=runs.way)
+            _, resting = self._rest.excess(blocks, now, runs.place, way=runs.way)
             way = np.where(moving, way, resting)
         at = Motion(runs.place[:, 0], runs.place[:, 1], runs.place[:, 2], speed, way)
-        x, y, normal, contact = self._world.pull(blocks, middle, at)
+        x, y, normal, contact = self._world.pull(blocks, now, at)
         if contact is not None and self._shakes:
             # As in a slide of the planar simulator: a push that sets a block off lasts as long as the slide.
             push = np.where(moving, np.maximum(blocks.shake, 0.0), blocks.shake) * self._world.model.shaking(contact)
@@ -121,10 +124,12 @@ class Follower:
         contact = None if contact is None else facing_to(contact, way)
         hold = self._hold(contact, blocks, moving)
         ellipse = osculating(hold, way)
-        for body, fx, fy, fn, spin, along, across, axis in zip(
-            runs.bodies, *(part.tolist() for part in (x, y, normal, turn, *ellipse)), strict=True
+        thrown = moving & (runs.since_s == 0.0)
+        for body, first, fx, fy, fn, spin, along, across, axis in zip(
+            runs.bodies, *(part.tolist() for part in (thrown, x, y, normal, turn, *ellipse)), strict=True
         ):
-            body.step(Load(pull=(fx, fy, -fn), turn=spin, friction=(along, across), axis_rad=axis))
+            step = body.begin if first else body.step
+            step(Load(pull=(fx, fy, -fn), turn=spin, friction=(along, across), axis_rad=axis))
         if contact is not None and self._creeps:
             crept = self._world.model.creep(replace(contact, way_rad=contact.down_rad)) * runs.step_s[:, None]
             for body, (dx, dy), slides in zip(runs.bodies, crept.tolist(), moving.tolist(), strict=True):
@@ -161,8 +166,9 @@ class Follower:
         runs.since_s = runs.since_s + runs.step_s
         least = np.where(runs.since_s < SETTLES_S, UNSETTLED * GOES_M_S, GOES_M_S)
         begins = ~runs.moving & (speed > least) & (speed > slower)
-        # Load above the limit grows evenly at first, and the speed with the square of the time: it began 2 v / a ago.
-        since = 2.0 * runs.step_s * speed / np.maximum(speed - slower, 1e-9)
+        # Load above the limit grows evenly at first, and the speed with the square of the time: it began 2 v / a before
+        # the moment of that speed, half a step ago.
+        since = 0.5 * runs.step_s + 2.0 * runs.step_s * speed / np.maximum(speed - slower, 1e-9)
         runs.slid_from_s[begins] = (runs.time_s - np.minimum(since, LATEST_S))[begins]
         runs.from_place[begins] = before[begins, :2]
         ends = self._world.commands.time_s

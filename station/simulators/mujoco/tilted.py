@@ -165,8 +165,20 @@ class TiltedBlock:
         self.qvel[0], self.qvel[1], self.qvel[-1] = velocity
         self.data.qacc_warmstart[:] = 0.0
 
+    def begin(self, load: Load) -> None:
+        """The first step of a block that is laid down moving: half a kick.
+
+        MuJoCo's velocities belong to the middles between places (a leapfrog), but the one given to the beginning. With
+        a whole kick a block that is slowed by 2 m/s² would be 2 mm/s too slow from then on.
+        """
+        place, velocity = self.qpos.copy(), self.qvel.copy()
+        self.step(load)
+        self.qvel[:] = 0.5 * (velocity + self.qvel)
+        self.qpos[:] = place
+        mj.mj_integratePos(self._plate.model, self.qpos, self.qvel, self._plate.setup.step_s)
+
     def step(self, load: Load) -> None:
-        """One time step."""
+        """One time step under the load at its beginning."""
         plate = self._plate
         plate.set_load(load)
         self.data.qfrc_applied[-1] = load.turn * plate.inertia

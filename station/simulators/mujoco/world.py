@@ -1,24 +1,21 @@
 """The twin's world: an arm that follows joint set-points, and a block that sticks to its plate until the right angle.
 
-Most of a session nothing slips, and the world does not compute what cannot happen (`savings`):
+The arm, which feels nothing of a loose block, goes ahead by one step a look (10 ms), and is read at the moment asked
+for. A loose block follows in its own steps (`stepping`), in which no time is saved. Between looks the world decides
+what the block is: a part of the plate while it sticks below `LETS_GO`, held by contact above, a new contact after a
+slide. What cannot happen is not computed, and `savings` says what that is:
 - while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
   and time is skipped;
-- while the block sticks below `LETS_GO` it is a part of the plate, above it is held by contact;
-- a part of the plate that is far from letting go is looked at less often;
-- a loose block that lies still makes fewer and longer steps, and is asked less often whether it holds;
-- one that the foam presses on, which creeps as the plate tilts, is stepped in every fifth look;
+- a part of the plate that is far from letting go is looked at less often, as is a block that the foam presses on;
+- a loose block that lies still is asked less often whether it holds;
 - the foam is looked at only when the block could reach it before the next look.
 A test compares onsets with and without these.
-
-The arm, which feels nothing of a loose block, goes ahead by one step a look, and is read at the moment asked for; a
-block that moves follows in its own steps.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,32 +25,22 @@ from station.simulators.mujoco import grip, model
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import BlockEngine
 from station.simulators.mujoco.engines import Engines
-from station.simulators.mujoco.influence import BlockState, Influence, Slides, times
+from station.simulators.mujoco.influence import Influence
 from station.simulators.mujoco.poses import LEAN_RAD, Joints, PlatePose, Pose, plate_pose, standing
+from station.simulators.mujoco.savings import EVERYTHING, SAVING, SPENT_M_S2
 from station.simulators.mujoco.servo import Servo
 from station.simulators.mujoco.specimen import Block, Friction, FrictionDraw, Plate
+from station.simulators.mujoco.stepping import STEP_NS, STEP_S, Mechanism, settle, step
 
 FLOATS = NDArray[np.float64]
-STEP_NS = 2_000_000
-STEP_S = STEP_NS * 1e-9
 LOOK = 5
 LOOK_NS = LOOK * STEP_NS
 LOOK_S = LOOK_NS * 1e-9
 """The block's time steps from one look at it to the next, and how long they take (10 ms): one step of the arm."""
-LONG = 3
-"""So many steps a look are enough for a block that lies still, or creeps by less than `QUIET_M` as the foam gives way.
-
-With two, of 5 ms, it creeps on a slope as well, and its onset is early by hundredths of a degree.
-"""
-KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
-"""How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
-left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
 UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
-PRESSED_M_S2, DOZES = 0.3, 4
-"""The foam's push per mass from which on a block that lies still is left alone for so many looks at a time."""
 LEANING = 0.95
 """The same two, times this, for a block that leans on the foam, whose force is known less exactly.
 
@@ -96,8 +83,7 @@ class TwinWorld:
         influence: Influence | None = None,
     ) -> None:
         self.arm, self.friction = arm, friction
-        self._influence, self._slid_ns, self._slides = influence, start_ns, 0
-        self._sliding = Slides()
+        self._mechanism = Mechanism(influence, start_ns=start_ns)
         self.block, self.plate = block or Block(), plate or Plate()
         base = np.eye(4) if world_from_base is None else world_from_base
         scene = model.Scene(
@@ -118,11 +104,13 @@ class TwinWorld:
         self._reach: list[float] = model.reach_m(arm).tolist()
         self._reach_m = math.hypot(*self._reach)
         self._motion = grip.PlateMotion()
-        self._rng, self._savings = rng, savings
+        self._rng, self._savings = rng, SAVING if savings else EVERYTHING
         self._time_ns = self._asked_ns = start_ns
         """The time of the arm's state, which is less than a look ahead of the time asked for."""
         self._steps_left = 0
-        """Steps of the look under way that a loose block has still to make; none between looks."""
+        """Steps of the look under way that a loose block has still to make."""
+        self._looking = False
+        """True from the arm's step until the look that follows it."""
         self._untaken = self._left_out = 0
         """Looks since the plate's motion was taken note of, and how many of them may be left out."""
         self._read: tuple[FLOATS, FLOATS, FLOATS] | None = None
@@ -157,9 +145,9 @@ class TwinWorld:
 
     def _pass_time(self) -> None:
         """Goes from look to look until the time asked for, or until all is at rest."""
-        if self._steps_left:
+        if self._looking:
             self._go_on()
-        while not (self._steps_left or self._resting) and self._time_ns < self._asked_ns:
+        while not (self._looking or self._resting) and self._time_ns < self._asked_ns:
             self._begin_look()
             self._go_on()
 
@@ -171,63 +159,35 @@ class TwinWorld:
             self._unweld()
         arm.step(wanted_rad_s=wanted)
         self._time_ns += LOOK_NS
-        self._steps_left = LOOK
+        self._steps_left, self._looking = LOOK, True
         self._untaken += 1
         if self._loose is not None and not self._left_out:
             self._take_motion()
 
     def _go_on(self) -> None:
-        """Brings the look under way to its end, or a block that moves to the time asked for."""
+        """Brings the look under way to its end, or a block that moves to its first step from the time asked for on."""
         late = self._time_ns - self._asked_ns
         if late > 0:
             if not self.block_at_rest:
-                self._step_block(self._steps_left + (-late // STEP_NS))
+                self._step_block(self._steps_left - late // STEP_NS)
             return
         if not (0 < self._untaken <= self._left_out and self._servo.moving):
             if self._untaken:
                 self._take_motion()
             self._step_block(self._steps_left)
             self._look()
-        self._steps_left = 0
+        self._steps_left, self._looking = 0, False
 
     def _step_block(self, count: int) -> None:
         """Moves a loose block as the plate moves under it meanwhile."""
         block = self._loose
         if block is None or count <= 0:
             return
-        if self._influence is not None:
-            self._step_under(self._influence, block, count)
-            return
-        ago_s = (self._steps_left - 0.5 * count) * STEP_S
-        pull = self._motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s)
-        if self._savings and count == LOOK and self.block_at_rest:
-            block.step(LONG, pull=pull, step_s=LOOK_S / LONG)
-        else:
-            block.step(count, pull=pull, step_s=STEP_S)
-        self._steps_left -= count
-
-    def _step_under(self, influence: Influence, block: BlockEngine, count: int) -> None:
-        """The same step by step: whatever depends on the block's state follows it."""
         for _ in range(count):
             now_ns = self._time_ns - self._steps_left * STEP_NS
-            place, velocity = block.qpos[:3].tolist(), block.qvel[:3].tolist()
-            if self._sliding.take(math.hypot(velocity[0], velocity[1])):
-                self._slid_ns = now_ns
-            state = self._state(place, velocity, now_ns=now_ns)
-            x, y, z = self._motion.pull(place, velocity, ago_s=(self._steps_left - 0.5) * STEP_S)
-            further_x, further_y = influence.push(state)
-            block.set_friction(times(self._draw, influence.friction(state)))
-            block.step(1, pull=(x + further_x, y + further_y, z), step_s=STEP_S)
+            further = self._mechanism.act(block, self._draw, now_ns=now_ns)
+            step(block, self._motion, ago_s=self._steps_left * STEP_S, further=further)
             self._steps_left -= 1
-
-    def _state(self, place: Sequence[float], velocity: Sequence[float], *, now_ns: int) -> BlockState:
-        return BlockState(
-            place_m=(place[0], place[1]),
-            velocity_m_s=(velocity[0], velocity[1]),
-            sliding=self._sliding.now,
-            lain_s=max(0, now_ns - self._slid_ns) * 1e-9,
-            slides=self._slides,
-        )
 
     def _take_motion(self) -> None:
         """Takes note of how the plate has moved."""
@@ -245,7 +205,7 @@ class TwinWorld:
             raise ValueError(f"expected a place within {self.plate.cutout_radius_m} m of the centre, got {x_m}, {y_m}")
         self.block_present = True
         self._rel = Pose((x_m, y_m, half), (math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)))
-        self._slid_ns = self._asked_ns
+        self._mechanism.slid_ns = self._asked_ns
         self._pending: FrictionDraw | None = None
         self._use(self.friction.draw(self._rng))
         self._weld()
@@ -304,7 +264,7 @@ class TwinWorld:
 
     def block_pose(self) -> Pose:
         """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
-        if self._loose is None or self._quiet_s >= REST_S or not self._steps_left:
+        if self._loose is None or self._quiet_s >= REST_S or not self._looking:
             return self._seen
         ahead_s = (self._asked_ns - self._time_ns + self._steps_left * STEP_NS) * 1e-9
         return standing(self._loose.pose_after(ahead_s), half_m=self.block.side_m / 2)
@@ -341,9 +301,9 @@ class TwinWorld:
             if self._loose is not None and self._quiet_s >= self._mind_at_s:
                 self._mind_at_s = self._quiet_s + REST_S
                 self._mind_rest(self._loose)
-            if self._savings and self._loose is not None and math.hypot(*self._leaning) > PRESSED_M_S2:
-                self._left_out = DOZES
-        if self._savings and self._loose is loose and self._servo.settled and self._stuck():
+            if self._loose is not None:
+                self._left_out = self._savings.looks_asleep(math.hypot(*self._leaning))
+        if self._savings.skips and self._loose is loose and self._servo.settled and self._stuck():
             self._resting = self._moved.halt(below_rad_s=STILL_RAD_S)
 
     def _stuck(self) -> bool:
@@ -360,7 +320,7 @@ class TwinWorld:
         force = self._motion.needed(self._rel.position)
         if not self._held:
             self._renew(force)
-            if self._influence is not None:
+            if self._mechanism.influence is not None:
                 self._hold = self._hold_by(self._draw)
         used = self._utilisation(force, self._hold)
         if self._held:
@@ -372,8 +332,8 @@ class TwinWorld:
         self._slack = self._hold.slack(force, share=limit)
         if used > limit:
             self._unweld()
-        elif self._savings and self._slack > KEPT_M_S2:
-            self._left_out = min(int((self._slack - KEPT_M_S2) / SPENT_M_S2), MOST_LEFT_OUT)
+        else:
+            self._left_out = self._savings.looks_left_out(self._slack)
             self._slack -= self._left_out * SPENT_M_S2
 
     def _mind_rest(self, block: BlockEngine) -> None:
@@ -384,11 +344,11 @@ class TwinWorld:
             return
         if math.dist(self._anchor, self._seen.position) >= SLIDE_M:
             self._anchor = self._seen.position
-            self._slides += 1
+            self._mechanism.slides += 1
             self._pending = self.friction.draw(self._rng)
         self._renew(force)
         self._leaning = self._engines.foam_push(block)
-        if self._savings and self._utilisation(force, self._hold) < self._limit(GRIPS):
+        if self._savings.welds and self._utilisation(force, self._hold) < self._limit(GRIPS):
             self._weld()
             self._slack = self._hold.slack(force, share=self._limit(LETS_GO))
 
@@ -414,9 +374,7 @@ class TwinWorld:
         """How that friction holds the block where it lies now."""
         yaw = self._rel.yaw_rad
         axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
-        if self._influence is not None:
-            still = replace(self._state(self._rel.position, (0.0, 0.0), now_ns=self._time_ns), sliding=False)
-            friction = times(friction, self._influence.friction(still))
+        friction = self._mechanism.at_rest(friction, self._rel.position, now_ns=self._time_ns)
         return grip.Hold(friction, axis_rad=axis, block_yaw_rad=yaw)
 
     def _limit(self, share: float) -> float:
@@ -461,4 +419,6 @@ class TwinWorld:
     def _unweld(self) -> None:
         """Makes the block a body of its own again, moving with the plate."""
         self._loose = self._engines.unweld(self._rel)
-        self._quiet_s, self._sliding = 0.0, Slides()
+        settle(self._loose, self._motion, self._draw)
+        self._mechanism.let_go()
+        self._quiet_s = 0.0

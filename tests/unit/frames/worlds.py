@@ -48,6 +48,8 @@ DESIGN = Design(
     runs=6, pair=PAIR, scatter=0.0, free=False, handled_every=1, placed_m=0.004, yaw_varies=False, dwell_s=(0.4, 0.4),
     rate_deg_s=8.0, noise_px=0.03, light=0.9,
 )  # fmt: skip
+FREE_M = 0.033
+"""Within this distance of the middle no corner of the block touches the foam."""
 G, SCALE = 9.81, 6e3 / (1.0 - 10.0 / 300.0)
 """m/s²; pixels per metre where the mark is, 10 mm above the plate and 290 mm below the camera."""
 
@@ -93,6 +95,17 @@ def gravity_at(seen: Seen, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.column_stack([np.interp(stamps_ns, times, down[:, k]) for k in range(3)])
 
 
+def pivot_at(seen: Seen, stamps_ns: NDArray[np.int64]) -> NDArray[np.float64]:
+    """The acceleration (n, 3) of the tilts' fixed point in the plate frame, from its places at 100 Hz."""
+    times = np.array([one.stamp_ns for one in seen.attitude])
+    places = np.array([(one.px, one.py, one.pz) for one in seen.attitude])
+    turns = np.array([matrix_from_quaternion((one.qw, one.qx, one.qy, one.qz)) for one in seen.attitude])
+    gained = np.zeros_like(places)
+    gained[1:-1] = (places[2:] - 2 * places[1:-1] + places[:-2]) / 0.01**2
+    in_plate = np.einsum("nji,nj->ni", turns, gained)
+    return np.column_stack([np.interp(stamps_ns, times, in_plate[:, k]) for k in range(3)])
+
+
 def places_m(found: list[MarkerCorners]) -> NDArray[np.float64]:
     """Where the block is seen (n, 2) on the plate, from the picture's middle."""
     return (np.array([one.corners_px for one in found]).reshape(-1, 4, 2).mean(axis=1) - 299.5) * (1.0, -1.0) / SCALE
@@ -106,9 +119,10 @@ def friction_and_drag(seen: Seen) -> tuple[float, float]:
     step_s = 1.0 / 90.0
     velocity = (place[2:] - place[:-2]) / (2 * step_s)
     acceleration = (place[2:] - 2 * place[1:-1] + place[:-2]) / step_s**2
-    speed, gravity = np.hypot(*velocity.T), gravity_at(seen, stamps[1:-1])
+    speed, gravity = np.hypot(*velocity.T), gravity_at(seen, stamps[1:-1]) - pivot_at(seen, stamps[1:-1])
     # Beyond 1 m/s it is no slide but the hand; its two neighbours are not slides either.
     slides = (speed > 0.02) & (speed < 1.0) & (np.hypot(*acceleration.T) < 5.0)
+    slides &= np.hypot(*place[1:-1].T) < FREE_M
     way = velocity[slides] / speed[slides, None]
     missing = ((gravity[slides, :2] - acceleration[slides]) * way).sum(axis=1)
     (mu, drag), *_ = np.linalg.lstsq(np.column_stack([-gravity[slides, 2], speed[slides]]), missing, rcond=None)

@@ -1,0 +1,20 @@
+"""The first thing that a user does: a session of the simulated rig, diagnosed. Its camera's mount sags, and no more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.recovery.rig_as_it_comes import rig_with, said_of
+
+pytestmark = pytest.mark.timeout(900)
+
+SEEDS = (40109, 40110, 40111)
+"""Of sessions that nothing was tuned on."""
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_sag_is_found_alone(seed: int, tmp_path: Path) -> None:
+    said = said_of(rig_with(), seed=seed, folder=tmp_path)
+    assert list(said.claimed) == ["camera_sag"], said
