@@ -58,6 +58,10 @@ class Model:
         """Sum of the angular accelerations (n,), rad/s²."""
         return _sum((term.effect.spin(contact, term.values) for term in self.acting("spin")), (len(contact),))
 
+    def lever(self, contact: Contact) -> Array:
+        """Sum of the arms (n,), m, with which friction turns the block."""
+        return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
+
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""
         turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))

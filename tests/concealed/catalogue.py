@@ -200,7 +200,7 @@ _CONTACT = (
         places=(("pre-slip", "tilt"), ("pre-slip", "time")),
     ),
     Effect(
-        id="com_offset", unit="m", nominal=3e-4, cap=2.5e-3, draw=_vector("com_x", "com_y"), needs=("yaw",),
+        id="uneven_contact", unit="m", nominal=1e-4, cap=2.5e-3, draw=_vector("uneven_x", "uneven_y"), needs=("yaw",),
         places=(("slide", "yaw"), ("onset", "yaw")),
     ),
     Effect(
