@@ -15,7 +15,6 @@ from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.slides import LEAST_M_S, Across, Along, Motion, Turn
-from station.gap.evidence.starts import leans
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.views import block_view
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
@@ -37,11 +36,10 @@ FREE_M = 1e-3
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """Along, across and turn, of all windows in which the block is free of the foam, as it was before it slid."""
+    """Along, across and turn, of all windows in which the block is free of the foam, wherever it lay before."""
     found = [
         (place, window)
         for place, track in enumerate(recorded.tracks)
-        if not leans(track, recorded.setting)
         for window in windows_of(track)
         if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
     ]
