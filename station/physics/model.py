@@ -110,10 +110,11 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
         [effects.contact_aging]
         per_decade = 0.031
 
-    Terms without a name stand in tables [[smooth]], see `smooth_table`.
+    A parameter that is left out is at its null, or a shape where its effect starts: a law may gain parameters. Terms
+    without a name stand in tables [[smooth]], see `smooth_table`.
 
     Raises:
-        UserError: for an unknown key, effect or parameter, a missing value, or one outside its bounds.
+        UserError: for an unknown key, effect or parameter, an effect without a size, or a value outside its bounds.
     """
     only(table, {"friction", "effects", "smooth", "about"}, "a model")
     friction = table.get("friction", {})
@@ -144,6 +145,9 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
     effect = known[name]
     only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
     chosen = effect.neutral()
+    sizes = {one.name: f"{one.name} ({one.unit})" for one in effect.parameters if not one.is_shape}
+    if not set(sizes) & set(values):
+        raise UserError(f"Expected {' or '.join(sizes.values())} in [effects.{name}], found none")
     for parameter in effect.parameters:
         if parameter.name in values:
             chosen[parameter.name] = number(
@@ -152,6 +156,4 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
                 lambda value, of=parameter: of.low <= value <= of.high,
                 f"{parameter.low:g} … {parameter.high:g} {parameter.unit}",
             )
-        elif not parameter.is_shape:
-            raise UserError(f"Expected {parameter.name} ({parameter.unit}) in [effects.{name}], found none")
     return Term(effect, chosen)

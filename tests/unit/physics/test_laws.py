@@ -330,6 +330,19 @@ def test_a_moving_mark_shears_by_its_rows() -> None:
     np.testing.assert_allclose(seen[..., 1], 0.0, atol=1e-15)
 
 
+def test_a_camera_is_pulled_down_the_slope_or_where_its_cable_pulls() -> None:
+    """To opposite sides one turns with the slope, the other does not; neither acts on a level plate."""
+    view = views(3, tilt_rad=np.array([0.5, 0.5, 0.0]), down_rad=np.array([0.3, 0.3 + np.pi, 0.3]))
+    sag = said("camera_sag", "seen", view, shift_m=1e-3)[:, 0]
+    cable = said("camera_sag", "seen", view, fixed_x_m=1e-3, fixed_y_m=-2e-3)[:, 0]
+    np.testing.assert_allclose(sag[0], -sag[1], atol=1e-12)
+    np.testing.assert_allclose(sag[0], 1e-3 * np.sin(0.5) * np.array([np.cos(0.3), np.sin(0.3)]))
+    np.testing.assert_allclose(cable[0], cable[1])
+    np.testing.assert_allclose(cable[0], np.sin(0.5) * np.array([1e-3, -2e-3]))
+    assert not sag[2].any()
+    assert not cable[2].any()
+
+
 def test_a_turning_mark_shears_by_its_corners_own_velocity() -> None:
     """Half the picture's read-out later at 10 mm above a centre that turns: −ω y T · y / height."""
     view = square_view([20.0], [0.0], yaw_rate_rad_s=[2.0], image_centre_m=[0.0, 0.0])
