@@ -232,7 +232,8 @@ _RIG = (
         places=(("onset", "direction"), ("onset", "step")),
     ),
     Effect(
-        id="clock_offset", unit="s", nominal=0.02, cap=0.25, draw=_only("late_s"), needs=("rates",),
+        id="clock_offset", unit="s", nominal=0.02, cap=0.25, needs=("rates",),
+        draw=lambda rng: ({}, {"late_s": _sign(rng, negative=0.5)}),
         places=(("onset", "tilt_rate"), ("pre-slip", "tilt_rate")),
     ),
 )  # fmt: skip

@@ -262,7 +262,7 @@ def ride(
                 if phase == RETURN:
                     truths[2] = angle
                     # The machine waits for the attitude of the frame's own stamp, which comes late if that is late.
-                    back = k + (round(world.late_s / DT_S) if marks[1] >= 0 else 0)
+                    back = k + (round(max(world.late_s, 0.0) / DT_S) if marks[1] >= 0 else 0)
                     marks[2] = back
                     if not motion_done:
                         step_at[steps - 1, 2] = back + COMMAND_DELAY
