@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.contact import GRAVITY_M_S2, Array, Bools
 
 POINTS = 12
 ROUNDS = 30
@@ -62,7 +62,7 @@ class ManyPoints:
             active = active & (pressure > 0.0)
         raise RuntimeError(f"expected a pressure that balances, got none in {ROUNDS} rounds")
 
-    def _pressure(self, pulled: Array, normal_m_s2: float, active: Array) -> Array:
+    def _pressure(self, pulled: Array, normal_m_s2: float, active: Bools) -> Array:
         """Of each point (k,), 0 where the sole has lifted; `pulled` are its coefficient times its way."""
         basis = np.column_stack([np.ones(len(active)), self.places]) * active[:, None]
         arms = self.places - np.array(self.offset_m) - self.height_m * pulled
