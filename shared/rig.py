@@ -84,19 +84,32 @@ class MarkConfig:
         _positive(self, "side_mm", "aspect")
 
 
+_LEAST_CORNERS = 3
+"""Of an outline."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PlateConfig:
-    """`[plate]`: the plate under test. `mount_deg` is how it is turned in its mount; fiducials sit in its corners."""
+    """`[plate]`: the plate under test. `mount_deg` is how it is turned in its mount; fiducials sit in its corners.
+
+    The foam's opening has the diameter `opening_m`, or the corners `opening_outline_m` ([[x, y], …], metres in the
+    plate) where it is not round.
+    """
 
     material: str = "steel"
     side_m: float = 0.1
     opening_m: float = 0.09
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
     mount_deg: float = 0.0
     fiducial_side_mm: float = 4.0
     fiducial_place_mm: float = 42.0
 
     def __post_init__(self) -> None:
         _positive(self, "side_m", "opening_m")
+        if 0 < len(self.opening_outline_m) < _LEAST_CORNERS:
+            raise ValueError(
+                f"expected at least {_LEAST_CORNERS} corners for opening_outline_m, got {len(self.opening_outline_m)}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -70,7 +70,12 @@ class Effect(ABC):
         return None
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
-        """Angular acceleration of the sliding block about the plate's normal (n,), rad/s²."""
+        """Angular acceleration (n,), rad/s², of the sliding block about the plate's normal, not by friction."""
+        del contact, values
+        return 0.0
+
+    def lever(self, contact: Contact, values: Values) -> Array | float:
+        """Arm (n,), m, with which the friction f of the sliding block turns it: k² ω′ = f · lever, k² = area / 6."""
         del contact, values
         return 0.0
 
@@ -136,7 +141,7 @@ class Effect(ABC):
         return None
 
 
-HOOKS = ("friction", "push", "spin", "attitude", "delay_s", "creep", "seen", "shaking")
+HOOKS = ("friction", "push", "spin", "lever", "attitude", "delay_s", "creep", "seen", "shaking")
 
 
 @functools.cache

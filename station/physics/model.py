@@ -58,6 +58,10 @@ class Model:
         """Sum of the angular accelerations (n,), rad/s²."""
         return _sum((term.effect.spin(contact, term.values) for term in self.acting("spin")), (len(contact),))
 
+    def lever(self, contact: Contact) -> Array:
+        """Sum of the arms (n,), m, with which friction turns the block."""
+        return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
+
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""
         turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))
@@ -106,10 +110,11 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
         [effects.contact_aging]
         per_decade = 0.031
 
-    Terms without a name stand in tables [[smooth]], see `smooth_table`.
+    A parameter that is left out is at its null, or a shape where its effect starts: a law may gain parameters. Terms
+    without a name stand in tables [[smooth]], see `smooth_table`.
 
     Raises:
-        UserError: for an unknown key, effect or parameter, a missing value, or one outside its bounds.
+        UserError: for an unknown key, effect or parameter, an effect without a size, or a value outside its bounds.
     """
     only(table, {"friction", "effects", "smooth", "about"}, "a model")
     friction = table.get("friction", {})
@@ -140,6 +145,9 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
     effect = known[name]
     only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
     chosen = effect.neutral()
+    sizes = {one.name: f"{one.name} ({one.unit})" for one in effect.parameters if not one.is_shape}
+    if not set(sizes) & set(values):
+        raise UserError(f"Expected {' or '.join(sizes.values())} in [effects.{name}], found none")
     for parameter in effect.parameters:
         if parameter.name in values:
             chosen[parameter.name] = number(
@@ -148,6 +156,4 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
                 lambda value, of=parameter: of.low <= value <= of.high,
                 f"{parameter.low:g} … {parameter.high:g} {parameter.unit}",
             )
-        elif not parameter.is_shape:
-            raise UserError(f"Expected {parameter.name} ({parameter.unit}) in [effects.{name}], found none")
     return Term(effect, chosen)

@@ -96,7 +96,7 @@ EXACT: Mapping[str, Map] = {
     "one_way_friction": Map(_nap, "the same share, in the plate's grain or the block's"),
     "adhesion": Map(_same(force_n="adhesion_n"), "the same force"),
     "load_dependence": Map(_same(exponent="load_power"), "the same exponent; the reference load is in mu"),
-    "com_offset": Map(_same(x_m="com_x", y_m="com_y"), "the same point in the block's frame"),
+    "uneven_contact": Map(_same(x_m="uneven_x", y_m="uneven_y"), "the same point in the block's frame"),
     "platform_level": Map(
         lambda true, _truth, _rig: {"eps_x_rad": -true["level_y"], "eps_y_rad": true["level_x"]},
         "gravity's tangential part on the level plate, and the rotation vector that makes it",

@@ -25,6 +25,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from shared.geometry import Array
+from station.physics.sole import TURNING_RADIUS
 from station.recording.importers.cube_tosses import CUBE_SIDE_M, RATE_HZ
 
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -37,8 +38,6 @@ STANDING_FRAMES = 8
 _FLAT_M, _FLAT_RAD, _STOPPED_M = 3e-3, np.radians(3.0), 1e-3
 _LEAST_M_S2, _LEAST_M_S = 0.2, 0.02
 _RATIOS = (0.5, 2.0)
-MEAN_DISTANCE = 0.3826
-"""Of a unit square's points from its middle."""
 _SHARES = np.linspace(0.0, 1.0, 21)
 
 
@@ -173,7 +172,7 @@ def _extended(at: Array, seconds: Array, values: Array) -> Array:
 def _pull(seconds: Array, speed: Array, rate: Array) -> Array:
     """∫∫ of the share of the friction that is against the sliding (n,)."""
     speed = np.maximum(speed, _LEAST_M_S)
-    share = speed / np.hypot(speed, MEAN_DISTANCE * CUBE_SIDE_M * rate)
+    share = speed / np.hypot(speed, TURNING_RADIUS * CUBE_SIDE_M * rate)
     once = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(seconds) * (share[1:] + share[:-1]))])
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(seconds) * (once[1:] + once[:-1]))])
 

@@ -200,7 +200,7 @@ _CONTACT = (
         places=(("pre-slip", "tilt"), ("pre-slip", "time")),
     ),
     Effect(
-        id="com_offset", unit="m", nominal=3e-4, cap=2.5e-3, draw=_vector("com_x", "com_y"), needs=("yaw",),
+        id="uneven_contact", unit="m", nominal=1e-4, cap=2.5e-3, draw=_vector("uneven_x", "uneven_y"), needs=("yaw",),
         places=(("slide", "yaw"), ("onset", "yaw")),
     ),
     Effect(
@@ -232,7 +232,8 @@ _RIG = (
         places=(("onset", "direction"), ("onset", "step")),
     ),
     Effect(
-        id="clock_offset", unit="s", nominal=0.02, cap=0.25, draw=_only("late_s"), needs=("rates",),
+        id="clock_offset", unit="s", nominal=0.02, cap=0.25, needs=("rates",),
+        draw=lambda rng: ({}, {"late_s": _sign(rng, negative=0.5)}),
         places=(("onset", "tilt_rate"), ("pre-slip", "tilt_rate")),
     ),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tests.concealed.compiled import compiled
-from tests.concealed.world import GRAVITY, RunFacts, World
+from tests.concealed.world import GRAVITY, TURNING_ARM, RunFacts, World
 
 
 @compiled
@@ -248,12 +248,12 @@ def foam(world: World, x: float, y: float, vx: float, vy: float) -> tuple[float,
 
 @compiled
 def turning_step(world: World, hold: Any, dt: float, v: Any, pull: Any, cx: float, cy: float, radius: float) -> None:
-    """One step of a block whose centre of mass lies (cx, cy) off the middle of its sole; v (3) and hold (3) change.
+    """One step of a block whose centre of mass lies (cx, cy) off where its friction acts; v (3) and hold (3) change.
 
-    v is the velocity of the sole's middle and the spin times the sole's mean radius, pull the drive in the same
+    v is the velocity where friction acts and the spin times the sole's turning arm, pull the drive in the same
     coordinates; the friction set is a ball of `radius` in them (an ellipsoidal limit surface), found by projection.
     """
-    arm = 0.3826 * world.side
+    arm = TURNING_ARM * world.side
     inertia = world.side**2 / 6.0
     w = np.array(
         [

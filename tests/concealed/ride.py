@@ -28,7 +28,7 @@ from tests.concealed.contact import (
     turning_step,
 )
 from tests.concealed.view import see_mark, tip_over
-from tests.concealed.world import ATTITUDE, DT_S, FRAME, SENSOR, Program, RunFacts, World
+from tests.concealed.world import ATTITUDE, DT_S, FRAME, SENSOR, TURNING_ARM, Program, RunFacts, World
 
 INNER = 2
 """Steps of the slide within a substep."""
@@ -97,10 +97,10 @@ def holds(
     radius = level_law(world, run, pose[0], pose[1], pressed, time_s, 0.0) * age_law(world, age_s)
     edge = radius * direction_law(world, run, angle, pose[2])
     size = math.hypot(ax, ay)
-    if world.com_x != 0.0 or world.com_y != 0.0:
+    if world.uneven_x != 0.0 or world.uneven_y != 0.0:
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        cx, cy = c * world.com_x - s * world.com_y, s * world.com_x + c * world.com_y
-        size = math.hypot(size, (cx * ay - cy * ax) / (0.3826 * world.side))
+        cx, cy = s * world.uneven_y - c * world.uneven_x, -s * world.uneven_x - c * world.uneven_y
+        size = math.hypot(size, (cx * ay - cy * ax) / (TURNING_ARM * world.side))
     return size / max(edge, 1e-9)
 
 
@@ -131,10 +131,10 @@ def slide_step(
     radius = level_law(world, run, pose[0], pose[1], pressed, time_s, speed) * more
     radius *= speed_law(world, speed)
     old_x, old_y, old_w = v[0], v[1], v[2]
-    if world.com_x != 0.0 or world.com_y != 0.0:
+    if world.uneven_x != 0.0 or world.uneven_y != 0.0:
         c, s = math.cos(pose[2]), math.sin(pose[2])
-        cx, cy = c * world.com_x - s * world.com_y, s * world.com_x + c * world.com_y
-        arm = 0.3826 * world.side
+        cx, cy = s * world.uneven_y - c * world.uneven_x, -s * world.uneven_x - c * world.uneven_y
+        arm = TURNING_ARM * world.side
         pull = np.array([ax, ay, (cx * ay - cy * ax) / arm])
         v[2] *= arm
         # A block that is just let go has no friction yet whose direction could be asked: it will be against the pull.
@@ -262,7 +262,7 @@ def ride(
                 if phase == RETURN:
                     truths[2] = angle
                     # The machine waits for the attitude of the frame's own stamp, which comes late if that is late.
-                    back = k + (round(world.late_s / DT_S) if marks[1] >= 0 else 0)
+                    back = k + (round(max(world.late_s, 0.0) / DT_S) if marks[1] >= 0 else 0)
                     marks[2] = back
                     if not motion_done:
                         step_at[steps - 1, 2] = back + COMMAND_DELAY

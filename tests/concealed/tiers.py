@@ -99,7 +99,7 @@ _TOGETHER = (
     ("clock_offset", "contact_aging"),
     ("camera_sag", "plate_anisotropy"),
     ("lens_distortion", "wear"),
-    ("com_offset", "one_way_friction"),
+    ("uneven_contact", "one_way_friction"),
     ("rate_strengthening", "friction_patch"),
 )
 

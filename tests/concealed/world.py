@@ -9,6 +9,8 @@ import math
 from typing import NamedTuple
 
 GRAVITY = 9.81
+TURNING_ARM = math.sqrt(1.0 / 12.0)
+"""Of a unit square: root mean square of its points' way along any line, from the middle."""
 BASE_HZ = 900
 """Substeps a second: every 10th is a frame (90 Hz), every 9th an attitude (100 Hz), every 45th another sensor's reading
 (20 Hz), every 60th a view of the fiducial (15 Hz)."""
@@ -58,8 +60,9 @@ class World(NamedTuple):
     load_reference_n: float = 0.077
     presliding_m: float = 0.0
     presliding_shape: float = 0.0
-    com_x: float = 0.0
-    com_y: float = 0.0
+    uneven_x: float = 0.0
+    uneven_y: float = 0.0
+    """Where friction's resultant acts, in the block's frame from the point under its mass, metres."""
     foam_per_s2: float = 0.0
     foam_damping_s: float = 0.005
     foam_width: float = 0.006

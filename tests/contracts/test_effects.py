@@ -37,6 +37,7 @@ FIXED_IDS = frozenset(
         "load_dependence",
         "presliding",
         "com_offset",
+        "uneven_contact",
         "border_contact",
         "tipping",
         "platform_level",
@@ -262,6 +263,12 @@ def test_nothing_turns_at_rest(effect: Effect) -> None:
     assert np.all(answer(effect, "spin", typical(effect), contacts(moving=False)) == 0)
 
 
+@through("lever")
+def test_friction_turns_nothing_at_rest(effect: Effect) -> None:
+    """A block that rests has no sliding friction to turn it."""
+    assert np.all(answer(effect, "lever", typical(effect), contacts(moving=False)) == 0)
+
+
 @through("creep")
 def test_creep_goes_down_and_ends_with_the_slide(effect: Effect) -> None:
     """Uphill would be energy from nowhere; a sliding block has its own velocity."""
@@ -304,7 +311,7 @@ def test_a_term_at_its_null_changes_no_bit_of_a_model(effect: Effect) -> None:
     """The model with the effect at its null is the model without it."""
     plain, state, view = Model(mu_s=0.37, scatter=0.1), contacts(), views()
     nominal = plain.with_term(Term(effect, effect.neutral()))
-    for hook in ("friction", "push", "spin", "attitude", "creep", "shaking"):
+    for hook in ("friction", "push", "spin", "lever", "attitude", "creep", "shaking"):
         assert np.array_equal(getattr(nominal, hook)(state), getattr(plain, hook)(state))
     assert np.array_equal(nominal.seen(view), plain.seen(view))
     assert nominal.delay_s() == 0

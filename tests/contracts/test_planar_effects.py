@@ -163,8 +163,8 @@ def test_one_way_friction_has_one_easy_direction() -> None:
     assert found[0] > math.degrees(math.atan(MU)) > found[1]
 
 
-def test_a_displaced_mass_turns_the_block() -> None:
-    turned = run(steep(), model("com_offset"))
+def test_an_uneven_contact_turns_the_block() -> None:
+    turned = run(steep(), model("uneven_contact"))
     assert np.abs(turned.place[:, 2]).max() > 0.05
 
 

@@ -23,6 +23,9 @@ PATH_MM = 0.5
 WIDER_DEG = {
     # Its pushes come with the steps of the plate's acceleration, within one time step.
     "pivot_offset": 0.06,
+    # Friction that acts far across the way lets a slip begin as a turn: its speed grows otherwise than the reckoning
+    # of its beginning has it.
+    "uneven_contact": 0.03,
 }
 WIDER_MM = {
     # The slip is noticed, and its friction lowered, a millisecond or two after it has begun.
@@ -40,10 +43,10 @@ def test_they_agree_on_each_effect(name: str) -> None:
     assert found.path_mm.max() < WIDER_MM.get(name, PATH_MM)
 
 
-def test_they_agree_on_how_a_mass_far_off_the_centre_turns_the_block() -> None:
+def test_they_agree_on_how_friction_far_off_the_mass_turns_the_block() -> None:
     """It swings to and fro by tens of degrees, and slides on the less friction for it."""
-    commands = commands_for(EFFECTS["com_offset"], 3)
-    of, stamps = typical(EFFECTS["com_offset"], size=2.0), stamps_of(commands)
+    commands = commands_for(EFFECTS["uneven_contact"], 3)
+    of, stamps = typical(EFFECTS["uneven_contact"], size=2.0), stamps_of(commands)
     plane, engine = (each(commands, of, time_s=stamps) for each in (in_plane, in_mujoco))
     turned = plane.path[..., 2] - plane.path[:, :1, 2]
     assert np.degrees(np.ptp(turned, axis=1)).max() > 30.0

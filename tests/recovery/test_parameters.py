@@ -69,3 +69,20 @@ def test_planted_numbers_are_found_within_their_errors(pulls: dict[str, float]):
 def test_intervals_hold_the_truth_about_as_often_as_they_say(pulls: dict[str, float]):
     within = sum(abs(pull) < WITHIN for pull in pulls.values())
     assert within >= LEAST_WITHIN, pulls
+
+
+@pytest.mark.parametrize("delay_s", [-0.2, -0.115])
+def test_stamps_that_are_far_too_early_are_no_other_effect(delay_s: float):
+    """Once early stamps were out of bounds, and 115 ms of it were called a pivot 43 mm too low."""
+    known = catalogue()
+    clock, pivot = known["clock_offset"], known["pivot_offset"]
+    truth = Model(mu_s=MU, scatter=SCATTER).with_term(Term(clock, {"delay_s": delay_s}))
+    seen = evidence(truth, np.random.default_rng(round(1e3 * abs(delay_s))))
+    plain = fit(seen, Model(mu_s=0.3), ())
+    late, low = (
+        fit(seen, plain.model.with_term(Term(effect, effect.neutral())), [effect], noise=plain.noise)
+        for effect in (clock, pivot)
+    )
+    (found,) = [term.values["delay_s"] for term in late.model.terms if term.effect is clock]
+    assert found == pytest.approx(delay_s, abs=FARTHEST * late.sd("clock_offset", "delay_s"))
+    assert late.log_likelihood > low.log_likelihood + 20.0

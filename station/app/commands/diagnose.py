@@ -169,7 +169,10 @@ def setting_of(rig: RigConfig | None) -> Setting:
     if rig is None:
         return Setting()
     return Setting(
-        opening_radius_m=0.5 * rig.plate.opening_m, block_side_m=rig.block.size_m[0], block_mass_kg=rig.block.mass_kg
+        opening_radius_m=0.5 * rig.plate.opening_m,
+        opening_outline_m=rig.plate.opening_outline_m,
+        block_side_m=rig.block.size_m[0],
+        block_mass_kg=rig.block.mass_kg,
     )
 
 

@@ -88,7 +88,7 @@ ACTING = {
     "onset": CONTACT_HOOKS | {"shaking"},
     "along": CONTACT_HOOKS,
     "across": CONTACT_HOOKS,
-    "turn": frozenset({"spin"}),
+    "turn": frozenset({"spin", "lever"}),
     "rest": frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
     "shape": frozenset({"seen"}),

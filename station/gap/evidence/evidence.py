@@ -10,6 +10,7 @@ import numpy as np
 
 from station.gap.evidence.channel import Channel, Part
 from station.gap.evidence.moments import RunFacts
+from station.gap.evidence.outline import inside_by_m
 from station.gap.evidence.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools
 
@@ -19,16 +20,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Setting:
-    """What the evidence needs of the rig: sizes in metres; `opening_radius_m` inf where there is no foam."""
+    """What the evidence needs of the rig: sizes in metres.
+
+    The foam's opening is round, with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners
+    (x, y) of its outline one after another.
+    """
 
     opening_radius_m: float = np.inf
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
     block_side_m: float = 0.01
     block_mass_kg: float = 0.008
 
     def free_m(self, place_m: Array) -> Array:
-        """From the farthest corner of blocks to the round opening's edge (n,), by their places or poses (n, 2 or 3)."""
-        reach = self.opening_radius_m - self.block_side_m / math.sqrt(2)
-        return reach - np.hypot(place_m[:, 0], place_m[:, 1])
+        """How far (n,) blocks at places or poses (n, 2 or 3) are from the foam, however they are turned."""
+        if self.opening_outline_m:
+            inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
+        else:
+            inside_m = self.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1])
+        return inside_m - self.block_side_m / math.sqrt(2)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

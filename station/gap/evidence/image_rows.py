@@ -180,17 +180,25 @@ def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: b
     times, pose = track.time_ns[frames], track.pose[frames]
     velocity, yaw_rate = np.zeros(2), 0.0
     mean = pose.mean(axis=0)
-    corners = None
-    if track.corner_m is not None:
-        seen = track.corner_m[frames]
-        # Around its own centre, so that a moving mark's mean keeps its shape.
-        offset = seen - seen.mean(axis=1, keepdims=True)
-        corners = offset.mean(axis=0) + mean[:2]
+    seconds = (times - times[0]) * 1e-9
     if moving:
-        seconds = (times - times[0]) * 1e-9
         slopes = np.polyfit(seconds, pose, 1)[0]
         velocity, yaw_rate = slopes[:2], float(slopes[2])
+    corners = None
+    if track.corner_m is not None:
+        corners = mean[:2] + _mean_shape(track.corner_m[frames], yaw_rate * (seconds - seconds.mean()))
     return _Stretch(place, track, int(times[0]), int(times[-1]), mean, count, corners, velocity, yaw_rate)
+
+
+def _mean_shape(seen: Array, turned_rad: Array) -> Array:
+    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by (n,).
+
+    Each frame's are turned back: the mean of a square in many headings is a smaller square.
+    """
+    offset = seen - seen.mean(axis=1, keepdims=True)
+    cosine, sine = np.cos(turned_rad), np.sin(turned_rad)
+    back = np.stack([np.stack([cosine, -sine], axis=-1), np.stack([sine, cosine], axis=-1)], axis=-2)
+    return (offset @ back).mean(axis=0)
 
 
 def _span(stretches: Sequence[_Stretch]) -> dict[str, Times]:

@@ -15,13 +15,13 @@ from station.gap.evidence.driving import driving
 from station.gap.evidence.moments import Moments
 from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.plate import PlateMotion, Times
-from station.gap.evidence.slides import LEAST_M_S, MEAN_DISTANCE, Across, Along, Motion, Turn
-from station.gap.evidence.starts import leans
+from station.gap.evidence.slides import LEAST_M_S, Across, Along, Motion, Turn
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.views import block_view
 from station.gap.evidence.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
 from station.physics.contact import Array, Contact, View
 from station.physics.covariates import covariates_of
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded
@@ -37,11 +37,10 @@ FREE_M = 1e-3
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """Along, across and turn, of all windows in which the block is free of the foam, as it was before it slid."""
+    """Along, across and turn, of all windows in which the block is free of the foam, wherever it lay before."""
     found = [
         (place, window)
         for place, track in enumerate(recorded.tracks)
-        if not leans(track, recorded.setting)
         for window in windows_of(track)
         if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
     ]
@@ -87,7 +86,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
     )
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
-    slowing = 6.0 * MEAN_DISTANCE**2 * pressing * mu / np.maximum(contact.speed_m_s[1::nodes], LEAST_M_S)
+    slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[1::nodes], LEAST_M_S)
     turning = np.array(
         [
             math.hypot(window.acceleration_factor, rate * window.velocity_factor) * track.sigma_rad

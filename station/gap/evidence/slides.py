@@ -10,18 +10,17 @@ import numpy as np
 from station.gap.evidence.channel import FRICTION_TRUSTED, Channel, Rows
 from station.gap.evidence.moments import Load, Moments
 from station.gap.evidence.windows import WEIGHTS
-from station.physics.contact import GRAVITY_M_S2, Array, View
+from station.physics.contact import Array, View
 from station.physics.dissipation import support
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
 PLAIN = Model(mu_s=1.0)
 """Changes neither attitude nor clock and pushes nothing."""
 
 LEAST_MU = 0.05
-LEAST_M_S, LEAST_M_S2, LEAST_SINE = 1e-3, 1e-2, 0.05
-MEAN_DISTANCE = 0.3826
-"""Of a unit square's points from its middle."""
+LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +49,8 @@ class Motion:
 
     @property
     def reach_m(self) -> Array:
-        """Mean distance (3 n) of the sole's points from its middle."""
-        return MEAN_DISTANCE * np.sqrt(self.moments.reported.area_m2)
+        """ρ (3 n) of the sole, see `station.physics.sole`."""
+        return TURNING_RADIUS * np.sqrt(self.moments.reported.area_m2)
 
     @property
     def sliding(self) -> Array:
@@ -189,15 +188,14 @@ class Across(_Slides):
 
 
 TURN_TRUSTED_RAD_S2 = 0.5
-"""A block whose mass is 3 µm off the middle of its sole turns so."""
+"""A block whose friction acts 3 µm beside its mass turns so."""
 
 
 class Turn(_Slides):
     """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
 
-    An effect's spin is what a friction as large as the pull g sin(tilt) would do; the friction that slides is taken in
-    its place, which while the plate returns is more. It is the recorded one: a model that changed it would change how
-    much noise of the turning enters, and be fitted to that.
+    The friction is the recorded one: a model that changed it would change how much noise of the turning enters, and be
+    fitted to that.
     """
 
     name: str = "turn"
@@ -209,14 +207,15 @@ class Turn(_Slides):
         plain, contact = motion.moments.loads(PLAIN), motion.moments.reported
         force = np.maximum(self._force(plain, _direction(plain.contact.way_rad)), LEAST_M_S2)
         self._held = np.repeat(force, len(WEIGHTS))
-        self._pull = GRAVITY_M_S2 * np.maximum(np.sin(contact.tilt_rad), LEAST_SINE)
-        against = 6.0 * motion.reach_m**2 / contact.area_m2 * motion.yaw_rate_rad_s
+        self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
+        against = self._per_friction * motion.reach_m**2 * motion.yaw_rate_rad_s
         self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
 
     def residual(self, model: Model) -> Array:
         """See the class."""
         motion = self.motion
-        predicted = self._held * (model.spin(motion.moments.reported) / self._pull - self._against)
+        contact = motion.moments.reported
+        predicted = self._held * (model.lever(contact) * self._per_friction - self._against) + model.spin(contact)
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
 

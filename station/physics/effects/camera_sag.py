@@ -1,7 +1,10 @@
 """Camera sag: the mount bends under its own weight, and everything on the plate seems to move.
 
-The image of the plate shifts along the slope by k sin θ, k the shift (in metres on the plate) that a vertical plate
-would show; block and fixed fiducials shift alike, reversibly, in every run.
+A mount that bends alike to all sides under the weight's part along the plate, m g sin θ, shifts the image of the plate
+along the slope by k sin θ, k the shift (in metres on the plate) that a vertical plate would show (linear elasticity;
+Dressel et al. allow for it). What pulls in a direction of its own as the plate tilts, as a cable does, shifts it in a
+direction that is fixed in the camera, and so in P: by (fx, fy) sin θ. Block and fixed fiducials shift alike,
+reversibly, in every run; slopes to opposite sides tell the two apart.
 """
 
 from __future__ import annotations
@@ -20,17 +23,22 @@ class CameraSag(Effect):
 
     id: ClassVar[str] = "camera_sag"
     title: ClassVar[str] = "sag of the camera"
-    law: ClassVar[str] = "the image shifts by k sin(tilt) along the slope (k = 0)"
+    law: ClassVar[str] = (
+        "the image shifts by k sin(tilt) along the slope, and by (fx, fy) sin(tilt) in the plate (all 0)"
+    )
     source: ClassVar[str] = "Dressel et al., section III (a threshold of 10 px + 1 px a degree allows for it)"
     layer: ClassVar[Layer] = "camera"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="shift_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
+        Parameter(name="fixed_x_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
+        Parameter(name="fixed_y_m", unit="m", low=-0.02, high=0.02, typical=1e-3),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("presliding",)
     separated_by: ClassVar[str] = "fiducials that are fixed to the plate: they sag, and do not creep"
 
     def seen(self, view: View, values: Values) -> Array | None:
         """See the module."""
-        shift = values["shift_m"] * np.sin(view.tilt_rad)[:, None] * view.down
+        fixed = np.array([values["fixed_x_m"], values["fixed_y_m"]])
+        shift = np.sin(view.tilt_rad)[:, None] * (values["shift_m"] * view.down + fixed)
         return np.broadcast_to(shift[:, None, :], view.point_m.shape)

@@ -1,6 +1,9 @@
 """Clock offset: the camera's stamps read late (or early) against the arm's.
 
-A stamp reads t + τ for what was seen at t: an onset then seems to come τ · rate too high.
+A stamp reads t + τ for what was seen at t, and the plate's attitude is sought τ too late: an onset seems to come
+τ · rate too high, and a path is compared with another pull. Buffers, exposure and networks make the camera's stamps
+late (τ > 0). Those that make the arm's stamps late (a controller that reports what it filtered, a driver that stamps on
+receipt) let the camera's read early (τ < 0), by as much.
 """
 
 from __future__ import annotations
@@ -10,9 +13,8 @@ from typing import ClassVar
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
-EARLIEST_S = -2e-3
-"""Buffers, exposure and networks make stamps late. Early they can only be by what is wrong with the comparison of the
-clocks, which is less than half a round trip."""
+FARTHEST_S = 0.3
+"""Either way: half as much again as the longest that is known of (0.2 s)."""
 
 
 class ClockOffset(Effect):
@@ -25,7 +27,7 @@ class ClockOffset(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="delay_s", unit="s", low=EARLIEST_S, high=0.3, typical=0.02),
+        Parameter(name="delay_s", unit="s", low=-FARTHEST_S, high=FARTHEST_S, typical=0.02),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "contact_aging", "kinetic_drop", "rate_strengthening")
     separated_by: ClassVar[str] = (

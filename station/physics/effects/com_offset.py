@@ -1,14 +1,15 @@
-"""Offset of the mass: the block's centre of mass is not over the centre of its contact.
+"""Offset of the mass: the block's centre of mass is not over the middle of its sole.
 
-With d the offset (bx, by in the block's frame, turned by yaw), e the way, friction acting at the contact's centre:
+The pressure that balances gravity, the friction at the sole and the moment of both about the mass has its centre at
+s = h F / N from the point under the mass (h the mass's height, F what friction holds): it moves along the pull,
+wherever the mass is over the sole. Friction that is a fixed share of the pressure acts along a line through the mass,
 
-- at rest, the moment d × F takes its share of the limit surface |F|² + (d × F)² / r² = (mu N)², so that
-  h² = mu² (1 − (d × e)² / (r² + d²)): an ellipse, narrow across the offset; r = 0.38 √A, the mean distance of a
-  square's contact from its centre;
-- in the slide, friction of about g sin θ at the distance −d from the centre of mass turns the block,
-  α = g sin θ (d × e) / k², k² = A/6 the square's radius of gyration: a mass that leads keeps straight, one that trails
-  swings round. What resists the turning in the contact, and that sliding meets the less friction for it, is the
-  simulator's on the same limit surface, as for any turning block: no factor says it once more.
+    s × F = (h / N) F × F = 0,
+
+and neither turns the block nor holds it less: what the offset changes is the tilt at which the block topples, in each
+direction another one (`topple`). Friction that grows more slowly than the pressure, as p^(1 − n), is spread as if the
+pressure's centre were less far off the middle of the sole: it acts at −n d from the mass, to first order, which is an
+`uneven_contact` with that arm. tests/unit/physics/test_contact_points.py compares this with a block on many points.
 """
 
 from __future__ import annotations
@@ -17,54 +18,50 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.physics.circle import cos_sin
-from station.physics.contact import GRAVITY_M_S2, Array, Contact
+from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.topple import fallen
 
-MEAN_DISTANCE = 0.3826
-"""Of a unit square's points from its centre."""
+FARTHEST_M = 5e-3
+CUBE = 1.0
+TALLEST = 5.0
 
 
 class ComOffset(Effect):
-    """The centre of mass is off the contact's centre."""
+    """The centre of mass is off the middle of the sole."""
 
     id: ClassVar[str] = "com_offset"
     title: ClassVar[str] = "offset of the centre of mass"
-    law: ClassVar[str] = (
-        "the mass is at (bx, by) in the block's frame: a moment at the onset, a turn in the slide (0, 0)"
-    )
+    law: ClassVar[str] = "the mass is at (bx, by) in the block's frame: it topples earlier there (0, 0)"
     source: ClassVar[str] = (
-        "Goyal, Ruina, Papadopoulos 1991, Wear 143, 307; Howe & Cutkosky 1996, IJRR 15, 557 (ellipsoid)"
+        "Goyal, Ruina, Papadopoulos 1991, Wear 143, 307 (resultant of friction); Alejano et al. 2018 (toppling)"
     )
     layer: ClassVar[Layer] = "contact"
-    family: ClassVar[Family] = "direction law"
+    family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="x_m", unit="m", low=-5e-3, high=5e-3, typical=1e-3),
-        Parameter(name="y_m", unit="m", low=-5e-3, high=5e-3, typical=1e-3),
+        Parameter(name="x_m", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
+        Parameter(name="y_m", unit="m", low=-FARTHEST_M, high=FARTHEST_M, typical=1e-3),
+        Parameter(name="slenderness", unit="1", low=0.1, high=TALLEST, typical=0.5, null=None, starts=(CUBE,)),
     )
-    confounded_with: ClassVar[tuple[str, ...]] = ("object_anisotropy", "platform_level")
-    separated_by: ClassVar[str] = (
-        "the yaw rate against the speed of sliding, with the block turned by 180° between runs"
-    )
+    confounded_with: ClassVar[tuple[str, ...]] = ("tipping",)
+    separated_by: ClassVar[str] = "tilts in all four directions up to where the block topples"
 
-    def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
-        if contact.moving.all():
-            return 1.0
-        square = values["x_m"] ** 2 + values["y_m"] ** 2
-        reach = MEAN_DISTANCE**2 * contact.area_m2 + square
-        return np.where(contact.moving, 1.0, np.sqrt(1.0 - _arm_m(contact, values) ** 2 / reach))
+    def seen(self, view: View, values: Values) -> Array | None:
+        """What the fall of a block with its mass there differs from that of one with its mass in the middle."""
+        if not view.on_block:
+            return None
+        tall = values["slenderness"]
+        off = fallen(view, slenderness=tall, offset_m=(values["x_m"], values["y_m"]))
+        return off - fallen(view, slenderness=tall)
 
-    def spin(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
-        _, sine = cos_sin(contact.tilt_rad)
-        turned = GRAVITY_M_S2 * sine * _arm_m(contact, values) / (contact.area_m2 / 6.0)
-        return turned if contact.moving.all() else np.where(contact.moving, turned, 0.0)
-
-
-def _arm_m(contact: Contact, values: Values) -> Array:
-    """The offset's part across the way, d × e (n,)."""
-    along = contact.way_rad - contact.yaw_rad
-    cosine, sine = cos_sin(along)
-    return values["x_m"] * sine - values["y_m"] * cosine
+    def why_untestable(self, contact: Contact) -> str | None:
+        """See the base class."""
+        steepest = float(np.max(contact.tilt_rad, initial=0.0))
+        margin = 1.0 - 2.0 * FARTHEST_M / float(np.sqrt(np.min(contact.area_m2, initial=1.0)))
+        if margin <= 0.0 or np.tan(min(steepest, 1.5)) * TALLEST > margin:
+            return None
+        return (
+            f"No run was tilted beyond {np.degrees(steepest):.1f}°, where no block topples; "
+            "a mass off the middle of its sole changes nothing else."
+        )

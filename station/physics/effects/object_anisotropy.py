@@ -23,7 +23,7 @@ class ObjectAnisotropy(Effect):
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "direction law"
     parameters: ClassVar[tuple[Parameter, ...]] = PARAMETERS
-    confounded_with: ClassVar[tuple[str, ...]] = ("plate_anisotropy", "com_offset")
+    confounded_with: ClassVar[tuple[str, ...]] = ("plate_anisotropy", "uneven_contact")
     separated_by: ClassVar[str] = "the block turned between runs, so that its yaw varies against the plate"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:

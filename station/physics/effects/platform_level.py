@@ -30,7 +30,7 @@ class PlatformLevel(Effect):
         Parameter(name="eps_x_rad", unit="rad", low=-0.1, high=0.1, typical=0.01),
         Parameter(name="eps_y_rad", unit="rad", low=-0.1, high=0.1, typical=0.01),
     )
-    confounded_with: ClassVar[tuple[str, ...]] = ("one_way_friction", "friction_patch", "com_offset")
+    confounded_with: ClassVar[tuple[str, ...]] = ("one_way_friction", "friction_patch")
     separated_by: ClassVar[str] = "the plate turned by 180° in its mount, or an inclinometer on the level plate"
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:

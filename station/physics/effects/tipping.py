@@ -1,11 +1,8 @@
 """Tipping: a tall block falls over before it slides.
 
-A block of height q w on a square base of width w stands while the vertical through its centre of mass meets its base,
-tan θ q max(|cos β|, |sin β|) < 1, β the descent's direction against the edges: a cube (q = 1) falls at 45° along an
-edge and at 54.7° along a diagonal. A flat block (q = 0) never does. This is no friction, so no factor can say it: what
-changes is the picture. Beyond that tilt the top, with its mark, turns over the lower edge within 0.02 rad of tilt (some
-hundredths of a second), shifts and foreshortens; the block's friction was not measured, only that it is larger. The
-mark is taken to be as wide as the block. A block that already slides does not tip.
+A cube (slenderness q = 1) falls at 45° along an edge and at 54.7° along a diagonal, see `topple`; a flat block (q = 0)
+never does. This is no friction, so no factor can say it: what changes is the picture. The top, with its mark, turns
+over the lower edge, shifts and foreshortens; the block's friction was not measured, only that it is larger.
 """
 
 from __future__ import annotations
@@ -15,12 +12,11 @@ from typing import ClassVar
 import numpy as np
 
 from station.physics.contact import Array, Contact, View
-from station.physics.effect import Effect, Family, Layer, Values, unit
+from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.topple import fallen
 
 TALLEST = 5.0
-FALL_RAD = 0.02
-STILL_M_S = 5e-3
 
 
 class Tipping(Effect):
@@ -42,15 +38,7 @@ class Tipping(Effect):
         """See the module."""
         if not view.on_block or values["slenderness"] == 0.0:
             return None
-        lead_rad, lean = _lower_edge(view)
-        excess = view.tilt_rad - np.arctan2(1.0, values["slenderness"] * lean)
-        still = np.hypot(view.velocity_m_s[:, 0], view.velocity_m_s[:, 1]) < STILL_M_S
-        share = np.where(still, np.clip(excess / FALL_RAD, 0.0, 1.0), 0.0)
-        turned = (np.pi / 2 * share * share * (3.0 - 2.0 * share))[:, None]
-        lead = unit(lead_rad)
-        behind = np.einsum("nck,nk->nc", view.point_m - view.centre_m[:, None, :], lead) - view.side_m / 2
-        shift = behind * (np.cos(turned) - 1.0) + values["slenderness"] * view.side_m * np.sin(turned)
-        return shift[:, :, None] * lead[:, None, :]
+        return fallen(view, slenderness=values["slenderness"])
 
     def why_untestable(self, contact: Contact) -> str | None:
         """See the base class."""
@@ -61,12 +49,3 @@ class Tipping(Effect):
             f"No run was tilted beyond {np.degrees(steepest):.1f}°, "
             f"and a block {TALLEST:g} times as high as wide stands up to {np.degrees(np.arctan(1 / TALLEST)):.1f}°."
         )
-
-
-def _lower_edge(view: View) -> tuple[Array, Array]:
-    """Direction in P (n,) of the edge over which the block would fall, and cos of the descent's angle to it (n,)."""
-    side = view.point_m[:, 1] - view.point_m[:, 0]
-    yaw = np.arctan2(side[:, 1], side[:, 0])
-    quarter = np.pi / 2
-    lead = yaw + quarter * np.round((view.down_rad - yaw) / quarter)
-    return lead, np.cos(view.down_rad - lead)

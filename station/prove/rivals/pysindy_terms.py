@@ -23,7 +23,7 @@ NAMES: Mapping[str, str] = {
     "speed": "viscous", "speed:log": "rate_strengthening", "speed:exp": "stribeck", "dwell": "contact_aging",
     "run": "wear", "run:square": "wear", "load": "load_dependence", "direction:1": "platform_level",
     "slide_to_grain:1": "one_way_friction", "slide_to_grain:2": "plate_anisotropy",
-    "slide_to_block:2": "object_anisotropy", "yaw:1": "com_offset", "x": "friction_patch", "y": "friction_patch",
+    "slide_to_block:2": "object_anisotropy", "yaw:1": "uneven_contact", "x": "friction_patch", "y": "friction_patch",
     "x:square": "friction_patch", "y:square": "friction_patch", "tilt_rate": "clock_offset",
 }  # fmt: skip
 """Which effect a reader would call a term; the term is as near to the effect's law as the library comes."""

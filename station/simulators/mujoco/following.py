@@ -90,10 +90,11 @@ class Follower:
         self._world, self._curve = world, curve
         self._rest = Rest(world, curve)
         model = world.model
-        self._creeps, self._spins = bool(model.acting("creep")), bool(model.acting("spin"))
+        turn = (*model.acting("spin"), *model.acting("lever"))
+        self._creeps, self._spins = bool(model.acting("creep")), bool(turn)
         # At rest the factor of an effect that turns the block says what its moment takes of the friction: here it is
         # the moment that acts, and what it takes is MuJoCo's to find.
-        without = tuple(term for term in model.terms if not (self._spins and "spin" in term.effect.acts_through()))
+        without = tuple(term for term in model.terms if term not in turn)
         self._unturned = LimitCurve(replace(model, terms=without)) if self._spins else curve
         self._shakes = bool(model.acting("shaking"))
 
@@ -120,7 +121,8 @@ class Follower:
             held = self._curve.value(facing_to(contact, way), blocks.friction)
             way = np.where(moving, way, np.arctan2(y, x))  # a moment has no way: a block sets off where the load points
             contact = facing_to(contact, way)
-            turn = turn + self._world.model.spin(setting_off(contact))
+            friction = np.where(moving, held * normal, np.hypot(x, y))
+            turn = self._world.driven(setting_off(contact), friction)
         contact = None if contact is None else facing_to(contact, way)
         hold = self._hold(contact, blocks, moving)
         ellipse = osculating(hold, way)

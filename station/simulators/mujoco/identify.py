@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from station.physics.sole import TURNING_RADIUS
 from station.simulators.mujoco.bindings import mj
-from station.simulators.mujoco.tilted import MEAN_DISTANCE, Setup, described
+from station.simulators.mujoco.tilted import Setup, described
 
 FLOATS = NDArray[np.float64]
 LEAST_MU, MOST_MU, MOST_PER_S = 0.02, 2.0, 60.0
@@ -102,7 +103,7 @@ class _Simulated:
 
     def __init__(self, package: Any, number: int, slide: Slide, side_m: float) -> None:
         group = _group(package, number, _along_x(slide), side_m)
-        self._name, self._reach_m = f"mu {number}", MEAN_DISTANCE * side_m
+        self._name, self._reach_m = f"mu {number}", TURNING_RADIUS * side_m
         self._model = group.spec.compile()
         self._residual = package.build_residual_fn(models_sequences=[group], build_model=self._build, n_threads=1)
         self._known: dict[tuple[float, float], FLOATS] = {}

@@ -5,8 +5,8 @@ as a mocap body would not do: MuJoCo gives it no velocity in contact.
 
 Two kinds of block. The *even* one stands on one patch of contact under its mass, which resists turning by a torsional
 coefficient, and cannot lean: MuJoCo's elliptic cone is then the ellipsoidal limit surface |F|² + (M/ρ)² = (mu N)², with
-ρ = 0.38 L, the mean distance of a square sole's points from its middle, and sliding and turning share one friction. The
-*solid* one is what a user writes down first: a box on a plane, its mass in its middle.
+ρ = L / √12 (`station.physics.sole`), and sliding and turning share one friction. The *solid* one is what a user writes
+down first: a box on a plane, its mass in its middle.
 """
 
 from __future__ import annotations
@@ -18,14 +18,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from station.physics.sole import TURNING_RADIUS
 from station.simulators.mujoco.bindings import mj
 from station.simulators.mujoco.contact import EXACT, Contact
 from station.simulators.mujoco.engine import set_tangents, step_in_stages
 
 FLOATS = NDArray[np.float64]
 FOOT_RADIUS_M = 0.0005
-MEAN_DISTANCE = 0.3826
-"""Of a unit square's points from its middle."""
 STEP_S = 0.002
 _SETTLE_S = 0.5
 _GRAVITY = 9.81
@@ -119,7 +118,7 @@ class Plate:
         self.model = build(setup, side_m=side_m, mass_kg=mass_kg)
         self._gravity: FLOATS = self.model.opt.gravity
         self._friction: FLOATS = self.model.pair_friction
-        self._reach_m = MEAN_DISTANCE * side_m
+        self._reach_m = TURNING_RADIUS * side_m
         self._inertia = mass_kg * side_m**2 / 6
         self.sunk_m = self._settled()
 

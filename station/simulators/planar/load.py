@@ -18,6 +18,7 @@ import numpy as np
 from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
+from station.physics.sole import SQUARE_GYRATION
 from station.simulators.planar.asked import Asked
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Column, Down, Index, Plate, gravity_at
@@ -87,7 +88,7 @@ class World:
         self._own = np.stack([getattr(commands, name) for name in _OWN])
         self.half_m = 0.5 * np.sqrt(commands.area_m2)
         self.walled = bool(np.isfinite(commands.border_m))
-        hooks = ("friction", "push", "spin", "creep", "shaking")
+        hooks = ("friction", "push", "spin", "lever", "creep", "shaking")
         self._dented_m = np.zeros(len(commands))
         if self.walled:
             x, y, yaw = commands.start.T
@@ -143,6 +144,11 @@ class World:
             ax, ay, az = stretch[Column.ACCELERATION : Column.ACCELERATION + 3]
             x, y, z = x + az * at.y, y - az * at.x, z + ay * at.x - ax * at.y
         return x, y, -z
+
+    def driven(self, contact: Contact, friction: Array) -> Array:
+        """What turns blocks (a,), rad/s², that slide against a friction (a,) per mass."""
+        per_friction = self.model.lever(contact) / (SQUARE_GYRATION * contact.area_m2)
+        return self.model.spin(contact) + friction * per_friction
 
     def border_m(self, row: Index, at: Motion) -> Array:
         """From the square block's outermost corner to the foam (a,); inf without foam."""

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from station.physics.circle import cos_sin
 from station.physics.contact import Array
+from station.physics.sole import TURNING_RADIUS
 from station.simulators.planar.friction import LimitCurve, Support
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
 from station.simulators.planar.turning import (
-    MEAN_DISTANCE,
     Decays,
     Turning,
     decays,
@@ -106,7 +106,8 @@ class Slide:
         self._traced = traced
         self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
-        self._spins = bool(world.model.acting("spin")) or bool(world.commands.velocity[:, 2].any())
+        turns = world.model.acting("spin") or world.model.acting("lever")
+        self._spins = bool(turns) or bool(world.commands.velocity[:, 2].any())
 
     def run(
         self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,
@@ -228,9 +229,8 @@ class Slide:
         way = np.where(slow, 0.0, aside / np.maximum(at.speed, 0.5 * SLOW_M_S))
         drag, own = h.value * normal, None
         if self._spins:
-            spin = 0.0 if contact is None else self._world.model.spin(contact)
             own = turning(
-                np.broadcast_to(spin, drag.shape),
+                np.zeros_like(drag) if contact is None else self._world.driven(contact, drag),
                 hold=drag,
                 speed=at.speed,
                 rate=np.asarray(at.yaw_rate),
@@ -247,7 +247,7 @@ class Slide:
         first, second, third = (_turning_of(stage) for stage in stages)
         rate, off = rate_after(first, second, third, fading)
         yaw = after.yaw + fading.step / 6.0 * (first.rate + 4.0 * second.rate + third.rate)
-        reach = MEAN_DISTANCE * 2.0 * self._world.half_m[blocks.row]
+        reach = TURNING_RADIUS * 2.0 * self._world.half_m[blocks.row]
         return after._replace(yaw=yaw, yaw_rate=rate), np.maximum(wrong, _ACROSS * reach * off / TOLERANCE_M_S)
 
 

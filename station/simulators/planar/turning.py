@@ -5,10 +5,10 @@ D = √(v² + ρ²ω²) and the friction h N against sliding alone,
 
     a force h N v / D against its way,    a moment h N ρ² ω / D per mass,    k² ω′ = k² spin − h N ρ² ω / D,
 
-ρ = 0.3826 L the mean distance of a square sole's points from its middle, k² = L²/6 its square radius of gyration. At
-low speed ω relaxes faster than any step, to where drive and friction balance: ρ ω / v = q / √(1 − q²), q the drive over
-the largest moment of friction. Above that ω is integrated by an exponential Kutta rule of the third order (Cox &
-Matthews 2002, J. Comput. Phys. 176, 430), whose stages are those of the slide's own rule.
+ρ = L / √12 (`station.physics.sole`), k² = L²/6 the square radius of gyration. At low speed ω relaxes faster than any
+step, to where drive and friction balance: ρ ω / v = q / √(1 − q²), q the drive over the largest moment of friction.
+Above that ω is integrated by an exponential Kutta rule of the third order (Cox & Matthews 2002, J. Comput. Phys. 176,
+430), whose stages are those of the slide's own rule.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from station.physics.contact import Array, Bools
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
-MEAN_DISTANCE = 0.3826
-"""Of a unit square's points from its middle."""
-_SQUARE_GYRATION = 1.0 / 6.0
 _BOUND_M_S = 1e-3
 """With D below it ω is where drive and friction balance."""
 _MOST = 0.98
@@ -47,8 +45,8 @@ def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array,
 
     `bound` is that of the step's first stage; None: this is it.
     """
-    reach = MEAN_DISTANCE * side
-    strongest = hold * reach / (_SQUARE_GYRATION * side * side)
+    reach = TURNING_RADIUS * side
+    strongest = hold * reach / (SQUARE_GYRATION * side * side)
     together = np.maximum(np.sqrt(speed * speed + np.square(reach * rate)), 1e-9)
     q = spin / np.maximum(strongest, 1e-12)
     if bound is None:

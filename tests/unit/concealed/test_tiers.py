@@ -20,7 +20,7 @@ def test_the_catalogue_is_that_of_the_physics_page():
     contact = {
         *("kinetic_drop", "stribeck", "rate_strengthening", "viscous", "contact_aging", "wear", "object_anisotropy"),
         *("plate_anisotropy", "one_way_friction", "friction_patch", "adhesion", "load_dependence", "presliding"),
-        *("com_offset", "border_contact"),
+        *("uneven_contact", "border_contact"),
     }
     rig = {"platform_level", "angle_scale", "backlash", "pivot_offset", "arm_vibration", "clock_offset"}
     camera = {"camera_sag", "lens_distortion", "rolling_shutter"}

@@ -26,7 +26,7 @@ CURVES = [
     ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 0.0, "with_block": 1.0}),
     ("one_way_friction", {"cos1": 0.3, "sin1": 0.3, "pinch": 1.0, "with_block": 0.0}),
     ("one_way_friction", {"cos1": 0.5, "sin1": 0.5, "pinch": 1.0, "with_block": 0.0}),
-    ("com_offset", {"x_m": 5e-3, "y_m": 0.0}),
+    ("uneven_contact", {"x_m": 5e-3, "y_m": 0.0}),
 ]
 
 

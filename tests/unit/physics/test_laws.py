@@ -189,20 +189,20 @@ def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
         assert np.abs(left).max() < most * np.abs(shape).max()
 
 
-def test_a_leading_mass_keeps_straight_and_a_trailing_one_swings_round() -> None:
+def test_friction_behind_the_mass_keeps_a_block_straight_and_ahead_of_it_swings_it_round() -> None:
     """A shuttlecock: turned a little off the way, the moment brings it back, or on."""
     off = 0.1
     leading = contacts(1, moving=True, way_rad=0.0, yaw_rad=off, tilt_rad=0.5)
-    assert said("com_offset", "spin", leading, x_m=1e-3)[0] < 0
-    assert said("com_offset", "spin", leading, x_m=-1e-3)[0] > 0
+    assert said("uneven_contact", "lever", leading, x_m=-1e-3)[0] < 0
+    assert said("uneven_contact", "lever", leading, x_m=1e-3)[0] > 0
 
 
-def test_an_offset_mass_holds_less_across_only() -> None:
-    """Loaded along the offset there is no moment; across, the limit surface gives 1 / sqrt(1 + d² / r²)."""
+def test_an_uneven_contact_holds_less_across_only() -> None:
+    """Loaded along the arm there is no moment; across, the limit surface gives 1 / sqrt(1 + a² / ρ²)."""
     state = at_rest(2, yaw_rad=0.0, area_m2=1e-4, way_rad=np.radians([0.0, 90.0]))
-    along, across = said("com_offset", "friction", state, x_m=2e-3)
+    along, across = said("uneven_contact", "friction", state, x_m=2e-3)
     assert along == pytest.approx(1.0)
-    assert across == pytest.approx(1 / np.sqrt(1 + (2 / 3.826) ** 2))
+    assert across == pytest.approx(1 / np.sqrt(1 + 12 * 0.2**2))
 
 
 def test_foam_pushes_back_and_never_pulls() -> None:
@@ -328,6 +328,19 @@ def test_a_moving_mark_shears_by_its_rows() -> None:
     seen = said("rolling_shutter", "seen", view, readout_s=0.02)
     assert seen[0, 0, 0] - seen[0, 3, 0] == pytest.approx(1.2e-3)
     np.testing.assert_allclose(seen[..., 1], 0.0, atol=1e-15)
+
+
+def test_a_camera_is_pulled_down_the_slope_or_where_its_cable_pulls() -> None:
+    """To opposite sides one turns with the slope, the other does not; neither acts on a level plate."""
+    view = views(3, tilt_rad=np.array([0.5, 0.5, 0.0]), down_rad=np.array([0.3, 0.3 + np.pi, 0.3]))
+    sag = said("camera_sag", "seen", view, shift_m=1e-3)[:, 0]
+    cable = said("camera_sag", "seen", view, fixed_x_m=1e-3, fixed_y_m=-2e-3)[:, 0]
+    np.testing.assert_allclose(sag[0], -sag[1], atol=1e-12)
+    np.testing.assert_allclose(sag[0], 1e-3 * np.sin(0.5) * np.array([np.cos(0.3), np.sin(0.3)]))
+    np.testing.assert_allclose(cable[0], cable[1])
+    np.testing.assert_allclose(cable[0], np.sin(0.5) * np.array([1e-3, -2e-3]))
+    assert not sag[2].any()
+    assert not cable[2].any()
 
 
 def test_a_turning_mark_shears_by_its_corners_own_velocity() -> None:

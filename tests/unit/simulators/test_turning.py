@@ -8,12 +8,13 @@ import pytest
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
 from station.physics.model import Model, Term
+from station.physics.sole import TURNING_RADIUS
 from station.simulators.planar.commands import ramps
 from station.simulators.planar.simulate import simulate
-from station.simulators.planar.turning import MEAN_DISTANCE, Turning, decays, rate_after, rate_at_full, rate_at_half
+from station.simulators.planar.turning import Turning, decays, rate_after, rate_at_full, rate_at_half
 
 MU, SPEED_M_S, DECELERATION_M_S2 = 0.2, 0.5, 0.2 * 9.81
-POWER = 6.0 * MEAN_DISTANCE**2
+POWER = 6.0 * TURNING_RADIUS**2
 """ρ² / k² of a square."""
 
 
@@ -31,7 +32,7 @@ def test_a_slow_turn_fades_with_a_power_of_the_speed() -> None:
 
 def test_a_block_that_spins_fast_slides_farther() -> None:
     """Sliding and turning share one friction: with ρ ω = v, only 1/√2 of it is against the sliding."""
-    fast = SPEED_M_S / (MEAN_DISTANCE * 0.01)
+    fast = SPEED_M_S / (TURNING_RADIUS * 0.01)
     commands = ramps(np.tile([0.0, 2.0], (2, 1)), [[0.0, 0.0]], velocity=[[0.5, 0.0, 0.0], [0.5, 0.0, fast]])
     path = simulate(commands, Model(mu_s=MU), time_s=[0.0, 0.01, 0.02]).path[..., 0]
     lost = 0.5 * np.array([0.01, 0.02]) - path[:, 1:]
@@ -40,10 +41,10 @@ def test_a_block_that_spins_fast_slides_farther() -> None:
     assert ends[1] > 1.2 * ends[0]
 
 
-def test_an_offset_mass_swings_to_the_front() -> None:
-    """Trailing a little aside of the way, it swings round and comes to rest ahead, if the slide is long enough."""
-    effect = catalogue()["com_offset"]
-    model = Model(mu_s=0.3, terms=(Term(effect, {"x_m": -2e-3, "y_m": 0.3e-3}),))
+def test_a_block_whose_friction_acts_ahead_of_its_mass_swings_round() -> None:
+    """Ahead of the mass and a little aside, it comes to act behind it, if the slide is long enough."""
+    effect = catalogue()["uneven_contact"]
+    model = Model(mu_s=0.3, terms=(Term(effect, {"x_m": 2e-3, "y_m": -0.3e-3}),))
     motions = simulate(ramps((0.0, 0.5, 3.0), (0.25, 0.35, 0.6)), model, time_s=[3.0])
     ahead = motions.path[0, 0, 2] + np.arctan2(0.3e-3, -2e-3)
     assert np.cos(ahead) > 0.95
