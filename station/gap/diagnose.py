@@ -21,7 +21,7 @@ from station.gap.picture_data import PictureData, picture_data
 from station.gap.plan import more_runs, next_experiment
 from station.gap.quality import both_held_out, compared, sifted
 from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
-from station.gap.search import Progress, Search, search
+from station.gap.search import Progress, Search, search, with_wander
 from station.gap.statistics.fit import Fit, as_simulated
 from station.gap.statistics.systematic import without_nuisances
 from station.gap.tipping import Tipped, shows_tipping, tipped_over
@@ -104,6 +104,7 @@ def examined(
     rng = np.random.default_rng(seed)
     # What a simulator's numerics do is looked for in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
+    evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     progress("searching anew without each fold of the runs, and predicting those")
     folds = nested(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)

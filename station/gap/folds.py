@@ -14,9 +14,10 @@ from joblib import Parallel, delayed
 
 from station.gap.candidates import Begins
 from station.gap.evidence.evidence import Evidence
-from station.gap.search import Search, search
+from station.gap.search import Search, search, with_wander
 from station.gap.statistics.fit import Fit, fit
 from station.gap.statistics.systematic import is_nuisance
+from station.gap.statistics.wander import Wander
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -28,14 +29,20 @@ FOLDS = 5
 class Fold:
     """What is fitted to all runs but those `left_out` (r,): the plain model, and the one that was found.
 
-    `named` are the ids of the found model's effects; `less` is, by id, the fit of the others alone.
+    `wander` is that of the runs that were fitted; `named` are the ids of the found model's effects; `less` is, by id,
+    the fit of the others alone.
     """
 
     left_out: Bools
+    wander: Mapping[str, Wander]
     before: Fit
     after: Fit
     named: tuple[str, ...] = ()
     less: Mapping[str, Fit]
+
+    def of(self, evidence: Evidence) -> Evidence:
+        """The evidence that the fold was fitted to."""
+        return replace(evidence.without(self.left_out), wander=self.wander)
 
 
 def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
@@ -72,15 +79,16 @@ def nested(
 def _searched(
     evidence: Evidence, effects: Sequence[Effect], begin: tuple[Model, Begins], left_out: Bools, seed: Sequence[int]
 ) -> Fold:
-    part, rng = evidence.without(left_out), np.random.default_rng(seed)
-    start = Model(mu_s=begin[0].mu_s)
+    start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng(seed)
+    part = with_wander(evidence.without(left_out), start)
     found = search(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
     return _fold(part, found, left_out)
 
 
 def _fold(part: Evidence, found: Search, left_out: Bools) -> Fold:
     after, names = found.model, tuple(effect.id for effect in found.found)
-    return _with_less(part, Fold(left_out=left_out, before=found.null, after=after, named=names, less={}))
+    fold = Fold(left_out=left_out, wander=part.wander, before=found.null, after=after, named=names, less={})
+    return _with_less(part, fold)
 
 
 def _with_less(part: Evidence, fold: Fold) -> Fold:
@@ -93,7 +101,7 @@ def _with_less(part: Evidence, fold: Fold) -> Fold:
 def dropped(evidence: Evidence, fold: Fold, name: str) -> Fold:
     """The fold without one of its names."""
     named = tuple(other for other in fold.named if other != name)
-    return _with_less(evidence.without(fold.left_out), replace(fold, after=fold.less[name], named=named))
+    return _with_less(fold.of(evidence), replace(fold, after=fold.less[name], named=named))
 
 
 def less(evidence: Evidence, after: Fit, name: str) -> Fit:

@@ -55,7 +55,7 @@ def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, Hel
     gain = _mean(full.log_run - plain.log_run)
     expected = np.full(evidence.runs, np.nan)
     for fold in folds:
-        expected[fold.left_out] = expected_log_run(evidence, fold.after)[fold.left_out]
+        expected[fold.left_out] = expected_log_run(fold.of(evidence), fold.after)[fold.left_out]
     gap = _mean(expected - plain.log_run)
     # Where the plain model already scores what can be scored, as far as one can see, there is no gap to close.
     share = gain.value / gap.value if gap.value > gap.sd else math.nan

@@ -23,7 +23,9 @@ from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
 from station.gap.statistics.fit import Fit, fit, levelled
 from station.gap.statistics.places import places_of
+from station.gap.statistics.slopes import residuals
 from station.gap.statistics.systematic import allowing_for, without_nuisances
+from station.gap.statistics.wander import wanders
 from station.gap.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -87,6 +89,15 @@ class Search:
     def named(self) -> tuple[str, ...]:
         """Ids of the effects of the catalogue in the model."""
         return tuple(effect.id for effect in self.found if not is_smooth(effect))
+
+
+def with_wander(evidence: Evidence, start: Model) -> Evidence:
+    """The evidence with how friction wanders along its slides, as the plain model leaves it.
+
+    Once for all models: what all runs have in common is taken off, and a law's misfit is no run's wander.
+    """
+    plain = fit(evidence, levelled(evidence, start), ())
+    return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
 
 
 def search(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from station.physics.contact import Array, Bools
 if TYPE_CHECKING:
     from station.gap.evidence.paths import Paths
     from station.gap.evidence.ridden import Rides
+    from station.gap.statistics.wander import Wander
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,7 +40,8 @@ class Evidence:
 
     `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
     that is not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are
-    predicted, and nothing is fitted to them; None: there are none.
+    predicted, and nothing is fitted to them; None: there are none. `wander` is how friction wanders along the slides,
+    by channel, where that has been estimated.
     """
 
     channels: tuple[Channel, ...]
@@ -50,6 +53,7 @@ class Evidence:
     paths: Paths | None = None
     rides: Rides | None = None
     held_out: Bools | None = None
+    wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, if the recording has it."""
