@@ -59,9 +59,8 @@ def test_a_law_that_all_runs_share_is_no_wander() -> None:
     drawn = _drawn(evidence, Wander(0.0, 5e-3), np.random.default_rng(1))
     first = np.flatnonzero(np.diff(along.rows.run, prepend=-1))
     number = np.arange(len(along)) - np.repeat(first, np.diff(np.append(first, len(along))))
-    alone = wanders(evidence, drawn)["along"]
     found = wanders(evidence, drawn | {"along": drawn["along"] + 0.02 * number})["along"]
-    assert found.sd == pytest.approx(alone.sd, abs=2e-3)
+    assert found.sd < 0.01  # half of what the law changes from one window to the next
 
 
 def test_wander_is_whitened_away() -> None:
