@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -180,13 +180,18 @@ def _inside(effect: Effect, values: Values) -> bool:
 
 
 Asked = Callable[["Fitter", Fit], float]
+Begins = Mapping[frozenset[str], tuple[Model, Noise]]
+"""Models with their noise by the ids of their effects."""
 
 
 class Fitter:
-    """Fits models to one evidence; of models with the same effects the likeliest is kept."""
+    """Fits models to one evidence; of models with the same effects the likeliest is kept.
 
-    def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
+    `begins` says where a model's first fit begins, if a search of nearly the same runs has already found it.
+    """
+
+    def __init__(self, evidence: Evidence, begins: Begins | None = None) -> None:
+        self.evidence, self._begins = evidence, begins or {}
         self._known: dict[frozenset[str], Fit] = {}
         self._asked: list[tuple[Fit, Asked, float]] = []
 
@@ -200,7 +205,14 @@ class Fitter:
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
         """The fit of these effects, from `start` where none is known."""
-        return self._known.get(_key(effects)) or self.refit(start, effects, noise)
+        key = _key(effects)
+        if key not in self._known and key in self._begins:
+            return self.refit(self._begins[key][0], effects, self._begins[key][1])
+        return self._known.get(key) or self.refit(start, effects, noise)
+
+    def ends(self) -> Begins:
+        """Where all fits ended: where those of nearly the same runs may begin."""
+        return {key: (found.model, found.noise) for key, found in self._known.items()}
 
     def begin(self, current: Fit, candidate: Candidate) -> None:
         """Fits the candidate from its own starts: `fitted` goes on from the likeliest fit that is known."""
@@ -240,9 +252,11 @@ class Fitter:
         full = math.log(max(self.evidence.used(), 2))
         if not parameter.is_shape:
             return full
+        if found.at_bound(effect.id, parameter.name):
+            return LEAST_COST
         sd = found.sd(effect.id, parameter.name)
         spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
-        return min(full, max(2.0 * math.log(spread / sd), LEAST_COST)) if sd > 0.0 else LEAST_COST
+        return min(full, max(2.0 * math.log(spread / sd), LEAST_COST))
 
     def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         """The fit of these effects from `start`, or the likelier one that is known."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,15 +11,17 @@ import numpy as np
 from shared.messages import Sample
 from station.gap.belief import Belief, beliefs, called
 from station.gap.candidates import NONE, SINGLE
+from station.gap.determined import determined
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
+from station.gap.folds import assigned, less, nested
 from station.gap.locate import located
 from station.gap.picture_data import PictureData, picture_data
 from station.gap.plan import more_runs, next_experiment
-from station.gap.quality import both_held_out, compared
-from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Value, Verdict
-from station.gap.search import Progress, Search, search
+from station.gap.quality import both_held_out, compared, sifted
+from station.gap.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.gap.search import Progress, Search, search, with_wander
 from station.gap.statistics.fit import Fit, as_simulated
 from station.gap.statistics.systematic import without_nuisances
 from station.gap.tipping import Tipped, shows_tipping, tipped_over
@@ -78,6 +80,7 @@ def examined(
     setting: Setting | None = None,
     mu_s: float = 0.4,
     seed: int = 1,
+    jobs: int = 1,
     progress: Progress = lambda _: None,
 ) -> Examined:
     """The diagnosis, with what a report's figures need.
@@ -89,6 +92,7 @@ def examined(
         setting: sizes of plate and block.
         mu_s: where the plain model's fit begins.
         seed: of the null's draws and of the folds; the same seed gives the same answer.
+        jobs: processes that search without a fold each; with 1 no other process is started.
         progress: is told what is being done.
     """
     progress("reading the evidence")
@@ -100,11 +104,16 @@ def examined(
     rng = np.random.default_rng(seed)
     # What a simulator's numerics do is looked for in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
+    evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
-    progress("predicting held-out runs")
-    both = both_held_out(evidence, found.null, found.model, found.found, rng)
-    quality = compared(evidence, found.null, found.model, both)
-    answer = _answer(evidence, found, quality, catalogue, name=name)
+    progress("searching anew without each fold of the runs, and predicting those")
+    folds = nested(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
+    belief = beliefs(found)
+    folds, own = sifted(evidence, folds, belief.classes)
+    both = both_held_out(evidence, folds)
+    model = _kept(evidence, found, own)
+    quality = compared(evidence, folds, both, model)
+    answer = _answer(evidence, found, _Judged(belief, own, model, quality), catalogue, name=name)
     pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
     return Examined(diagnosis=answer, pictures=pictures)
 
@@ -129,18 +138,36 @@ def _slid(evidence: Evidence) -> int:
     return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
 
 
-def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: Catalogue, *, name: str) -> Diagnosis:
-    belief = beliefs(found)
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What is believed of a search, what each name adds for unseen runs, and the model of those that add something."""
+
+    belief: Belief
+    own: Mapping[str, Own]
+    model: Fit
+    quality: FitQuality
+
+
+def _kept(evidence: Evidence, found: Search, own: Mapping[str, Own]) -> Fit:
+    """The fit to all runs without the names that do not improve the prediction of unseen ones."""
+    model = found.model
+    for name, adds in own.items():
+        if not adds.real:
+            model = less(evidence, model, name)
+    return model
+
+
+def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catalogue, *, name: str) -> Diagnosis:
+    belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
-    improves = not found.found or quality.log_score_gain > quality.gain_se
-    effects = _effects(found, belief, improves)
+    effects = _effects(evidence, found, judged)
     tall = catalogue.get(TIPPING)
     prior = SINGLE / max(len(catalogue), 1)
     tips = tipped_over(evidence, tall, prior=prior / (prior + NONE))
     untestable = dict(found.untestable)
     if tall is not None and shows_tipping(evidence, tall):
         untestable.pop(TIPPING, None)
-    verdict = _verdict(effects, claimed=claimed and improves)
+    verdict = _verdict(effects, claimed=claimed)
     if tips is not None:
         effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
         verdict = "supported"
@@ -179,7 +206,7 @@ def _answer(evidence: Evidence, found: Search, quality: FitQuality, catalogue: C
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_tipping(as_simulated(evidence, found.model), tall, tips)),
+        model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
     )
 
 
@@ -189,9 +216,12 @@ def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> M
     return model.with_term(Term(effect, {name: value.value for name, value in tips.effect.parameters.items()}))
 
 
-def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound, ...]:
-    listed = [_effect(found, belief, term, improves) for term in without_nuisances(found.model.model).terms]
-    for candidate, believed in zip(found.places, belief.places, strict=True):
+def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[EffectFound, ...]:
+    """The names that were found, those that unseen runs do not bear out among them; and the places."""
+    kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
+    every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
+    listed = [_effect(evidence, fitted, term, judged) for fitted, term in every.values()]
+    for candidate, believed in zip(found.places, judged.belief.places, strict=True):
         place = candidate.place
         where = f"{place.channel.phase} against {place.covariate}" if place is not None else ""
         listed.append(
@@ -207,8 +237,8 @@ def _effects(found: Search, belief: Belief, improves: bool) -> tuple[EffectFound
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
 
 
-def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> EffectFound:
-    effect = term.effect
+def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> EffectFound:
+    effect, belief, own = term.effect, judged.belief, judged.own[term.effect.id]
     near = belief.classes[effect.id]
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
     return EffectFound(
@@ -216,23 +246,25 @@ def _effect(found: Search, belief: Belief, term: Term, improves: bool) -> Effect
         title=effect.title,
         class_ids=near,
         probability=belief.effects[effect.id],
-        verdict=verdict if improves and belief.effects[effect.id] > EVEN else "not supported",
+        verdict=verdict if own.real and belief.effects[effect.id] > EVEN else "not supported",
         parameters={
             parameter.name: Value(
                 value=term.values[parameter.name],
-                sd=_sd(found, term, parameter.name),
+                sd=_sd(fitted, term, parameter.name),
                 unit=parameter.unit,
+                at_bound=fitted.at_bound(effect.id, parameter.name),
             )
             for parameter in effect.parameters
         },
+        determined=determined(evidence, fitted, term),
+        own=own,
         separated_by=effect.separated_by,
     )
 
 
-def _sd(found: Search, term: Term, name: str) -> float:
-    """Of a number; one at its bound has none, 0, and one that is not free nan."""
-    sd = found.model.sd(term.effect.id, name)
-    return 0.0 if sd == 0.0 else math.hypot(sd, EXACT * _size(term, name))
+def _sd(fitted: Fit, term: Term, name: str) -> float:
+    """Of a number; nan of one that is not free."""
+    return math.hypot(fitted.sd(term.effect.id, name), EXACT * _size(term, name))
 
 
 def _size(term: Term, name: str) -> float:

@@ -9,8 +9,8 @@ import numpy as np
 
 from station.gap.evidence.channel import Channel
 from station.gap.evidence.evidence import Evidence
+from station.gap.held_out import HeldOut
 from station.gap.locate import smooth_part
-from station.gap.quality import HeldOut
 from station.gap.search import Search, Stage
 from station.physics.contact import Array, Bools
 from station.physics.model import Model

@@ -1,154 +1,141 @@
-"""How well held-out runs are predicted, before and after: each run is predicted by a fit that has not seen it."""
+"""How well unseen runs are predicted, before and after, by the whole procedure; and what each name adds to that."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
 
-from station.gap.evidence.channel import Channel
+from station.gap.belief import called
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.onsets import Onsets
-from station.gap.evidence.slides import Along
-from station.gap.result import FitQuality, Quality
-from station.gap.statistics.fit import Fit, fit
-from station.gap.statistics.noise import GAUSSIAN
-from station.physics.contact import Array, Bools
-from station.physics.effect import Effect
+from station.gap.folds import Fold, dropped
+from station.gap.held_out import HeldOut, predicted, with_paths
+from station.gap.result import FitQuality, Own, Quality, Value
+from station.gap.statistics.ceiling import expected_log_run
+from station.gap.statistics.fit import Fit
+from station.physics.contact import Array
 
-FOLDS = 5
+Classes = Mapping[str, Collection[str]]
+"""Ids of what was found in all runs, each with those that cannot be told from it."""
 
 
-@dataclass(frozen=True, eq=False)
-class HeldOut:
-    """Of every run (r,), by fits without it: log density, onset error (rad), whether within 90 %; path errors (m).
+def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> tuple[tuple[Fold, ...], dict[str, Own]]:
+    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds.
 
-    `rank` is the share of the predicted distribution below the recorded onset: uniform where the spread is right.
+    The one that adds least goes first: of two that do each other's work the other is then seen alone.
     """
-
-    log_run: Array
-    onset_rad: Array
-    within: Array
-    path_m: Array
-    rank: Array
-
-    def quality(self) -> Quality:
-        """The summary."""
-        return Quality(
-            log_score=_mean(self.log_run),
-            onset_rmse_deg=math.degrees(_rms(self.onset_rad)),
-            path_rmse_mm=1e3 * _rms(self.path_m),
-            coverage90=_mean(self.within),
-        )
+    own = dict[str, Own]()
+    left = dict(classes)
+    while left:
+        each = {name: _own(evidence, folds, {called(name), *alike}) for name, alike in left.items()}
+        own |= each
+        name = min(left, key=lambda name: each[name].gain.value - each[name].gain.sd)
+        if each[name].real:
+            break
+        alike = {called(name), *left.pop(name)}
+        folds = [fold if (its := _one_of(fold, alike)) is None else dropped(evidence, fold, its) for fold in folds]
+    return tuple(folds), own
 
 
-def both_held_out(
-    evidence: Evidence, before: Fit, after: Fit, effects: Sequence[Effect], rng: np.random.Generator
-) -> tuple[HeldOut, HeldOut]:
-    """The predictions of the plain model and of the one that has `effects`, over the same folds."""
-    fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
-    plain = held_out(evidence, before, (), fold)
-    return plain, held_out(evidence, after, effects, fold) if effects else plain
+def both_held_out(evidence: Evidence, folds: Sequence[Fold]) -> tuple[HeldOut, HeldOut]:
+    """The predictions of the plain model, and of what the procedure found without the runs."""
+    before = [(fold.left_out, fold.before) for fold in folds]
+    after = [(fold.left_out, fold.after) for fold in folds]
+    plain = with_paths(evidence, predicted(evidence, before), before)
+    if not any(fold.named for fold in folds):
+        return plain, plain
+    return plain, with_paths(evidence, predicted(evidence, after), after)
 
 
-def compared(evidence: Evidence, before: Fit, after: Fit, both: tuple[HeldOut, HeldOut]) -> FitQuality:
-    """Sums up the predictions of both."""
+def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, HeldOut], after: Fit) -> FitQuality:
+    """Sums up the predictions of both; `after` is the model that all runs together led to."""
     plain, full = both
-    used = np.isfinite(plain.log_run) & np.isfinite(full.log_run)
-    gain = full.log_run[used] - plain.log_run[used]
-    se = float(np.std(gain, ddof=1)) / math.sqrt(max(len(gain), 1)) if len(gain) > 1 else math.nan
-    seen = (after.log_likelihood - before.log_likelihood) / max(int(used.sum()), 1)
-    share = min(max(_mean(gain) / seen, 0.0), 1.0) if seen > 1e-9 else math.nan
+    gain = _mean(full.log_run - plain.log_run)
+    expected = np.full(evidence.runs, np.nan)
+    for fold in folds:
+        expected[fold.left_out] = expected_log_run(fold.of(evidence), fold.after)[fold.left_out]
+    gap = _mean(expected - plain.log_run)
+    # Where the plain model already scores what can be scored, as far as one can see, there is no gap to close.
+    share = gain.value / gap.value if gap.value > gap.sd else math.nan
     return FitQuality(
-        before=plain.quality(),
-        after=full.quality(),
-        log_score_gain=_mean(gain),
-        gain_se=se,
+        before=quality(plain),
+        after=quality(full),
+        log_score_gain=gain.value,
+        gain_se=gain.sd,
         floor_onset_deg=_floor_deg(evidence, after),
         gap_closed=share,
+        gap_closed_se=gain.sd / gap.value if gap.value > gap.sd else math.nan,
+        ceiling_log_score=_mean(np.where(np.isfinite(plain.log_run), expected, np.nan)).value,
+        nested=True,
     )
 
 
-def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
-    """Fits anew without each fold, from the whole fit as a start, and predicts it.
-
-    What the nuisances had to bend counts here as it does in the fit, each run's share of it: a plain model that reads
-    all onsets late by seven times what is plausible predicts well, and is not right.
-    """
-    runs = evidence.runs
-    log_run, onset, within, path, rank = (np.full(runs, np.nan) for _ in range(5))
-    for number in range(FOLDS):
-        left_out: Bools = fold == number
-        part = fit(evidence, whole.model, effects, noise=whole.noise, runs=~left_out)
-        log_run[left_out] = part.log_run[left_out] + part.log_prior / runs
-        for channel in evidence.channels:
-            if isinstance(channel, Onsets):
-                _onsets(channel, part, left_out, onset=onset, within=within, rank=rank)
-            elif isinstance(channel, Along):
-                _paths(channel, part, left_out, path, drawn=_drawn(evidence, part))
-    present = np.zeros(runs, dtype=np.bool_)
-    for channel in evidence.channels:
-        present[channel.rows.run] = True
-    log_run[~present] = np.nan
-    return HeldOut(log_run, onset, within, path, rank)
+def _own(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> Own:
+    names = [_one_of(fold, alike) for fold in folds]
+    with_it = [(fold.left_out, fold.after) for fold in folds]
+    without = [
+        (fold.left_out, fold.after if name is None else fold.less[name])
+        for fold, name in zip(folds, names, strict=True)
+    ]
+    full, others = (with_paths(evidence, predicted(evidence, parts), parts) for parts in (with_it, without))
+    return Own(
+        gain=_mean(full.log_run - others.log_run, unit="nat"),
+        path=_median(others.path_m - full.path_m, unit="m"),
+        folds=sum(name is not None for name in names),
+    )
 
 
-def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within: Array, rank: Array) -> None:
-    rows = channel.rows
-    residual, tilt = channel.residual(part.model), channel.angle_rad()
-    chosen = left_out[rows.run] & ~rows.limit
-    onset[rows.run[chosen]] = (residual * np.sin(tilt) * np.cos(tilt))[chosen]
-    spread = np.sqrt(part.noise.scatter**2 + rows.sigma**2 + channel.shaking(part.model) ** 2)
-    tail = part.noise.tail[channel.name]
-    law: Any = norm if tail >= GAUSSIAN else student(tail)
-    pull = residual / spread
-    within[rows.run[chosen]] = (np.abs(pull) <= float(law.ppf(0.95)))[chosen]
-    rank[rows.run[chosen]] = law.cdf(pull)[chosen]
+def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
+    """The name of a class that was found in a fold."""
+    return next((name for name in fold.named if called(name) in alike), None)
 
 
-def _drawn(evidence: Evidence, part: Fit) -> Array:
-    """What each run's onset (r,) leads one to expect of its slide: the friction that both share."""
-    expected = np.full(evidence.runs, np.nan if evidence.channel("onset") else 0.0)
-    channel = evidence.channel("onset")
-    if channel is not None and part.noise.scatter > 0:
-        share = part.noise.friction**2 / part.noise.scatter**2
-        known = ~channel.rows.limit
-        expected[channel.rows.run[known]] = share * channel.residual(part.model)[known]
-    return expected
-
-
-def _paths(channel: Along, part: Fit, left_out: Bools, path: Array, *, drawn: Array) -> None:
-    """Root mean square over each slide of where the unexplained force moves the block, its onset being known."""
-    rows = channel.rows
-    lost = (channel.residual(part.model) - drawn[rows.run]) * channel.friction_m_s2()
-    known = np.isfinite(drawn[rows.run])  # without an onset of its own a slide's level is anybody's guess
-    for run in np.unique(rows.run[left_out[rows.run] & known]):
-        mine = np.flatnonzero(rows.run == run)
-        seconds = (rows.to_ns[mine] - rows.from_ns[mine]) * 1e-9
-        speed = np.cumsum(lost[mine] * seconds)
-        place = np.cumsum((speed - 0.5 * lost[mine] * seconds) * seconds)
-        path[run] = math.sqrt(float(np.mean(place**2)))
+def quality(held: HeldOut) -> Quality:
+    """The summary of predictions, each figure with its standard error."""
+    score, within = _mean(held.log_run), _mean(held.within)
+    onset, path = np.degrees(np.abs(held.onset_rad)), 1e3 * held.path_m
+    figures = {
+        "log_score": score,
+        "onset_rmse_deg": _rms(onset),
+        "path_rmse_mm": _rms(path),
+        "coverage90": within,
+        "onset_median_deg": _median(onset),
+        "path_median_mm": _median(path),
+    }
+    values = {name: figure.value for name, figure in figures.items()}
+    return Quality(**values, se={name: figure.sd for name, figure in figures.items()})
 
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:
     """The scatter between equal runs, as an angle."""
-    channel: Channel | None = evidence.channel("onset")
+    channel = evidence.channel("onset")
     if not isinstance(channel, Onsets):
         return math.nan
     tilt = channel.angle_rad()
     return math.degrees(after.noise.scatter * float(np.sqrt(np.mean((np.sin(tilt) * np.cos(tilt)) ** 2))))
 
 
-def _mean(values: Array) -> float:
+def _mean(values: Array, *, unit: str = "1") -> Value:
     known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else math.nan
+    sd = float(known.std(ddof=1)) / math.sqrt(len(known)) if len(known) > 1 else math.nan
+    return Value(value=float(known.mean()) if len(known) else math.nan, sd=sd, unit=unit)
 
 
-def _rms(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return math.sqrt(float(np.mean(known**2))) if len(known) else math.nan
+def _rms(values: Array) -> Value:
+    """Root of the mean square, with the standard error that the mean square's leads to."""
+    square = _mean(values**2)
+    root = math.sqrt(square.value) if square.value >= 0 else math.nan
+    return Value(value=root, sd=0.5 * square.sd / root if root > 0 else square.sd, unit="1")
+
+
+def _median(values: Array, *, unit: str = "1") -> Value:
+    """The median, with half the width of its 68 % interval by order statistics (no distribution is assumed)."""
+    known = np.sort(values[np.isfinite(values)])
+    if len(known) < 2:
+        return Value(value=float(known[0]) if len(known) else math.nan, sd=math.nan, unit=unit)
+    reach = 0.5 * math.sqrt(len(known))
+    low, high = np.clip([0.5 * len(known) - reach, 0.5 * len(known) + reach - 1], 0, len(known) - 1)
+    ends = np.interp([low, high], np.arange(len(known)), known)
+    return Value(value=float(np.median(known)), sd=0.5 * float(ends[1] - ends[0]), unit=unit)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -14,11 +14,12 @@ Verdict = Literal["supported", "not supported", "indistinguishable", "untestable
 
 @dataclass(frozen=True, kw_only=True)
 class Value:
-    """A number with its standard error, 90 % interval and unit."""
+    """A number with its standard error, 90 % interval and unit; `at_bound` where its range ends at this value."""
 
     value: float
     sd: float
     unit: str
+    at_bound: bool = False
 
     @property
     def interval90(self) -> tuple[float, float]:
@@ -55,8 +56,40 @@ class Located:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Combination:
+    """A quantity that is known where single numbers are not, with its standard error in its unit."""
+
+    expression: str
+    value: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Own:
+    """What one name adds to the prediction of unseen runs, all others being there, each with its standard error.
+
+    `gain` is in log score a run, `path` how much nearer a slide's simulation comes; the folds that did not find the
+    name are counted with nothing. `folds` is in how many it was found.
+    """
+
+    gain: Value
+    path: Value
+    folds: int
+
+    @property
+    def real(self) -> bool:
+        """True if unseen runs are predicted better beyond the standard error."""
+        return self.gain.value > self.gain.sd
+
+
+@dataclass(frozen=True, kw_only=True)
 class EffectFound:
-    """An effect of the catalogue, or `other`, and what is said of it. `class_ids` cannot be told from each other."""
+    """An effect of the catalogue, or `other`, and what is said of it. `class_ids` cannot be told from each other.
+
+    `determined` are the combinations that are known where single numbers are not; `own` is what the name adds to the
+    prediction of unseen runs.
+    """
 
     id: str
     title: str
@@ -65,21 +98,33 @@ class EffectFound:
     verdict: Verdict
     parameters: Mapping[str, Value]
     separated_by: str = ""
+    determined: tuple[Combination, ...] = ()
+    own: Own | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """How well held-out runs are predicted; nan where the recording has no such thing."""
+    """How well held-out runs are predicted; nan where the recording has no such thing.
+
+    `se` has the standard error of each figure by its name.
+    """
 
     log_score: float
     onset_rmse_deg: float
     path_rmse_mm: float
     coverage90: float
+    onset_median_deg: float = math.nan
+    path_median_mm: float = math.nan
+    se: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitQuality:
-    """Before and after, on runs that were held out; `floor` is the spread between equal runs."""
+    """Before and after, on runs that were held out; `floor` is the spread between equal runs.
+
+    `gap_closed` is the share of what the log score could gain at most: the ceiling is what the fitted model scores on
+    sessions that are drawn from itself. `nested`: the names, too, were found without the runs.
+    """
 
     before: Quality
     after: Quality
@@ -87,6 +132,9 @@ class FitQuality:
     gain_se: float
     floor_onset_deg: float
     gap_closed: float
+    gap_closed_se: float = math.nan
+    ceiling_log_score: float = math.nan
+    nested: bool = False
     simulator_rerun: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
@@ -184,6 +232,9 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "gain_se": fit.gain_se,
                 "floor": {"onset_rmse_deg": fit.floor_onset_deg},
                 "gap_closed": fit.gap_closed,
+                "gap_closed_se": fit.gap_closed_se,
+                "ceiling": {"log_score": fit.ceiling_log_score},
+                "nested": fit.nested,
                 "simulator_rerun": dict(fit.simulator_rerun) or {"engine": "", "before": {}, "after": {}},
             },
             "next_experiment": None
@@ -228,16 +279,31 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "class": list(effect.class_ids),
         "probability": effect.probability,
         "verdict": effect.verdict,
-        "parameters": {name: _value(value) for name, value in effect.parameters.items()},
+        "parameters": {name: _value(value) | {"at_bound": value.at_bound} for name, value in effect.parameters.items()},
+        "determined": [asdict(one) for one in effect.determined],
+        "held_out": None if effect.own is None else _own(effect.own),
     }
 
 
-def _quality(quality: Quality) -> dict[str, float]:
+def _own(own: Own) -> dict[str, Any]:
+    return {
+        "log_score_gain": own.gain.value,
+        "gain_se": own.gain.sd,
+        "path_gain_mm": 1e3 * own.path.value,
+        "path_gain_se_mm": 1e3 * own.path.sd,
+        "folds": own.folds,
+    }
+
+
+def _quality(quality: Quality) -> dict[str, Any]:
     return {
         "log_score": quality.log_score,
         "onset_rmse_deg": quality.onset_rmse_deg,
         "path_rmse_mm": quality.path_rmse_mm,
         "coverage90": quality.coverage90,
+        "onset_median_deg": quality.onset_median_deg,
+        "path_median_mm": quality.path_median_mm,
+        "se": dict(quality.se),
     }
 
 

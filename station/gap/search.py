@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from station.gap.by_paths import against_nothing, gained, judged, proposed
-from station.gap.candidates import Candidate, Fitter, candidates_of, place_candidate, single_candidates
+from station.gap.candidates import Begins, Candidate, Fitter, candidates_of, place_candidate, single_candidates
 from station.gap.comparison import Comparison, revised
 from station.gap.evidence.evidence import Evidence
 from station.gap.misfit import Gained, channels_of, is_misfit, is_trifle, is_trifling_place
@@ -23,7 +23,9 @@ from station.gap.statistics.calibration import Calibration, calibrate
 from station.gap.statistics.columns import scores, variants_of
 from station.gap.statistics.fit import Fit, fit, levelled
 from station.gap.statistics.places import places_of
+from station.gap.statistics.slopes import residuals
 from station.gap.statistics.systematic import allowing_for, without_nuisances
+from station.gap.statistics.wander import wanders
 from station.gap.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -60,7 +62,8 @@ class Stage:
 class Search:
     """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts.
+    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts;
+    `ends` is where all fits ended.
     """
 
     null: Fit
@@ -70,6 +73,7 @@ class Search:
     channels: Mapping[str, frozenset[str]]
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
+    ends: Begins
 
     @property
     def global_p(self) -> float:
@@ -87,17 +91,35 @@ class Search:
         return tuple(effect.id for effect in self.found if not is_smooth(effect))
 
 
+def with_wander(evidence: Evidence, start: Model) -> Evidence:
+    """The evidence with how friction wanders along its slides, as the plain model leaves it.
+
+    Once for all models: what all runs have in common is taken off, and a law's misfit is no run's wander.
+    """
+    plain = fit(evidence, levelled(evidence, start), ())
+    return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
+
+
 def search(
-    evidence: Evidence, effects: Sequence[Effect], *, start: Model, rng: np.random.Generator, progress: Progress
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    *,
+    start: Model,
+    rng: np.random.Generator,
+    progress: Progress,
+    begins: Begins | None = None,
 ) -> Search:
-    """Runs all stages on evidence with at least one row of friction."""
+    """Runs all stages on evidence with at least one row of friction.
+
+    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
+    """
     progress("fitting the plain model")
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
-    fitter = Fitter(evidence)
+    fitter = Fitter(evidence, begins)
     current, stages, places = null, list[Stage](), list[Candidate]()
     known: list[Gained] = []
     for number in range(MOST_STAGES):
@@ -114,7 +136,7 @@ def search(
     progress("comparing each with what could stand in its place")
     current, compared = revised(fitter, current, offered)
     channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in current.model.terms}
-    return Search(null, tuple(stages), current, compared, channels, tuple(places), reasons)
+    return Search(null, tuple(stages), current, compared, channels, tuple(places), reasons, fitter.ends())
 
 
 def _stage(

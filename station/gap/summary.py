@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.gap.result import Diagnosis, EffectFound, Value
+from station.gap.result import Diagnosis, EffectFound, FitQuality, Quality, Value
 
 MOST_PLACES = 4
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
@@ -60,7 +60,9 @@ def _simulated(diagnosis: Diagnosis) -> list[Text]:
     rerun = diagnosis.fit.simulator_rerun
     if rerun:
         levels = [rerun[when].get("own_level", rerun[when]) for when in ("before", "after") if rerun.get(when)]
-        figures = [" to ".join(f"{level[key] or math.nan:.2f}" for level in levels) for key in _RERUN]
+        figures = [
+            " to ".join("–" if (one := level[key]) is None else f"{one:.2f}" for level in levels) for key in _RERUN
+        ]
         lines.append(Text(f"In {rerun['engine']}, at each run's own level: onset {figures[0]}°, path {figures[1]} mm"))
     return lines
 
@@ -78,12 +80,16 @@ def _effects(diagnosis: Diagnosis) -> Table:
         table.add_column(column)
     for effect in diagnosis.effects:
         values = ", ".join(f"{name} = {_value(value)}" for name, value in effect.parameters.items())
+        known = (Value(value=one.value, sd=one.sd, unit=one.unit) for one in effect.determined)
+        values += "".join(
+            f"; {one.expression}: {_value(value)}" for one, value in zip(effect.determined, known, strict=True)
+        )
         table.add_row(", ".join(effect.class_ids), f"{effect.probability:.2f}", effect.verdict, values)
     return table
 
 
 def _value(value: Value) -> str:
-    unit = "" if value.unit == "1" else f" {value.unit}"
+    unit = ("" if value.unit == "1" else f" {value.unit}") + (" (at its bound)" if value.at_bound else "")
     if not math.isfinite(value.sd) or value.sd == 0:
         return f"{value.value:.3g}{unit}"
     digits = max(0, 1 - math.floor(math.log10(value.sd)))
@@ -91,11 +97,31 @@ def _value(value: Value) -> str:
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
+    """Before and after on unseen runs: robust figures, with standard errors; what the recording lacks is left out."""
     fit = diagnosis.fit
-    before, after = fit.before, fit.after
-    return Text(
-        f"Fit on held-out runs: log score {fit.log_score_gain:+.2f} ± {fit.gain_se:.2f} a run; onset error "
-        f"{before.onset_rmse_deg:.2f}° to {after.onset_rmse_deg:.2f}° (floor {fit.floor_onset_deg:.2f}°); path error "
-        f"{before.path_rmse_mm:.2f} to {after.path_rmse_mm:.2f} mm; 90 % intervals hold "
-        f"{100 * before.coverage90:.0f} % to {100 * after.coverage90:.0f} %"
-    )
+    parts = [
+        _number("log score {} a run", fit.log_score_gain, fit.gain_se, sign=True),
+        _number("closes {} of what it could gain", fit.gap_closed, fit.gap_closed_se),
+        _change(fit, "onset_median_deg", "median onset error", "°"),
+        _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
+        _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
+    ]
+    told = [part for part in parts if part]
+    return Text("Prediction of unseen runs: " + ("; ".join(told) if told else "there is nothing to compare"))
+
+
+def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:
+    before, after = (_figure(one, name) for one in (fit.before, fit.after))
+    return f"{words} {before} to {after}{unit}" if before and after else ""
+
+
+def _figure(quality: Quality, name: str) -> str:
+    return _number("{}", getattr(quality, name), quality.se.get(name, math.nan))
+
+
+def _number(words: str, value: float, se: float, *, sign: bool = False) -> str:
+    """The words with the number and its standard error in it; nothing where there is no number."""
+    if not math.isfinite(value):
+        return ""
+    told = f"{value:+.2f}" if sign else f"{value:.2f}"
+    return words.format(f"{told} ± {se:.2f}" if math.isfinite(se) else told)

@@ -104,6 +104,11 @@ class Effect(ABC):
         del contact, values
         return 0.0
 
+    def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+        """Quantities that slides in these states determine where single numbers trade off: value and unit by words."""
+        del contact, values
+        return {}
+
     def __eq__(self, other: object) -> bool:
         """Effects hold no state: one id, one effect, also after a journey through another process."""
         return isinstance(other, Effect) and other.id == self.id

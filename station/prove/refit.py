@@ -18,7 +18,8 @@ import numpy as np
 from shared.rig import load_rig
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence
-from station.gap.quality import FOLDS, held_out
+from station.gap.folds import FOLDS
+from station.gap.held_out import held_out
 from station.gap.statistics.fit import Fit, fit, levelled
 from station.physics.catalogue import Catalogue, catalogue
 from station.physics.contact import Array

@@ -68,7 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
-    parser.add_argument("--jobs", type=int, default=0, help="files at a time; 0: one for each core")
+    parser.add_argument(
+        "--jobs", type=int, default=0, help="processes, for the files or the folds of one; 0: one for each core"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -106,7 +108,12 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
         with console.status("reading the recording") as status:
             return [
                 diagnose_file(
-                    files[0], rig=options.rig, seed=options.seed, simulate=options.simulate, status=status.update
+                    files[0],
+                    rig=options.rig,
+                    seed=options.seed,
+                    simulate=options.simulate,
+                    jobs=options.jobs or os.cpu_count() or 1,
+                    status=status.update,
                 )
             ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
@@ -128,9 +135,10 @@ def diagnose_file(
     rig: Path | None = None,
     seed: int = 1,
     simulate: str | None = None,
+    jobs: int = 1,
     status: Progress = lambda _: None,
 ) -> Examined:
-    """Diagnoses one file; with what its report's figures need.
+    """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
 
     Raises:
         UserError: if it is missing, damaged or of another kind.
@@ -153,6 +161,7 @@ def diagnose_file(
         name=str(path),
         setting=setting_of(config),
         seed=seed,
+        jobs=jobs,
         progress=tell,
     )
     answer = found.diagnosis

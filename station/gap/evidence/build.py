@@ -17,8 +17,9 @@ from station.gap.evidence.onsets import Onsets
 from station.gap.evidence.paths import Paths
 from station.gap.evidence.plate import PlateMotion
 from station.gap.evidence.rested import rested
+from station.gap.evidence.ridden import rides
 from station.gap.evidence.sensor_rows import sensor_channel
-from station.gap.evidence.slide_rows import slide_channels
+from station.gap.evidence.slide_rows import free_windows, slide_channels
 from station.gap.evidence.slips import Reread, reread
 from station.gap.evidence.tips import tips_of
 from station.gap.evidence.tracks import RunTrack, run_tracks
@@ -36,6 +37,7 @@ class Recorded:
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
+        self.windows = free_windows(self)
 
     def _usable(self, track: RunTrack) -> bool:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
@@ -59,6 +61,7 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
         paths=_paths(recorded.reread, onsets),
+        rides=rides(recorded) if recorded.windows else None,
     )
 
 

@@ -46,6 +46,8 @@ class Channel(ABC):
         unit: of the residual.
         shares_friction: whether the run's own draw of friction shifts its rows (by 1 per unit of ln mu).
         trusted: what all rows together are trusted to, in `unit`: by less no effect is told, however many runs say so.
+        travelled_m: (n,) how far along its path the block is, of rows that lie along one; None of others. Only
+            differences within a run mean anything.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Channel(ABC):
     unit: str
     shares_friction: bool = False
     trusted: float = 0.0
+    travelled_m: Array | None = None
 
     def __init__(self, rows: Rows) -> None:
         self.rows = rows
@@ -129,6 +132,7 @@ class Part(Channel):
         self.name, self.phase, self.unit = whole.name, whole.phase, whole.unit
         self.shares_friction = whole.shares_friction
         self._whole, self._chosen = whole, chosen
+        self.travelled_m = None if whole.travelled_m is None else whole.travelled_m[chosen]
 
     def changed_by(self, effect: Effect) -> bool:
         """As the whole is."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,8 @@ from station.physics.contact import Array, Bools
 
 if TYPE_CHECKING:
     from station.gap.evidence.paths import Paths
+    from station.gap.evidence.ridden import Rides
+    from station.gap.statistics.wander import Wander
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,7 +48,9 @@ class Evidence:
     """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it.
 
     `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
-    that is not plain.
+    that is not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are
+    predicted, and nothing is fitted to them; None: there are none. `wander` is how friction wanders along the slides,
+    by channel, where that has been estimated.
     """
 
     channels: tuple[Channel, ...]
@@ -55,6 +60,9 @@ class Evidence:
     notes: tuple[str, ...] = field(default=())
     tips: Tips = NO_TIPS
     paths: Paths | None = None
+    rides: Rides | None = None
+    held_out: Bools | None = None
+    wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, if the recording has it."""
@@ -65,10 +73,21 @@ class Evidence:
         """How many runs have evidence."""
         return len(self.run_number)
 
+    @property
+    def counted(self) -> Bools:
+        """The runs (r,) to which models are fitted."""
+        return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
+
     def used(self) -> int:
-        """How many runs have at least one row of friction."""
+        """How many of the runs that count have at least one row of friction."""
         rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
-        return len(np.unique(np.concatenate(rows))) if rows else 0
+        return int(self.counted[np.unique(np.concatenate(rows))].sum()) if rows else 0
+
+    def without(self, runs: Bools) -> Evidence:
+        """The same rows with some runs (r,) held out, also from the blocks' first paths."""
+        kept = self.counted & ~runs
+        paths = None if self.paths is None else self.paths.of_runs(self.facts.number[kept])
+        return replace(self, held_out=~kept, paths=paths)
 
     def only(self, runs: Bools) -> Evidence:
         """The rows of some runs (r,), for estimates of noise; runs keep their places. It cannot be evaluated anew."""

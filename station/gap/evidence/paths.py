@@ -53,6 +53,13 @@ class Paths:
         some = np.unique(np.linspace(0, len(contact) - 1, MOST_RUNS).astype(int))
         return cls(breakaways.some(MOST_RUNS), contact.chosen(some), law)
 
+    def of_runs(self, number: Array) -> Paths | None:
+        """The paths of the runs with these numbers, as `contact` has them; None without any."""
+        places = np.flatnonzero(np.isin(self.contact.run, number))
+        if not len(places):
+            return None
+        return replace(self, breakaways=self.breakaways.of_places(places), contact=self.contact.chosen(places))
+
     def told(self, model: Model) -> tuple[Term, ...]:
         """The terms of a model whose laws of sliding change these paths."""
         return tuple(term for term in model.terms if self._changes(term))

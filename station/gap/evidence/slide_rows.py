@@ -36,17 +36,21 @@ FREE_M = 1e-3
 """Windows nearer to the foam than this are left out: they show the foam."""
 
 
-def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """Along, across and turn, of all windows in which the block is free of the foam, wherever it lay before."""
-    found = [
+def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
+    """The windows of slides in which the block is free of the foam, wherever it lay before, each with its run's place."""
+    return [
         (place, window)
         for place, track in enumerate(recorded.tracks)
         for window in windows_of(track)
         if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
     ]
-    if not found:
+
+
+def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
+    """Along, across and turn, of all windows in which the block is free of the foam, wherever it lay before."""
+    if not recorded.windows:
         return []
-    places, windows = [place for place, _ in found], [window for _, window in found]
+    places, windows = [place for place, _ in recorded.windows], [window for _, window in recorded.windows]
     runs = np.array(places, dtype=np.int64)
     tracks = [recorded.tracks[place] for place in places]
     nodes = len(WEIGHTS)

@@ -99,6 +99,9 @@ class _Slides(Channel):
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows)
         self.motion = motion
+        contact, middle = motion.moments.reported, len(WEIGHTS) // 2
+        x_m, y_m = (values[middle :: len(WEIGHTS)] for values in (contact.x_m, contact.y_m))
+        self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
 
     def _mean(self, values: Array) -> Array:
         """Over the nodes of each window, with the weak form's weights: (3 n, …) to (n, …)."""

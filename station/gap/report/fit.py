@@ -13,7 +13,7 @@ from station.gap.report import html
 from station.gap.report.drawing import inline_svg
 from station.gap.report.onsets import onsets
 from station.gap.report.scores import scores
-from station.gap.result import Diagnosis, Quality
+from station.gap.result import Diagnosis, Quality, Value
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
@@ -37,25 +37,37 @@ def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
 
 def _table(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
-    head = ("held-out runs", "log score a run", "onset error (°)", "path error (mm)", "within 90 %")
+    errors = ("onset error (°): rms, median", "path error (mm): rms, median")
+    head = ("unseen runs", "log score a run", *errors, "within 90 %")
     rows = [_quality("before: plain model", fit.before), _quality("after: with what was found", fit.after)]
+    rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
     rows.append(["floor: equal runs", "", html.number(fit.floor_onset_deg), "", ""])
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} a run; share of "
-        f"the recoverable gap that was closed: {html.number(fit.gap_closed)}."
+        f"the gap to the ceiling that was closed: {html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}. "
+        "Names and numbers were found without the runs that are predicted."
     )
     return html.table(head, rows, caption="Before and after") + html.paragraph(gain)
 
 
 def _quality(name: str, quality: Quality) -> list[str]:
+    told = {figure: f"{html.number(getattr(quality, figure))}{_se(quality, figure)}" for figure in _FIGURES}
     return [
         name,
-        html.number(quality.log_score),
-        html.number(quality.onset_rmse_deg),
-        html.number(quality.path_rmse_mm),
-        html.number(quality.coverage90),
+        told["log_score"],
+        f"{told['onset_rmse_deg']}, {told['onset_median_deg']}",
+        f"{told['path_rmse_mm']}, {told['path_median_mm']}",
+        told["coverage90"],
     ]
+
+
+_FIGURES = ("log_score", "onset_rmse_deg", "onset_median_deg", "path_rmse_mm", "path_median_mm", "coverage90")
+
+
+def _se(quality: Quality, figure: str) -> str:
+    se = quality.se.get(figure, float("nan"))
+    return f" ± {html.number(se)}" if np.isfinite(se) else ""
 
 
 def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
@@ -81,6 +93,14 @@ def _parameters(diagnosis: Diagnosis) -> str:
     rows.append(["plain model", "scatter", f"{diagnosis.scatter:.3g}", "–", "of mu_s"])
     for effect in diagnosis.effects:
         rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
+        rows += [
+            [
+                escape(effect.id),
+                escape(one.expression),
+                *html.with_error(Value(value=one.value, sd=one.sd, unit=one.unit)),
+            ]
+            for one in effect.determined
+        ]
     return html.table(
         ("of", "parameter", "value", "90 % interval", "unit"),
         rows,

@@ -91,11 +91,13 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         parts.append(extra)
         low += [-np.inf] * extra.shape[1]
         high += [np.inf] * extra.shape[1]
-    table = whitening(np.column_stack([own, *parts]))
-    slope, _ = pulls(white, whitening.tail, whitening.limit)
-    expected = np.where(whitening.tail >= GAUSSIAN, 1.0, (whitening.tail + 1) / (whitening.tail + 3))
-    counted = np.sqrt(expected)[:, None] * table
-    nuisance, candidates = counted[:, : len(fit.free)], counted[:, len(fit.free) :]
+    counted = evidence.counted[whitening.run]
+    table = whitening(np.column_stack([own, *parts]))[counted]
+    run, tail = whitening.run[counted], whitening.tail[counted]
+    slope, _ = pulls(white[counted], tail, whitening.limit[counted])
+    expected = np.where(tail >= GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
+    weighted = np.sqrt(expected)[:, None] * table
+    nuisance, candidates = weighted[:, : len(fit.free)], weighted[:, len(fit.free) :]
     precision = np.array([number.precision for number in fit.free])
     prior = np.diag(precision)
     projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
@@ -106,16 +108,16 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
     share = raw * -slope[:, None]
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
-    np.add.at(of_runs, whitening.run, share)
+    np.add.at(of_runs, run, share)
     return Scores(
         variants=tuple(variants),
         # A nuisance that bends to a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
-        of_runs=of_runs,
+        of_runs=of_runs[evidence.counted],
         low=np.array(low),
         high=np.array(high),
-        runs=evidence.runs,
+        runs=int(evidence.counted.sum()),
     )
 
 

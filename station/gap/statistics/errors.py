@@ -30,10 +30,11 @@ class Curvature:
     limit: Bools
     run: Times
 
-    def covariance(self, precision: Array, width: Array, inner: Bools) -> Array:
-        """Of the numbers (k, k); `precision` (k,) is that of their priors; those not `inner` (at a bound) have none.
+    def covariance(self, precision: Array, width: Array) -> Array:
+        """Of the numbers (k, k); `precision` (k,) is that of their priors.
 
-        What the runs do not tell is as uncertain as its bounds leave it, which are `width` (k,) apart: even within.
+        What the runs do not tell is as uncertain as its bounds leave it, which are `width` (k,) apart: even within. One
+        at a bound has the error of any other: how near to its bound it is known to be.
 
         A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) /
         (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
@@ -41,17 +42,15 @@ class Curvature:
         """
         expected = np.where(self.tail >= GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
         weight = np.where(self.limit, self.curve, expected)
-        table = self.slope[:, inner]
-        information = (table * weight[:, None]).T @ table + np.diag(precision[inner])
-        of_model = np.linalg.pinv(information + np.diag(UNIFORM / width[inner] ** 2), hermitian=True)
+        table = self.slope
+        information = (table * weight[:, None]).T @ table + np.diag(precision)
+        of_model = np.linalg.pinv(information + np.diag(UNIFORM / width**2), hermitian=True)
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))
-        meat = share.T @ share * (runs / max(runs - table.shape[1], 1)) + np.diag(precision[inner])
+        meat = share.T @ share * (runs / max(runs - table.shape[1], 1)) + np.diag(precision)
         sandwich = of_model @ meat @ of_model
         ratio = np.diag(sandwich) / np.maximum(np.diag(of_model), 1e-300)
         wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + TRUSTED_AFTER_RUNS)
         scale = np.minimum(np.sqrt(wider), MOST_WIDER)
-        covariance = np.zeros((len(precision), len(precision)))
-        covariance[np.ix_(inner, inner)] = of_model * np.outer(scale, scale)
-        return covariance
+        return of_model * np.outer(scale, scale)

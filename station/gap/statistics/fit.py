@@ -22,6 +22,7 @@ from station.gap.statistics.whitening import Whitening, stack
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.physics.parameter import Parameter
 
 MOST_STEPS = 25
 CONVERGED = 1e-3
@@ -39,6 +40,10 @@ ENOUGH = 0.2
 """The share of the promised gain that a step must bring, or else it is shortened: one to the far end of a shape's range
 may gain a little, and leads to where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
 
+LEAST_FACTOR = 1e-3
+"""Of a measurement's nominal error: a simulation without noise still rounds its numbers. With less, the covariance of a
+run whose rows share its friction has no Cholesky factor (`station diagnose` of a planar simulation)."""
+
 _RIDGE = 1e-9
 
 
@@ -46,8 +51,9 @@ _RIDGE = 1e-9
 class Fit:
     """A fitted model.
 
-    `log_run` (runs,) is each run's log density; `covariance` (k, k) that of `vector` in scaled numbers (see
-    `errors`); `converged` False where the search ended elsewhere than at a maximum; `log_prior` is the nuisances'.
+    `log_run` (runs,) is each run's log density, `counted` (runs,) says to which the model was fitted; `covariance`
+    (k, k) is that of `vector` in scaled numbers (see `errors`); `converged` is False where the search ended elsewhere
+    than at a maximum; `log_prior` is the nuisances'.
     """
 
     model: Model
@@ -56,25 +62,38 @@ class Fit:
     covariance: Array
     noise: Noise
     log_run: Array
+    counted: Bools
     white: Array
     converged: bool
     log_prior: float = 0.0
 
     @property
     def log_likelihood(self) -> float:
-        """Of all runs, and of what the nuisances had to bend to explain them."""
-        return float(self.log_run.sum()) + self.log_prior
+        """Of the runs that count, and of what the nuisances had to bend to explain them."""
+        return float(self.log_run[self.counted].sum()) + self.log_prior
 
     def sd(self, effect_id: str, parameter: str) -> float:
         """Standard error of a parameter in its unit; nan if it is not free."""
-        for place, number in enumerate(self.free):
-            if (
-                number.effect
-                and number.parameter
-                and (number.effect.id, number.parameter.name) == (effect_id, parameter)
-            ):
-                return float(np.sqrt(max(self.covariance[place, place], 0.0))) * number.scale
-        return float("nan")
+        place = self._place(effect_id, parameter)
+        if place is None:
+            return math.nan
+        return float(np.sqrt(max(self.covariance[place, place], 0.0))) * self.free[place].scale
+
+    def at_bound(self, effect_id: str, parameter: str) -> bool:
+        """True if a parameter is free and where its bounds end."""
+        place = self._place(effect_id, parameter)
+        return place is not None and not self.free[place].low < self.vector[place] < self.free[place].high
+
+    def of_effect(self, effect_id: str) -> tuple[tuple[Parameter, ...], Array]:
+        """The free parameters (k,) of an effect and their covariance (k, k), in their units."""
+        places = [place for place, number in enumerate(self.free) if number.effect and number.effect.id == effect_id]
+        scale = np.array([self.free[place].scale for place in places])
+        numbers = tuple(number for place in places if (number := self.free[place].parameter) is not None)
+        return numbers, self.covariance[np.ix_(places, places)] * np.outer(scale, scale)
+
+    def _place(self, effect_id: str, parameter: str) -> int | None:
+        names = [(one.effect.id, one.parameter.name) if one.effect and one.parameter else None for one in self.free]
+        return names.index((effect_id, parameter)) if (effect_id, parameter) in names else None
 
 
 def fit(
@@ -84,23 +103,21 @@ def fit(
     *,
     noise: Noise | None = None,
     refine: bool = True,
-    runs: Bools | None = None,
     steps: int = MOST_STEPS,
 ) -> Fit:
     """Fits mu_s and the effects' parameters from `start`.
 
     Args:
-        evidence: what to fit to.
+        evidence: what to fit to; the log densities are of all its runs, also of those that are held out.
         start: where to begin; effects that it has and that are not in `effects` stay as they are.
         effects: whose parameters are free.
         noise: to begin with; None: estimated from the residuals at the start.
         refine: whether the noise is estimated anew where that makes the recording more likely.
-        runs: (runs,) those that count; all by default. The log densities are of all runs.
         steps: how many Newton steps at most.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
     free = free_numbers(evidence, [*nuisances(evidence, start), *named])
-    search = _Search(evidence, start, free, noise=noise, runs=runs)
+    search = _Search(evidence, start, free, noise=noise)
     converged = search.climb(steps)
     for _ in range(NOISE_ROUNDS if refine else 0):
         if not search.renew_noise():
@@ -115,7 +132,8 @@ def levelled(evidence: Evidence, start: Model) -> Model:
     A first noise that is too large makes every later one so, and nothing would be seen.
     """
     channel = evidence.channel("onset") or evidence.channel("along")
-    known = channel.residual(start)[~channel.rows.limit] if channel else np.zeros(0)
+    rows = channel.rows if channel else None
+    known = channel.residual(start)[~rows.limit & evidence.counted[rows.run]] if channel and rows else np.zeros(0)
     return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
 
 
@@ -139,11 +157,9 @@ class _Tried:
 
 
 class _Search:
-    def __init__(
-        self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None, runs: Bools | None
-    ) -> None:
+    def __init__(self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None) -> None:
         self.evidence, self.free = evidence, free
-        self.counts = np.ones(evidence.runs, dtype=np.bool_) if runs is None else runs
+        self.counts = evidence.counted
         self.vector = vector_of(start, free)
         self.low = np.array([number.low for number in free])
         self.high = np.array([number.high for number in free])
@@ -229,14 +245,14 @@ class _Search:
     def result(self, converged: bool) -> Fit:
         density = log_density(self.white, self.whitening.tail, self.whitening.limit)
         log_run = np.bincount(self.whitening.run, density, self.evidence.runs) - self.whitening.log_scale
-        inner = (self.vector > self.low) & (self.vector < self.high)
         return Fit(
             model=replace(self.model, scatter=self.noise.scatter),
             free=self.free,
             vector=self.vector,
-            covariance=self.curvature.covariance(self.precision, self.high - self.low, inner),
+            covariance=self.curvature.covariance(self.precision, self.high - self.low),
             noise=self.noise,
             log_run=log_run,
+            counted=self.counts,
             white=self.white,
             converged=converged,
             log_prior=-0.5 * float(self.precision @ self.vector**2),
@@ -277,7 +293,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
             # Both parts of the scatter alike: what onset and slide do not share is known from their difference.
             friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
         else:
-            factor[channel.name] = factor[channel.name] * scale
+            factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
     return Noise(friction=friction, own=own, factor=factor, tail=tail)
 
 

@@ -20,6 +20,7 @@ from scipy.stats import norm
 
 from station.gap.evidence.evidence import Evidence
 from station.gap.evidence.plate import Times
+from station.gap.statistics.wander import Wander
 from station.physics.contact import Array, Bools
 
 GAUSSIAN = 200.0
@@ -55,10 +56,17 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     for channel in evidence.channels:
         values, rows = residuals[channel.name], channel.rows
         known = ~rows.limit
-        factor[channel.name] = _factor(values[known], rows.sigma[known], rows.run[known])
+        wander = evidence.wander.get(channel.name)
+        place = None if wander is None or channel.travelled_m is None else channel.travelled_m[known]
+        more = 0.0 if wander is None or place is None else _wandering(wander, place, rows.sigma[known], rows.run[known])
+        factor[channel.name] = math.sqrt(
+            max(_factor(values[known], rows.sigma[known], rows.run[known]) ** 2 - more, 0.25)
+        )
         mean, error = _run_means(
             values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs
         )
+        if wander is not None and place is not None:
+            error = np.hypot(error, _of_means(wander, place, rows.run[known], evidence.runs))
         means[channel.name], errors[channel.name] = mean, error
         own[channel.name] = _between(mean, error)
     if "onset" in own:
@@ -79,6 +87,24 @@ def _factor(values: Array, sigma: Array, run: Times) -> float:
     first, second = values[1:][same], values[:-1][same]
     standardised = (first - second) / np.hypot(sigma[1:][same], sigma[:-1][same])
     return max(_robust_sd(standardised), 0.5)
+
+
+def _wandering(wander: Wander, place_m: Array, sigma: Array, run: Times) -> float:
+    """What the wander adds to the variance of differences of rows in pairs, standardised as in `_factor`."""
+    same = run[1:] == run[:-1]
+    if not same.any():
+        return 0.0
+    apart = 2.0 * (wander.sd**2 - wander.shared(np.diff(place_m)[same]))
+    return float(np.median(apart / (sigma[1:][same] ** 2 + sigma[:-1][same] ** 2)))
+
+
+def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
+    """Standard deviation (runs,) of the wander's mean over each run's rows."""
+    found = np.zeros(runs)
+    for one in np.unique(run):
+        mine = place_m[run == one]
+        found[one] = math.sqrt(float(wander.shared(mine[:, None] - mine[None, :]).mean()))
+    return found
 
 
 def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:

@@ -40,13 +40,15 @@ class Whitening:
         if shaking is not None:
             variance[: len(shaking)] += shaking**2
         loads = _loads(evidence, noise, self.channel)
+        place, size, reach = _wandering(evidence)
         self._order = np.argsort(self.run, kind="stable")
         self._edges = np.searchsorted(self.run[self._order], np.arange(evidence.runs + 1))
         sizes = np.diff(self._edges)
         self._factors = np.zeros(int((sizes**2).sum()))
         self._places = np.concatenate([[0], np.cumsum(sizes**2)])
         self.log_scale: Array = np.zeros(evidence.runs)
-        _factorise(self._order, self._edges, self._places, variance, loads, self._factors, self.log_scale)
+        along = np.column_stack([place, size, reach, self.channel])
+        _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, self.log_scale)
 
     def __call__(self, values: Array) -> Array:
         """Whitened values; a vector (rows,) or a matrix (rows, columns)."""
@@ -57,8 +59,13 @@ class Whitening:
 
 
 @compiled
-def _factorise(order: Any, edges: Any, places: Any, variance: Any, loads: Any, factors: Any, log_scale: Any) -> None:
-    """Cholesky factors of every run's covariance, one after another in `factors`, and the ln of their determinants."""
+def _factorise(
+    order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_scale: Any
+) -> None:
+    """Cholesky factors of every run's covariance, one after another in `factors`, and the ln of their determinants.
+
+    `along` (rows, 4) are the place along the path, the wander's standard deviation and reach, and the channel.
+    """
     for run in range(len(edges) - 1):
         rows = order[edges[run] : edges[run + 1]]
         size = len(rows)
@@ -68,6 +75,9 @@ def _factorise(order: Any, edges: Any, places: Any, variance: Any, loads: Any, f
                 total = variance[rows[i]] if i == j else 0.0
                 for k in range(loads.shape[1]):
                     total += loads[rows[i], k] * loads[rows[j], k]
+                a, b = along[rows[i]], along[rows[j]]
+                if a[1] > 0.0 and a[3] == b[3]:
+                    total += a[1] ** 2 * np.exp(-abs(a[0] - b[0]) / a[2])
                 for k in range(j):
                     total -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
@@ -102,6 +112,17 @@ def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
         if one.name != "onset":  # its own draw is in the variance: a run has one onset
             loads[of_channel, 1 + place] = noise.own[one.name]
     return loads
+
+
+def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
+    """Of all rows: the place along the path, and the wander's standard deviation and reach; 0, 0, 1 without any."""
+    places, sizes, reaches = list[Array](), list[Array](), list[Array]()
+    for channel in evidence.channels:
+        wander, some = evidence.wander.get(channel.name), np.ones(len(channel))
+        places.append(0.0 * some if channel.travelled_m is None else channel.travelled_m)
+        sizes.append((0.0 if wander is None else wander.sd) * some)
+        reaches.append((1.0 if wander is None else wander.reach_m) * some)
+    return np.concatenate(places), np.concatenate(sizes), np.concatenate(reaches)
 
 
 def stack(evidence: Evidence, parts: Mapping[str, Array]) -> Array:

@@ -10,6 +10,7 @@ tossed plastic cube: 0.11). A level of its own that sliding has below the static
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.speed_slope import speed_slope
 
 FASTEST_M_S = 0.1
 
@@ -46,3 +48,7 @@ class RateStrengthening(Effect):
         cut_off = FASTEST_M_S * 10.0 ** -values["slower_decades"]
         factor = 1.0 + values["per_e_fold"] * np.log1p(contact.speed_m_s / cut_off)
         return np.where(contact.moving, np.maximum(factor, 0.0), 1.0)
+
+    def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+        """The slope, which size and shape of the law share."""
+        return speed_slope(self, contact, values)

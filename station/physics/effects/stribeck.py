@@ -7,6 +7,7 @@ n = 1 (Tustin's at 1, Bo & Pavelescu's from 1/2), and the Lorentzian 1 / (1 + (v
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.speed_slope import speed_slope
 
 LIGHTEST = 1e-6
 """The least q: an exponential, to six digits."""
@@ -47,3 +49,7 @@ class Stribeck(Effect):
         tail = max(values["exponent"] - 1.0, LIGHTEST)
         fallen = -np.expm1(-np.log1p(tail * power) / tail)
         return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)
+
+    def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+        """The slope, which size and shape of the law share."""
+        return speed_slope(self, contact, values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from station.gap.quality import held_out
+from station.gap.held_out import held_out
 from station.gap.statistics.fit import Fit, fit
 from station.physics.effect import Effect
 from station.physics.model import Term

@@ -10,7 +10,7 @@ import numpy as np
 from shared.installed import to_install
 from station.gap.evidence.plate import PlateMotion, Times
 from station.gap.evidence.tracks import RunTrack, run_tracks
-from station.gap.quality import held_out
+from station.gap.held_out import held_out
 from station.gap.statistics.fit import fit
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Term

@@ -1,0 +1,32 @@
+"""The slope of a speed law where a recording has slides: what they determine, whatever the law's own numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from station.physics.contact import Contact
+from station.physics.effect import Effect, Values
+
+SHARES = (0.25, 0.75)
+"""Of the recorded speeds: the quartiles between which the slope is taken."""
+
+
+def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+    """The change of friction per e-fold of speed between the quartiles of the recorded speeds, over static friction.
+
+    Empty where nothing slides.
+    """
+    speeds = contact.speed_m_s[contact.moving]
+    if not len(speeds):
+        return {}
+    low, high = np.quantile(speeds, SHARES).tolist()
+    if not 0.0 < low < high:
+        return {}
+    one = contact.chosen(np.flatnonzero(contact.moving)[:1].repeat(2))
+    slow, fast = np.ravel(effect.friction(replace(one, speed_m_s=np.array([low, high])), values)).tolist()
+    words = f"change of friction per e-fold of speed, {1e3 * low:.3g} to {1e3 * high:.3g} mm/s"
+    return {words: ((fast - slow) / math.log(high / low), "1")}
