@@ -124,6 +124,10 @@ def friction_and_drag(seen: Seen) -> tuple[float, float]:
     slides = (speed > 0.02) & (speed < 1.0) & (np.hypot(*acceleration.T) < 5.0)
     slides &= np.hypot(*place[1:-1].T) < FREE_M
     way = velocity[slides] / speed[slides, None]
+    times = [one.stamp_ns for one in seen.attitude]
+    wx, wy = (np.interp(stamps[1:-1], times, [getattr(one, name) for one in seen.attitude]) for name in ("wx", "wy"))
+    # Coriolis presses a block on that slides as the plate tilts: mu times that would pass for a drag of 0.1 /s.
+    gravity[:, 2] -= 2 * (wx * velocity[:, 1] - wy * velocity[:, 0])
     missing = ((gravity[slides, :2] - acceleration[slides]) * way).sum(axis=1)
     (mu, drag), *_ = np.linalg.lstsq(np.column_stack([-gravity[slides, 2], speed[slides]]), missing, rcond=None)
     return float(mu), float(drag)
