@@ -37,7 +37,7 @@ FREE_M = 1e-3
 
 
 def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
-    """The windows of slides in which the block is free of the foam, wherever it lay before, each with its run's place."""
+    """The windows of slides in which the block is free of the foam, wherever it lay before, with their runs' places."""
     return [
         (place, window)
         for place, track in enumerate(recorded.tracks)

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.optimize import minimize
 
+from station.gap.compiled import compiled
 from station.gap.evidence.channel import Channel
 from station.gap.evidence.evidence import Evidence
 from station.physics.contact import Array
@@ -114,7 +114,7 @@ def _clipped(values: Array) -> Array:
     return np.clip(values, middle - reach, middle + reach)
 
 
-@njit(cache=True)
+@compiled
 def _minus_log_likelihood(
     values: Any, sigma: Any, place: Any, edges: Any, own: float, wander: float, reach_m: float
 ) -> float:
