@@ -75,8 +75,7 @@ class PlateMotion:
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
-        self._pivot = pivot_acceleration(self._time_s, known.pivot_m)
-        self._attitude = known
+        self._pivot = _pivot_in_plate(known, self._time_s)
 
     def __len__(self) -> int:
         return len(self._time_s)
@@ -100,7 +99,8 @@ class PlateMotion:
             acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
         rising = self._rising[last]
         since_s = self._since_step(time_ns, delay_s)
-        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, self._pivot_at(seconds))
+        pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
+        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, pivot)
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
         """When the arm was sent off, from `from_ns` until `to_ns`."""
@@ -111,15 +111,8 @@ class PlateMotion:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))
 
-    def _pivot_at(self, seconds: Array) -> Array | float:
-        """The pivot's acceleration (n, 3) in P."""
-        if self._pivot is None:
-            return 0.0
-        turn = Rotation.from_quat(self._attitude.at(self._origin + np.round(seconds * 1e9)), scalar_first=True)
-        return np.asarray(turn.apply(self._pivot(seconds), inverse=True))
-
     def _rates_at(self, seconds: Array) -> Array:
-        return np.column_stack([np.interp(seconds, self._time_s, column) for column in self._rates])
+        return _interpolated(seconds, self._time_s, self._rates)
 
     def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
         """The slope (n, 3) of what moves, from APART_S before to as much after."""
@@ -167,6 +160,20 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
     return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+
+
+def _pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
+    """The pivot's acceleration at the readings as columns (3, n) in P, m/s²; None where it is not known."""
+    acceleration = pivot_acceleration(time_s, known.pivot_m)
+    if acceleration is None:
+        return None
+    world_from_plate = Rotation.from_quat(known.quaternion, scalar_first=True)
+    return np.ascontiguousarray(world_from_plate.apply(acceleration(time_s), inverse=True).T)
+
+
+def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
+    """Columns (3, n) at other times (m,), as (m, 3)."""
+    return np.column_stack([np.interp(seconds, time_s, column) for column in columns])
 
 
 def _seen(bend: Array, gravity: Array) -> Array:

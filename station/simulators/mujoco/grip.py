@@ -29,34 +29,27 @@ class PlateMotion:
     def __init__(self) -> None:
         self._pose = _LEVEL
         """The rotation row by row, and the place."""
-        self._rate = self._bend = self._slope = np.zeros(12)
-        """The pose's first, second and third derivative."""
-        self._known, self._seconds, self._bent_s = 0, 0.0, 0.0
-        """Stretches seen, the last one's length, and how long before its end the second derivative is the one kept."""
+        self._rate = self._bend = np.zeros(12)
+        """The pose's first and second derivative.
+
+        The arm's steps are semi-implicit as well: a difference of rates is the acceleration at the beginning of the
+        last stretch. Carried on from there by its slope it would have 3.5 times the true one's size in a slide, as the
+        joints do not move smoothly from step to step (tests/unit/simulators/test_plate_motion.py).
+        """
+        self._known, self._seconds = 0, 0.0
 
     def take(self, bodies: Bodies, *, seconds: float) -> None:
         """The plate is there now, `seconds` after the call before."""
         pose = np.concatenate((bodies.plate_rotation, bodies.plate_place))
         rate = (pose - (self._pose if self._known else pose)) / seconds
         if self._known > 1:
-            self._bend_anew(rate, seconds)
+            self._bend = (rate - self._rate) / (0.5 * (seconds + self._seconds))
         self._pose, self._rate, self._seconds = pose, rate, seconds
         self._known += 1
 
-    def _bend_anew(self, rate: FLOATS, seconds: float) -> None:
-        """A difference of rates is the second derivative halfway between the middles of their two stretches.
-
-        That is one stretch (10 ms) before the last one's end, so the third derivative carries it on from there.
-        """
-        between_s = 0.5 * (seconds + self._seconds)
-        bend, bent_s = (rate - self._rate) / between_s, 0.5 * (seconds + between_s)
-        if self._known > 2:
-            self._slope = (bend - self._bend) / (seconds + self._bent_s - bent_s)
-        self._bend, self._bent_s = bend, bent_s
-
     def needed(self, place: Three) -> tuple[float, float, float]:
         """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place` on the plate, now."""
-        return self._force(place, self._pose, ago_s=0.0)
+        return self._force(place, self._pose)
 
     def pull(self, place: Three, velocity: Three, *, ago_s: float) -> tuple[float, float, float]:
         """The acceleration (m/s², plate frame) of what nothing holds at `place`, that long before the stretch's end.
@@ -64,16 +57,15 @@ class PlateMotion:
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
         """
         pose = self._pose - ago_s * self._rate
-        fx, fy, fz = self._force(place, pose, ago_s=ago_s)
+        fx, fy, fz = self._force(place, pose)
         vx, vy, vz = velocity
         if vx * vx + vy * vy < CREEP_M_S**2:
             return -fx, -fy, -fz
         wx, wy, wz = _spin(pose, self._rate)
         return -fx - 2 * (wy * vz - wz * vy), -fy - 2 * (wz * vx - wx * vz), -fz - 2 * (wx * vy - wy * vx)
 
-    def _force(self, place: Three, pose: FLOATS, *, ago_s: float) -> tuple[float, float, float]:
-        bend = self._bend + (self._bent_s - ago_s) * self._slope
-        (x, y, z), b, r = place, bend.tolist(), pose.tolist()
+    def _force(self, place: Three, pose: FLOATS) -> tuple[float, float, float]:
+        (x, y, z), b, r = place, self._bend.tolist(), pose.tolist()
         ax = b[0] * x + b[1] * y + b[2] * z + b[9]
         ay = b[3] * x + b[4] * y + b[5] * z + b[10]
         az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY
