@@ -14,9 +14,9 @@ from joblib import Parallel, delayed
 
 from station.gap.candidates import Begins
 from station.gap.evidence.evidence import Evidence
-from station.gap.search import Search, search, with_wander
+from station.gap.search import Search, in_stages, with_wander
 from station.gap.statistics.fit import Fit, fit
-from station.gap.statistics.systematic import is_nuisance
+from station.gap.statistics.systematic import is_nuisance, without_nuisances
 from station.gap.statistics.wander import Wander
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -59,7 +59,10 @@ def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
 def nested(
     evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
 ) -> tuple[Fold, ...]:
-    """Searches without each fold (r,), `jobs` of them at a time.
+    """Searches without each fold (r,), `jobs` of them at a time; nothing is searched for where all runs show nothing.
+
+    A fold's search has all stages. It lacks the last comparison of each term with what could stand in its place, which
+    takes as long again and mostly tells how wide a class is.
 
     Args:
         evidence: of all runs.
@@ -69,11 +72,19 @@ def nested(
         seed: of the nulls' draws.
         jobs: processes; with 1 no other is started.
     """
-    work = (
-        delayed(_searched)(evidence, effects, (whole.null.model, whole.ends), fold == number, [seed, number])
-        for number in np.unique(fold).tolist()
-    )
+    outs = [fold == number for number in np.unique(fold).tolist()]
+    if not whole.found:
+        return tuple(_plain(evidence, whole.null, out) for out in outs)
+    begin = whole.null.model, whole.ends
+    work = (delayed(_searched)(evidence, effects, begin, out, [seed, number]) for number, out in enumerate(outs))
     return tuple(Parallel(n_jobs=min(jobs, FOLDS))(work))
+
+
+def _plain(evidence: Evidence, null: Fit, left_out: Bools) -> Fold:
+    """The plain model without a fold: there is no other."""
+    part = with_wander(evidence.without(left_out), Model(mu_s=null.model.mu_s))
+    before = fit(part, null.model, (), noise=null.noise)
+    return Fold(left_out=left_out, wander=part.wander, before=before, after=before, less={})
 
 
 def _searched(
@@ -81,13 +92,9 @@ def _searched(
 ) -> Fold:
     start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng(seed)
     part = with_wander(evidence.without(left_out), start)
-    found = search(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
-    return _fold(part, found, left_out)
-
-
-def _fold(part: Evidence, found: Search, left_out: Bools) -> Fold:
-    after, names = found.model, tuple(effect.id for effect in found.found)
-    fold = Fold(left_out=left_out, wander=part.wander, before=found.null, after=after, named=names, less={})
+    found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
+    names = tuple(term.effect.id for term in without_nuisances(found.model.model).terms)
+    fold = Fold(left_out=left_out, wander=part.wander, before=found.null, after=found.model, named=names, less={})
     return _with_less(part, fold)
 
 

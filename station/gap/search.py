@@ -9,7 +9,7 @@ the model. At the end every term is compared once more with what could stand in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -109,34 +109,69 @@ def search(
     progress: Progress,
     begins: Begins | None = None,
 ) -> Search:
-    """Runs all stages on evidence with at least one row of friction.
+    """Runs all stages on evidence with at least one row of friction, and compares each term with what could replace it.
 
     Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
     """
+    staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
+    progress("comparing each with what could stand in its place")
+    model, compared = revised(staged.fitter, staged.model, staged.offered)
+    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
+    return Search(
+        null=staged.null,
+        stages=tuple(staged.stages),
+        model=model,
+        compared=compared,
+        channels=channels,
+        places=tuple(staged.places),
+        untestable=staged.untestable,
+        ends=staged.fitter.ends(),
+    )
+
+
+@dataclass(kw_only=True, eq=False)
+class Staged:
+    """What the stages come to: the plain model, the last one, what stands out beside it, and what was offered."""
+
+    null: Fit
+    model: Fit
+    fitter: Fitter
+    offered: Sequence[Effect]
+    untestable: Mapping[str, str]
+    stages: list[Stage] = field(default_factory=list[Stage])
+    places: list[Candidate] = field(default_factory=list[Candidate])
+
+
+def in_stages(
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    *,
+    start: Model,
+    rng: np.random.Generator,
+    progress: Progress,
+    begins: Begins | None = None,
+) -> Staged:
+    """All stages of a search (arguments as in `search`): which effects there are, before the last comparison."""
     progress("fitting the plain model")
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
-    fitter = Fitter(evidence, begins)
-    current, stages, places = null, list[Stage](), list[Candidate]()
+    found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons)
     known: list[Gained] = []
     for number in range(MOST_STAGES):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
-        stage = _stage(fitter, current, offered, rng=rng, first=number == 0, known=known, progress=progress)
-        stages.append(stage)
+        stage = _stage(found.fitter, found.model, offered, rng=rng, first=number == 0, known=known, progress=progress)
+        found.stages.append(stage)
         if stage.chosen is None:
             break
-        known.append(gained(fitter, current, stage.chosen))
+        known.append(gained(found.fitter, found.model, stage.chosen))
         if stage.chosen.fitted is None:
-            places.append(stage.chosen)
+            found.places.append(stage.chosen)
             break
-        current = stage.chosen.fitted
-    progress("comparing each with what could stand in its place")
-    current, compared = revised(fitter, current, offered)
-    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in current.model.terms}
-    return Search(null, tuple(stages), current, compared, channels, tuple(places), reasons, fitter.ends())
+        found.model = stage.chosen.fitted
+    return found
 
 
 def _stage(
