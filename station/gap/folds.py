@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -77,7 +78,8 @@ def nested(
         return tuple(_plain(evidence, whole.null, out) for out in outs)
     begin = whole.null.model, whole.ends
     work = (delayed(_searched)(evidence, effects, begin, out, [seed, number]) for number, out in enumerate(outs))
-    return tuple(Parallel(n_jobs=min(jobs, FOLDS))(work))
+    found: Any = Parallel(n_jobs=min(jobs, FOLDS))(work)
+    return tuple(found)
 
 
 def _plain(evidence: Evidence, null: Fit, left_out: Bools) -> Fold:

@@ -6,6 +6,8 @@ import logging
 import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import pytest
 
@@ -110,7 +112,7 @@ def test_an_answer_that_is_none_counts_as_none(network: Network) -> None:
         server = RawSession(connect=[at])
         key = "repose/rig/arm/command"
         session = server._session  # pyright: ignore[reportPrivateUsage]: as above
-        answering = session.declare_queryable(key, lambda query: query.reply(key, JUNK))
+        answering: Any = session.declare_queryable(key, partial(_answer_junk, key))
         time.sleep(0.5)
         asker.request("arm/command", TiltCommand(), replies.append, timeout_s=5.0)
         end = time.monotonic() + 20.0
@@ -120,6 +122,10 @@ def test_an_answer_that_is_none_counts_as_none(network: Network) -> None:
         server.close()
         assert replies == [None]
         assert asker.malformed["arm/command"] == 1
+
+
+def _answer_junk(key: str, query: Any) -> None:
+    query.reply(key, JUNK)
 
 
 @pytest.mark.parametrize("message", IMPOSSIBLE, ids=lambda message: type(message).__name__)

@@ -118,13 +118,16 @@ def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
         if Path(name).suffix in {".toml", ".mcap", ".csv"} and option not in MADE.split():
             assert Path(name).is_file(), f"nothing has made {name}"
     if program == "pi-agent":
-        monkeypatch.setattr(calibration, "run", lambda _options: 0)
+        monkeypatch.setattr(calibration, "run", _nothing)
         assert pi_agent(words) == 0
         return
-    monkeypatch.setattr(
-        importlib.import_module(f"station.app.commands.{words[0].replace('-', '_')}"), "run", lambda _options: 0
-    )
+    command = importlib.import_module(f"station.app.commands.{words[0].replace('-', '_')}")
+    monkeypatch.setattr(command, "run", _nothing)
     assert station(words) == 0
+
+
+def _nothing(_options: object) -> int:
+    return 0
 
 
 def _deploy(line: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from station.gap.evidence.slide_rows import FREE_M
 from station.gap.evidence.tracks import RunTrack
 from station.gap.evidence.views import block_view
 from station.gap.evidence.windows import FRAMES
-from station.physics.contact import Array, View
+from station.physics.contact import Array, Bools, View
 
 if TYPE_CHECKING:
     from station.gap.evidence.build import Recorded
@@ -41,7 +41,7 @@ class Rides:
     gravity_at: Callable[[Times], Array]
     opening_radius_m: float
 
-    def of_runs(self, runs: Array) -> tuple[Ride, ...]:
+    def of_runs(self, runs: Bools) -> tuple[Ride, ...]:
         """The slides of some runs (r,), True for each that is wanted."""
         return tuple(ride for ride in self.rides if runs[ride.run])
 
@@ -87,5 +87,5 @@ def _view(recorded: Recorded, track: RunTrack, time_ns: Times, pose: Array) -> V
         yaw_rate_rad_s=velocity[:, 2],
         tilt_rad=plate.tilt_rad,
         down_rad=plate.down_rad,
-        rest_s=seconds,
+        rest_s=np.asarray(seconds, dtype=np.float64),
     )

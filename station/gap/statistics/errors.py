@@ -53,4 +53,4 @@ class Curvature:
         ratio = np.diag(sandwich) / np.maximum(np.diag(of_model), 1e-300)
         wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + TRUSTED_AFTER_RUNS)
         scale = np.minimum(np.sqrt(wider), MOST_WIDER)
-        return of_model * np.outer(scale, scale)
+        return np.asarray(of_model * np.outer(scale, scale), dtype=np.float64)

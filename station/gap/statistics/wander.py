@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from station.gap.compiled import compiled
@@ -92,7 +93,7 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
     return factor, spread * own, spread * sd, math.exp(low + share * (high - low))
 
 
-def _of_its_own(residual: Array, run: Array) -> Array:
+def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
     """Residuals (n,), in the order of runs, less the course that runs have in common from window to window.
 
     It is the sum of the medians of the steps, which know nothing of the runs' own levels: runs with fewer windows than

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,7 +61,11 @@ def test_runs_that_are_held_out_do_not_move_the_fit() -> None:
     onset = other.channels[0]
     moved = np.where(out[onset.rows.run], onset.residual(plain.model) + 0.1, onset.residual(plain.model))
     shift = moved - onset.residual(plain.model)
-    kind = type("Moved", (type(onset),), {"residual": lambda self, model: type(onset).residual(self, model) + shift})
+
+    def moved_residual(self: Any, model: Model) -> Any:
+        return type(onset).residual(self, model) + shift
+
+    kind = type("Moved", (type(onset),), {"residual": moved_residual})
     changed = object.__new__(kind)
     changed.__dict__.update(onset.__dict__)
     again = fit(replace(other, channels=(changed, *other.channels[1:])), plain.model, (), noise=plain.noise)

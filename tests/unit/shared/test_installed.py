@@ -16,8 +16,16 @@ from shared.installed import DISTRIBUTION, sentence_of, to_install
 ROOT = Path(__file__).parents[3]
 OURS = {"pi_agent", "station", "shared"}
 # What comes with an operating system, with ROS or with the checkout, and no extra can bring.
-ELSEWHERE = {"picamera2", "libcamera", "simplejpeg", "rospy", "actionlib", "actionlib_msgs", "genpy", "_ros1_messages"}
-ELSEWHERE |= {"sensor_msgs", "std_msgs", "trajectory_msgs", "tests"}
+ELSEWHERE = {
+    "picamera2",
+    "libcamera",
+    "simplejpeg",
+    "rospy",
+    "actionlib",
+    "actionlib_msgs",
+    "genpy",
+    "_ros1_messages",
+} | {*("sensor_msgs", "std_msgs", "trajectory_msgs", "tests")}
 
 
 def imported() -> set[str]:
