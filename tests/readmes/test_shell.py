@@ -2,7 +2,7 @@
 
 Most lines are run as they stand, on a short session. Those in ELSEWHERE are only read, by the real parser of their
 command, and the files that they take must be there: another test runs what they start. Of `make`, of pytest and of the
-generators it is looked up that what is asked for exists; `uv tool install` must name this distribution. The two lines
+generators it is looked up that what is asked for exists; `uv tool install` and `pipx install` must name extras of ours. The two lines
 that change the laptop's clock are read by nobody. A line that nothing here knows fails.
 """
 
@@ -171,8 +171,11 @@ def _made(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _installed(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
+    """The checkout with extras that there are; tests/system/test_wheel.py installs and uses what comes of them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert shlex.split(line)[-1].partition("[")[0] == project["name"]
+    place, _, extras = shlex.split(line)[-1].rstrip("]").partition("[")
+    assert place == "."
+    assert set(extras.split(",")) <= set(project["optional-dependencies"])
 
 
 def _tests(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
@@ -201,6 +204,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "openssl": _in_a_shell,
     "make": _made,
     "uv": _installed,
+    "pipx": _installed,
     "pytest": _tests,
     "python": _generator,
     ".": _activated,
