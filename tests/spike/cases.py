@@ -1,4 +1,4 @@
-"""Makes concealed cases for the spike: `python -m tests.spike.cases OUT KIND COUNT SEED`.
+"""Makes a concealed case for the spike: `python -m tests.spike.cases OUT KIND INDEX SEED`.
 
 KIND is null, single or pair. Singles have 2 or 4 detection limits, pairs only effects that the spike knows. Sessions
 are shorter than the generator's own (50 to 150 runs): they cost a quarter of the time.
@@ -14,7 +14,7 @@ from pathlib import Path
 from numpy.random import Generator
 
 import tests.concealed.protocols as protocols
-from tests.concealed.cases import STRENGTHS, write_case
+from tests.concealed.cases import STRENGTHS, Plan, write_case
 from tests.concealed.tiers import plan_case
 
 KNOWN = (
@@ -30,30 +30,26 @@ def draw_runs(rng: Generator) -> int:
     return round(math.exp(float(rng.uniform(math.log(FEWEST), math.log(MOST)))))
 
 
-def plans(kind: str, count: int, seed: int):
-    """Yields the plans of a kind; singles take each effect in turn at 2 or 4 limits."""
-    for index in range(count):
-        if kind != "single":
-            yield plan_case(kind, index, seed=seed, only=KNOWN if kind == "pair" else ())
-            continue
-        wanted = 2 + (index + index // len(KNOWN)) % 2
-        name = KNOWN[index % len(KNOWN)]
-        turn = next(turn for turn in range(4 * index, 4 * index + 4) if turn % len(STRENGTHS) == wanted)
-        yield plan_case("single", turn, seed=seed, only=(name,))
+def plan_one(kind: str, index: int, seed: int) -> Plan:
+    """The plan of a kind's case number `index`; singles take each effect in turn at 2 or 4 limits."""
+    if kind != "single":
+        return plan_case(kind, index, seed=seed, only=KNOWN if kind == "pair" else ())
+    wanted = 2 + (index + index // len(KNOWN)) % 2
+    turn = next(turn for turn in range(4 * index, 4 * index + 4) if turn % len(STRENGTHS) == wanted)
+    return plan_case("single", turn, seed=seed, only=(KNOWN[index % len(KNOWN)],))
 
 
 def main() -> None:
-    """Writes the cases and their key."""
-    out, kind, count, seed = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+    """Writes the case and its key."""
+    out, kind, index, seed = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4])
+    key = out / "key" / f"{kind}_{index:02d}_{seed}.json"
+    if key.exists():
+        return
     protocols.draw_runs = draw_runs
-    out.mkdir(parents=True, exist_ok=True)
-    key = out / f"key_{kind}.json"
-    told = json.loads(key.read_text()) if key.exists() else {}
-    for plan in plans(kind, count, seed):
-        if plan.id not in told:
-            write_case(plan, out)
-            told[plan.id] = plan.entry
-            key.write_text(json.dumps(told))
+    plan = plan_one(kind, index, seed)
+    key.parent.mkdir(parents=True, exist_ok=True)
+    write_case(plan, out)
+    key.write_text(json.dumps({plan.id: plan.entry}))
 
 
 if __name__ == "__main__":
