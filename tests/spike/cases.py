@@ -1,6 +1,6 @@
 """Makes a concealed case for the spike: `python -m tests.spike.cases OUT KIND INDEX SEED`.
 
-KIND is null, single or pair. Singles have 2 or 4 detection limits, pairs only effects that the spike knows. Sessions
+KIND is null, wander, single or pair. Wander is a null whose friction wanders along each path by 1 to 4 %. Singles have 2 or 4 detection limits, pairs only effects that the spike knows. Sessions
 are shorter than the generator's own (50 to 150 runs): they cost a quarter of the time.
 """
 
@@ -9,8 +9,10 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from numpy.random import Generator
 
 import tests.concealed.protocols as protocols
@@ -32,11 +34,23 @@ def draw_runs(rng: Generator) -> int:
 
 def plan_one(kind: str, index: int, seed: int) -> Plan:
     """The plan of a kind's case number `index`; singles take each effect in turn at 2 or 4 limits."""
+    if kind == "wander":
+        return plan_wander(index, seed)
     if kind != "single":
         return plan_case(kind, index, seed=seed, only=KNOWN if kind == "pair" else ())
     wanted = 2 + (index + index // len(KNOWN)) % 2
     turn = next(turn for turn in range(4 * index, 4 * index + 4) if turn % len(STRENGTHS) == wanted)
     return plan_case("single", turn, seed=seed, only=(KNOWN[index % len(KNOWN)],))
+
+
+def plan_wander(index: int, seed: int) -> Plan:
+    """A null in which friction wanders over 2 to 8 mm of the path."""
+    plan = plan_case("null", index, seed=seed, only=())
+    rng = np.random.default_rng([seed, index])
+    size, length = math.exp(rng.uniform(math.log(0.01), math.log(0.04))), rng.uniform(0.002, 0.008)
+    world = plan.setting.world._replace(wander=size, wander_length=length)
+    entry = plan.entry | {"wander": {"size": size, "length_m": length}}
+    return replace(plan, id=f"{plan.id}w", setting=replace(plan.setting, world=world), entry=entry)
 
 
 def main() -> None:

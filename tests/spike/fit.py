@@ -174,10 +174,10 @@ class Fitter:
         fit.slip, fit.value = slip, float(best.sum()) + _prior(fit, fit.theta)
         return largest
 
-    def look_for_slips(self, fit: Fit) -> None:
-        """The best of some moments around the recorded ones."""
+    def look_for_slips(self, fit: Fit, reach_s: float = 0.06, step_s: float = 3e-3) -> None:
+        """The best of many moments around the present ones: at jumps of the pull there are several good ones."""
         slip, best = fit.slip.copy(), np.full(len(fit.slip), -np.inf)
-        for off in np.arange(-40e-3, 41e-3, 5e-3):
+        for off in np.append(np.arange(-reach_s, reach_s + 1e-9, step_s), 0.0):
             moved = fit.slip + off * (self.session.fact[:, 10] == 0)
             value = self.runs(fit.theta, moved).real
             better = value > best

@@ -19,8 +19,8 @@ from tests.spike.session import BEFORE_S, GRAVITY, TABLE_S
 
 FARTHEST_S = 6e-3
 """The moment about which a run is linearised moves this far at once."""
-GROWTH_S, LEAST_GROWTH = 2e-3, 0.05
-"""The pull's growth is taken over 4 ms, and is at least 5 % a second (a hold has none)."""
+GROWTH_S, LEAST_GROWTH = 5e-4, 0.05
+"""The pull's growth is taken over 1 ms, and is at least 5 % a second (a hold has none)."""
 
 (MU, SU, SIG, NU, SW, LW, TAU, PIVOT, EX, EY, DROP, SAG, SF, SV, SN, RATE, DECADES, DRAG, AGE, AGE0, WEAR, WEARN,
  OX, OY, PX, PY, NX, NY, BX, BY) = range(30)  # fmt: skip

@@ -30,6 +30,8 @@ def name(session: Session) -> dict:
     theta[f.MU] += _first_level(fitter, theta, slip)
     null = begin(NULL, theta, slip)
     fitter.look_for_slips(null)
+    fitter.settle(null, 2)
+    fitter.look_for_slips(null, 0.03, 2e-3)
     fitter.settle(null, 8)
     fits = {NULL: null}
     _try(fitter, null, fits, TRIED)
