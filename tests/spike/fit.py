@@ -34,7 +34,8 @@ class Fit:
     decrement: float = math.inf
     evidence: float = -math.inf
     told: Array = field(default_factory=lambda: np.zeros((0, 4)))
-    evaluations: int = 0
+    newton: Array | None = None
+    drop: float = 0.0
 
     @property
     def converged(self) -> bool:
@@ -121,12 +122,13 @@ class Fitter:
 
     def settle(self, fit: Fit, rounds: int = 6) -> None:
         """Climbs and linearises anew in turn, until neither changes anything."""
+        self.take_up(fit)
         for _ in range(rounds):
-            self.climb(fit, 8)
             before = fit.value
             self.linearise_anew(fit)
-            if fit.decrement < SETTLED and fit.value - before < SETTLED:
+            if fit.decrement < SETTLED and abs(fit.value - before) < SETTLED:
                 break
+            self.climb(fit, 8)
         self._conclude(fit)
         fit.told = self.told.copy()
 
@@ -162,32 +164,52 @@ class Fitter:
         fit.told = self.told.copy()
 
     def linearise_anew(self, fit: Fit) -> float:
-        """Moves the moments of slip to where the fit finds them, if it likes them there; the largest move (s)."""
-        best, slip = self.runs(fit.theta, fit.slip).real.copy(), fit.slip.copy()
-        move = np.clip(self.told[:, 0], -SHIFT_S, SHIFT_S) * (self.session.fact[:, 10] == 0)
-        for share in (1.0, 0.4):
-            moved = fit.slip + share * move
-            value = self.runs(fit.theta, moved).real
-            better = value > best + 1e-3
-            slip[better], best[better] = moved[better], value[better]
+        """Moves the moments of slip to where the fit finds them, if it likes them there; the largest move (s).
+
+        Where Newton makes it worse, the run stays linearised about its moment.
+        """
+        fact = self.session.fact
+        slid = fact[:, 10] == 0
+        self.runs(fit.theta, fit.slip)
+        moved = fit.slip + np.clip(self.told[:, 0], -SHIFT_S, SHIFT_S) * slid
+        fact[:, 21] = fit.theta[f.DROP]
+        tried = []
+        for slip, newton in ((fit.slip, 0.0), (fit.slip, 1.0), (moved, 0.0), (moved, 1.0)):
+            fact[:, 20] = newton
+            tried.append(self.runs(fit.theta, slip).real.copy())
+        best = np.argmax(np.array(tried) + np.array([0.0, 0.3, 0.3, 0.6])[:, None], axis=0)
+        slip = np.where(best >= 2, moved, fit.slip)
+        fact[:, 20] = best % 2
         largest = float(np.max(np.abs(slip - fit.slip), initial=0.0))
-        fit.slip, fit.value = slip, float(best.sum()) + _prior(fit, fit.theta)
+        fit.slip, fit.newton, fit.drop = slip, fact[:, 20].copy(), float(fit.theta[f.DROP])
+        fit.value = self.value(fit, fit.theta)
         return largest
 
     def look_for_slips(self, fit: Fit, reach_s: float = 0.06, step_s: float = 3e-3) -> None:
         """The best of many moments around the present ones: at jumps of the pull there are several good ones."""
+        fact = self.session.fact
+        fact[:, 20], fact[:, 21] = 0.0, fit.theta[f.DROP]
         slip, best = fit.slip.copy(), np.full(len(fit.slip), -np.inf)
         for off in np.append(np.arange(-reach_s, reach_s + 1e-9, step_s), 0.0):
-            moved = fit.slip + off * (self.session.fact[:, 10] == 0)
+            moved = fit.slip + off * (fact[:, 10] == 0)
             value = self.runs(fit.theta, moved).real
             better = value > best
             slip[better], best[better] = moved[better], value[better]
-        fit.slip = slip
+        fit.slip, fit.drop = slip, float(fit.theta[f.DROP])
+        self.linearise_anew(fit)
+
+    def take_up(self, fit: Fit) -> None:
+        """Linearises the runs as a fit does."""
+        if fit.newton is not None:
+            self.session.fact[:, 20], self.session.fact[:, 21] = fit.newton, fit.drop
 
 
-def begin(model: Model, theta: Array, slip: Array) -> Fit:
-    """A fit that has not begun."""
-    return Fit(model=model, theta=theta.copy(), slip=slip.copy(), free=tuple(sorted(model.priors)))
+def begin(model: Model, theta: Array, slip: Array, base: Fit | None = None) -> Fit:
+    """A fit that has not begun; linearised as the base is."""
+    fit = Fit(model=model, theta=theta.copy(), slip=slip.copy(), free=tuple(sorted(model.priors)))
+    if base is not None and base.newton is not None:
+        fit.newton, fit.drop = base.newton.copy(), base.drop
+    return fit
 
 
 def start_of(session: Session) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from tests.spike.session import BEFORE_S, GRAVITY, TABLE_S
 
 FARTHEST_S = 6e-3
 """The moment about which a run is linearised moves this far at once."""
+SLOW_GROWTH = 0.2
 GROWTH_S, LEAST_GROWTH = 5e-4, 0.05
 """The pull's growth is taken over 1 ms, and is at least 5 % a second (a hold has none)."""
 
@@ -285,18 +286,39 @@ def _about(th, fact, frames, rows, t0, told):
 
 @njit(cache=True)
 def run_likelihood(th, fact, frames, rows, t0, told):
-    """ln p of one run: the slip is looked for by a Newton step first, whose derivatives are part of the result's."""
-    value, later = _about(th, fact, frames, rows, t0 + 0.0j, told)
+    """ln p of one run, linearised about a slip that follows the parameters: their derivatives pass through it.
+
+    A path's late friction is known; a larger drop needs a larger friction at the slip, and so a later one. What is
+    left, a Newton step finds, if the run is one for which that works (fact 20).
+    """
     if fact[10] > 0:
+        return _about(th, fact, frames, rows, t0 + 0.0j, told)[0]
+    at = t0 + _delay(th, fact, rows, t0 + 0.0j)
+    value, later = _about(th, fact, frames, rows, at, told)
+    if fact[20] == 0.0:
+        told[0] = (at - t0 + later).real
         return value
-    if later.real > FARTHEST_S:
-        later = FARTHEST_S + 0.0j
-    if later.real < -FARTHEST_S:
-        later = -FARTHEST_S + 0.0j
-    better, more = _about(th, fact, frames, rows, t0 + later, told)
-    told[0] = (later + more).real
-    # At the begin and the end of a ramp the pull jumps, and Newton may jump to and fro across it.
-    return better if better.real > value.real - 1.0 else value
+    step = later / np.sqrt(1.0 + (later / FARTHEST_S) ** 2)
+    value, more = _about(th, fact, frames, rows, at + step, told)
+    told[0] = (at - t0 + step + more).real
+    return value
+
+
+@njit(cache=True)
+def _delay(th, fact, rows, t0):
+    """How much later a run slips than at t0 if the drop is not that (fact 21) for which t0 was found."""
+    out = np.zeros(5, np.complex128)
+    more = th[DROP] - fact[21]
+    if more == 0.0:
+        return 0.0j
+    x, y = fact[1] + 0.0j, fact[2] + 0.0j
+    _pull(th, rows, t0 - FARTHEST_S, x, y, 0.0j, 0.0j, out)
+    sooner = (out[0] ** 2 + out[1] ** 2) / out[2] ** 2
+    _pull(th, rows, t0 + FARTHEST_S, x, y, 0.0j, 0.0j, out)
+    growth = 0.5 * np.log((out[0] ** 2 + out[1] ** 2) / out[2] ** 2 / sooner) / (2 * FARTHEST_S)
+    if growth.real < SLOW_GROWTH:
+        growth = SLOW_GROWTH + 0.0j
+    return more / growth
 
 
 @njit(cache=True)

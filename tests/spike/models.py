@@ -41,7 +41,7 @@ EFFECTS: dict[str, tuple[dict[int, Prior], ...]] = {
     "kinetic_drop": ({f.DROP: Prior(0.0, 0.05)},),
     "stribeck": ({f.SF: Prior(0.0, 0.1), f.SV: Prior(math.log(0.02), 1.0), f.SN: Prior(1.3, 0.4)},),
     "rate_strengthening": ({f.RATE: Prior(0.0, 0.02), f.DECADES: Prior(1.5, 0.5)},),
-    "viscous": ({f.DRAG: Prior(0.0, 2.0)},),
+    "viscous": ({f.DRAG: Prior(0.0, 4.0)},),
     "contact_aging": ({f.AGE: Prior(0.0, 0.05), f.AGE0: Prior(0.0, 0.4)},),
     "wear": ({f.WEAR: Prior(0.0, 0.2), f.WEARN: Prior(math.log(50.0), 1.0)},),
     "object_anisotropy": ({f.OX: Prior(0.0, 0.1), f.OY: Prior(0.0, 0.1)},),

@@ -62,7 +62,9 @@ def _try(fitter: Fitter, base: Fit, fits: dict[Model, Fit], count: int) -> None:
     promised = sorted(_promises(fitter, base), key=lambda each: -each[0])[:count]
     for _, model, theta in promised:
         if model not in fits:
-            fit = begin(model, theta, base.slip)
+            fit = begin(model, theta, base.slip, base)
+            fitter.take_up(fit)
+            fitter.look_for_slips(fit, 0.012, 3e-3)
             fitter.settle(fit)
             fits[model] = fit
 
@@ -76,14 +78,26 @@ def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]
         for variant, priors in enumerate(variants):
             model = Model((*base.model.names, (effect, variant)))
             shapes = [place for place in priors if place in STARTS]
-            offers = []
+            fitter.take_up(base)
+            offers = [_leap(fitter, begin(model, base.theta, base.slip, base), f.DROP)] if effect == "kinetic_drop" else []
             for values in itertools.product(*(STARTS[place] for place in shapes)):
                 theta = base.theta.copy()
                 theta[shapes] = values
-                offers.append(_offer(fitter, begin(model, theta, base.slip), shapes))
+                offers.append(_offer(fitter, begin(model, theta, base.slip, base), shapes))
             gain, theta = max(offers, key=lambda each: each[0])
             made.append((gain, model, theta))
     return made
+
+
+def _leap(fitter: Fitter, fit: Fit, place: int) -> tuple[float, np.ndarray]:
+    """The best of some typical sizes; to first order a drop is a later slip, so that no score shows it."""
+    base = fitter.value(fit, fit.theta)
+    offers = []
+    for size in (0.005, 0.01, 0.02, 0.04, 0.08, 0.15):
+        theta = fit.theta.copy()
+        theta[place] = size
+        offers.append((fitter.value(fit, theta) - base, theta))
+    return max(offers, key=lambda each: each[0])
 
 
 def _offer(fitter: Fitter, fit: Fit, shapes: list[int]) -> tuple[float, np.ndarray]:

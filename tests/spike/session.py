@@ -31,9 +31,10 @@ COLUMNS = 16
 class Session:
     """Arrays over all runs (r); `first` and `row` (r + 1) cut frames (f) and plate rows (p) into runs.
 
-    `fact` (r, 20): 0 slip (s after its table's begin), 1-2 start (m), 3-4 gravity's share there, 5 frames at rest,
+    `fact` (r, 22): 0 slip (s after its table's begin), 1-2 start (m), 3-4 gravity's share there, 5 frames at rest,
     6 yaw, 7 mount, 8 time at rest at the slip (s), 9 run number, 10 censored, 11 sigma (m), 12-14 rest sums zz, gz, gg,
-    15-18 the fiducial's n, zz, gz, gg, 19 the longest step of its slide (s). Frames are (time, x, y); plate rows as COLUMNS says.
+    15-18 the fiducial's n, zz, gz, gg, 19 the longest step of its slide (s),
+    20 whether Newton may look for its slip, 21 the kinetic drop for which the slip was found. Frames are (time, x, y); plate rows as COLUMNS says.
     """
 
     fact: Array
@@ -73,7 +74,7 @@ def build(signals: Signals, reach_m: float) -> Session:
         t, z = seen.time_ns[part], place[part]
         if len(t) < 30:
             continue
-        fact = np.zeros(20)
+        fact = np.zeros(22)
         if sample.censored or sample.slip_ns == 0:
             top = motion.highest(sample.start_ns, ends)
             slip_ns, end_ns, fact[10] = top, top + 1, 1.0
@@ -117,7 +118,9 @@ def _stop_ns(t: Array, z: Array, slip_ns: int, sigma_m: float, reach_m: float) -
 
 def _sums(track, geometry, motion: _Motion) -> tuple[float, ...]:
     z, g = track.on_plate(geometry).mean(axis=1), motion.gravity(track.time_ns)[:, :2]
-    z, g = z - z.mean(axis=0), g - g.mean(axis=0)
+    # A sagging camera shifts the picture: in metres less for a mark that is nearer to it.
+    nearer = 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.camera_height_m else 1.0
+    z, g = z - z.mean(axis=0), (g - g.mean(axis=0)) / nearer
     return len(z), float((z**2).sum()), float((z * g).sum()), float((g**2).sum())
 
 
