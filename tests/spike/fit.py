@@ -16,8 +16,10 @@ STEP = 1e-30
 SETTLED = 0.02
 """A fit has converged when a Newton step would gain less than this (nats)."""
 LONGEST = 40
-SHIFT_S = 1.6e-2
-"""The moment about which a run is linearised moves this far at once."""
+SPACING, NARROWEST_S, WIDEST_S = 0.75, 2e-4, 8e-3
+"""A cell of the moment of slip in its posterior standard deviations; its bounds."""
+LIGHTEST = 1e-4
+"""Cells with a smaller share of a run's likelihood are left out until its slip is looked for again."""
 
 
 @dataclass(eq=False)
@@ -34,8 +36,7 @@ class Fit:
     decrement: float = math.inf
     evidence: float = -math.inf
     told: Array = field(default_factory=lambda: np.zeros((0, 4)))
-    newton: Array | None = None
-    drop: float = 0.0
+    cells: tuple[Array, Array] | None = None
 
     @property
     def converged(self) -> bool:
@@ -53,14 +54,16 @@ class Fitter:
 
     def __init__(self, session: Session) -> None:
         self.session = session
-        self.told = np.zeros((len(session.fact), 4))
+        self.told = np.zeros((len(session.fact), 7))
+        self.keep = np.ones((len(session.fact), f.CELLS), np.bool_)
+        self.weight = np.zeros((len(session.fact), f.CELLS))
         self._out = np.zeros(len(session.fact), np.complex128)
         self.evaluations = 0
 
     def runs(self, theta: Array, slip: Array) -> Array:
         """ln p of each run (r,), complex."""
         s = self.session
-        f.likelihoods(theta.astype(complex), s.fact, s.frame, s.first, s.plate, s.row, slip, self.told, self._out)
+        f.likelihoods(theta.astype(complex), s.fact, s.frame, s.first, s.plate, s.row, slip, self.keep, self.weight, self.told, self._out)
         self.evaluations += 1
         return self._out
 
@@ -120,15 +123,15 @@ class Fitter:
         fit.theta, fit.value = theta, value
         self._conclude(fit)
 
-    def settle(self, fit: Fit, rounds: int = 6) -> None:
+    def settle(self, fit: Fit, rounds: int = 4) -> None:
         """Climbs and linearises anew in turn, until neither changes anything."""
         self.take_up(fit)
         for _ in range(rounds):
             before = fit.value
-            self.linearise_anew(fit)
+            self.look_again(fit)
             if fit.decrement < SETTLED and abs(fit.value - before) < SETTLED:
                 break
-            self.climb(fit, 8)
+            self.climb(fit, 6)
         self._conclude(fit)
         fit.told = self.told.copy()
 
@@ -163,52 +166,35 @@ class Fitter:
         self._conclude(fit)
         fit.told = self.told.copy()
 
-    def linearise_anew(self, fit: Fit) -> float:
-        """Moves the moments of slip to where the fit finds them, if it likes them there; the largest move (s).
-
-        Where Newton makes it worse, the run stays linearised about its moment.
-        """
+    def look_again(self, fit: Fit) -> None:
+        """Puts the cells of each run where its slip may have been, and keeps those that may matter."""
         fact = self.session.fact
-        slid = fact[:, 10] == 0
+        self.keep[:] = True
         self.runs(fit.theta, fit.slip)
-        moved = fit.slip + np.clip(self.told[:, 0], -SHIFT_S, SHIFT_S) * slid
-        fact[:, 21] = fit.theta[f.DROP]
-        tried = []
-        for slip, newton in ((fit.slip, 0.0), (fit.slip, 1.0), (moved, 0.0), (moved, 1.0)):
-            fact[:, 20] = newton
-            tried.append(self.runs(fit.theta, slip).real.copy())
-        best = np.argmax(np.array(tried) + np.array([0.0, 0.3, 0.3, 0.6])[:, None], axis=0)
-        slip = np.where(best >= 2, moved, fit.slip)
-        fact[:, 20] = best % 2
-        largest = float(np.max(np.abs(slip - fit.slip), initial=0.0))
-        fit.slip, fit.newton, fit.drop = slip, fact[:, 20].copy(), float(fit.theta[f.DROP])
-        fit.value = self.value(fit, fit.theta)
-        return largest
+        fit.slip = fit.slip + self.told[:, 0] * (fact[:, 10] == 0)
+        # 11 cells of this width hold ± 4 standard deviations; Sheppard's correction undoes the cells' own.
+        sd = np.sqrt(np.maximum(self.told[:, 1] ** 2 - fact[:, 20] ** 2 / 12, (0.25 * fact[:, 20]) ** 2))
+        fact[:, 20], fact[:, 21] = np.clip(SPACING * sd, NARROWEST_S, WIDEST_S), fit.theta[f.DROP]
+        self.runs(fit.theta, fit.slip)
+        self.keep[:] = self.weight > LIGHTEST
+        fit.cells, fit.value = (fact[:, 20:22].copy(), self.keep.copy()), self.value(fit, fit.theta)
 
-    def look_for_slips(self, fit: Fit, reach_s: float = 0.06, step_s: float = 3e-3) -> None:
-        """The best of many moments around the present ones: at jumps of the pull there are several good ones."""
-        fact = self.session.fact
-        fact[:, 20], fact[:, 21] = 0.0, fit.theta[f.DROP]
-        slip, best = fit.slip.copy(), np.full(len(fit.slip), -np.inf)
-        for off in np.append(np.arange(-reach_s, reach_s + 1e-9, step_s), 0.0):
-            moved = fit.slip + off * (fact[:, 10] == 0)
-            value = self.runs(fit.theta, moved).real
-            better = value > best
-            slip[better], best[better] = moved[better], value[better]
-        fit.slip, fit.drop = slip, float(fit.theta[f.DROP])
-        self.linearise_anew(fit)
+    def look_wide(self, fit: Fit) -> None:
+        """Looks for the slips from far, nearer and nearer."""
+        self.session.fact[:, 20], self.session.fact[:, 21] = WIDEST_S, fit.theta[f.DROP]
+        for _ in range(3):
+            self.look_again(fit)
 
     def take_up(self, fit: Fit) -> None:
-        """Linearises the runs as a fit does."""
-        if fit.newton is not None:
-            self.session.fact[:, 20], self.session.fact[:, 21] = fit.newton, fit.drop
+        """Takes a fit's cells."""
+        if fit.cells is not None:
+            self.session.fact[:, 20:22], self.keep[:] = fit.cells
 
 
 def begin(model: Model, theta: Array, slip: Array, base: Fit | None = None) -> Fit:
-    """A fit that has not begun; linearised as the base is."""
+    """A fit that has not begun; its cells are the base's."""
     fit = Fit(model=model, theta=theta.copy(), slip=slip.copy(), free=tuple(sorted(model.priors)))
-    if base is not None and base.newton is not None:
-        fit.newton, fit.drop = base.newton.copy(), base.drop
+    fit.cells = base.cells if base is not None else None
     return fit
 
 

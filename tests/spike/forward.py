@@ -4,8 +4,9 @@
 All numbers are complex: the imaginary part of the result over a step of 1e-30 i in a parameter is the exact derivative
 (Squire and Trapp 1998), to the last digit, through the crossing, the slide and the filter alike.
 
-A run is linearised about the slide that begins at a given moment. What may deviate is (place along the way, speed,
-friction's wander, the run's friction): a run of higher friction slips later, by the inverse growth of the pull.
+The moment of slip is summed over: each cell of time takes the probability that the pull passes the run's friction
+within it for the first time, and a slide begins in its middle. Within a cell a slide is linearised: what may deviate is
+(place along the way, speed, friction's wander, the run's friction).
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from numba import njit
 
 from tests.spike.session import BEFORE_S, GRAVITY, TABLE_S
 
-FARTHEST_S = 6e-3
-"""The moment about which a run is linearised moves this far at once."""
-SLOW_GROWTH = 0.2
-GROWTH_S, LEAST_GROWTH = 5e-4, 0.05
-"""The pull's growth is taken over 1 ms, and is at least 5 % a second (a hold has none)."""
+CELLS = 11
+"""Of the moment of slip."""
+LEAST_GROWTH = 1e-6
+"""Friction's least growth in a cell: no attitude is known better."""
+AROUND_S, SLOW_GROWTH = 0.05, 0.2
+"""The pull's mean growth is taken over twice the first, and is at least the second (1/s)."""
 
 (MU, SU, SIG, NU, SW, LW, TAU, PIVOT, EX, EY, DROP, SAG, SF, SV, SN, RATE, DECADES, DRAG, AGE, AGE0, WEAR, WEARN,
  OX, OY, PX, PY, NX, NY, BX, BY) = range(30)  # fmt: skip
@@ -161,53 +163,19 @@ def _brake(px, py, radius, ch, kx, ky):
 
 
 @njit(cache=True)
-def _about(th, fact, frames, rows, t0, told):
-    """ln p of one run, linearised about a slip at t0, and how much later it seems to slip.
-
-    `told` takes that delay (s), the run's friction, and its path's chi² and count.
-    """
+def _slide(th, fact, frames, rows, t0, x, y, base, age, spread, sigma2, shape, told):
+    """ln p of the frames if the slide begins at t0 with the friction `base`, known but for a variance `spread` of its ln."""
+    ch, kx, ky, cx, cy = shape
     out = np.zeros(5, np.complex128)
-    two_o, two_p = 2 * fact[6], 2 * fact[7]
-    sx = th[OX] * math.cos(two_o) - th[OY] * math.sin(two_o) + th[PX] * math.cos(two_p) - th[PY] * math.sin(two_p)
-    sy = th[OX] * math.sin(two_o) + th[OY] * math.cos(two_o) + th[PX] * math.sin(two_p) + th[PY] * math.cos(two_p)
-    s2 = sx * sx + sy * sy
-    ch = 1 + s2 / 2 * (1 + s2 / 12 * (1 + s2 / 30))
-    sh = 1 + s2 / 6 * (1 + s2 / 20 * (1 + s2 / 42))
-    kx, ky = sh * sx, sh * sy
-    cp, sp, cb, sb = math.cos(fact[7]), math.sin(fact[7]), math.cos(fact[6]), math.sin(fact[6])
-    cx = th[NX] * cp - th[NY] * sp + th[BX] * cb - th[BY] * sb
-    cy = th[NX] * sp + th[NY] * cp + th[BX] * sb + th[BY] * cb
-    k_sag, su2 = th[SAG], np.exp(2 * th[SU])
-    sigma2 = (fact[11] * np.exp(th[SIG])) ** 2
-    x, y = fact[1] - k_sag * fact[3], fact[2] - k_sag * fact[4]
-    # --- before the slip: the start, and the plate's mark ---
-    ll = -fact[5] * np.log(sigma2) - 0.5 * (fact[12] - 2 * k_sag * fact[13] + k_sag**2 * fact[14]) / sigma2
-    if fact[15] > 0:
-        fid2 = (fact[11] * np.exp(th[FIDSIG])) ** 2
-        ll += -fact[15] * np.log(fid2) - 0.5 * (fact[16] - 2 * k_sag * fact[17] + k_sag**2 * fact[18]) / fid2
-    level, needed, age = _level(th, rows, fact, t0, x, y, ch, kx, ky, cx, cy, out)
-    if fact[10] > 0:  # no slip: friction was larger than this
-        z = level / np.sqrt(su2)
-        q = 0.5 * math.erfc(z.real / math.sqrt(2.0))
-        q = max(q, 1e-300)
-        slope = -math.exp(-0.5 * z.real**2) / math.sqrt(2 * math.pi) / q
-        told[1] = level.real
-        return ll + math.log(q) + 1j * slope * z.imag, 0.0j
-    later, _, _ = _level(th, rows, fact, t0 + GROWTH_S, x, y, ch, kx, ky, cx, cy, out)
-    sooner, _, _ = _level(th, rows, fact, t0 - GROWTH_S, x, y, ch, kx, ky, cx, cy, out)
-    growth = (later - sooner) / (2 * GROWTH_S)
-    if growth.real < LEAST_GROWTH:
-        growth = LEAST_GROWTH + 0.0j
-    # --- the slip ---
+    ll = 0.0j
+    k_sag = th[SAG]
     _pull(th, rows, t0, x, y, 0.0j, 0.0j, out)
     size = np.sqrt(out[0] ** 2 + out[1] ** 2)
-    base = needed / age / np.exp(_place(th, x, y, fact[7]))
-    jump = size * (1.0 - _speed(th, 0.0j) / age) / growth
     nu, s_w2, length = 2.0 + np.exp(th[NU]), np.exp(2 * th[SW]), 5e-4 + np.exp(th[LW])
     shake2 = np.exp(2 * th[SHAKE])
-    m0, m1, m2, m3 = 0.0j, jump * level, 0.0j, -level
+    m0, m1, m2, m3 = 0.0j, 0.0j, 0.0j, 0.0j
     p00, p01, p02, p03 = sigma2 / fact[5], 0.0j, 0.0j, 0.0j
-    p11, p12, p13, p22, p23, p33 = jump * jump * su2, 0.0j, -jump * su2, 0.0j, 0.0j, su2
+    p11, p12, p13, p22, p23, p33 = 0.0j, 0.0j, 0.0j, 0.0j, 0.0j, spread
     ex, ey = out[0] / size, out[1] / size
     share = _speed(th, 0.0j) / age
     fx, fy = out[0] * share, out[1] * share
@@ -279,29 +247,8 @@ def _about(th, fact, frames, rows, t0, told):
         p11, p12, p13 = p11 - k1 * p01, p12 - k1 * p02, p13 - k1 * p03
         p22, p23, p33 = p22 - k2 * p02, p23 - k2 * p03, p33 - k3 * p03
         p00, p01, p02, p03 = p00 - k0 * p00, p01 - k0 * p01, p02 - k0 * p02, p03 - k0 * p03
-    told[0], told[1] = (m3 / growth).real, (level + m3).real
-    told[2], told[3] = chi, count
-    return ll, m3 / growth
-
-
-@njit(cache=True)
-def run_likelihood(th, fact, frames, rows, t0, told):
-    """ln p of one run, linearised about a slip that follows the parameters: their derivatives pass through it.
-
-    A path's late friction is known; a larger drop needs a larger friction at the slip, and so a later one. What is
-    left, a Newton step finds, if the run is one for which that works (fact 20).
-    """
-    if fact[10] > 0:
-        return _about(th, fact, frames, rows, t0 + 0.0j, told)[0]
-    at = t0 + _delay(th, fact, rows, t0 + 0.0j)
-    value, later = _about(th, fact, frames, rows, at, told)
-    if fact[20] == 0.0:
-        told[0] = (at - t0 + later).real
-        return value
-    step = later / np.sqrt(1.0 + (later / FARTHEST_S) ** 2)
-    value, more = _about(th, fact, frames, rows, at + step, told)
-    told[0] = (at - t0 + step + more).real
-    return value
+    told[5], told[6] = chi, count
+    return ll
 
 
 @njit(cache=True)
@@ -312,19 +259,90 @@ def _delay(th, fact, rows, t0):
     if more == 0.0:
         return 0.0j
     x, y = fact[1] + 0.0j, fact[2] + 0.0j
-    _pull(th, rows, t0 - FARTHEST_S, x, y, 0.0j, 0.0j, out)
+    _pull(th, rows, t0 - AROUND_S, x, y, 0.0j, 0.0j, out)
     sooner = (out[0] ** 2 + out[1] ** 2) / out[2] ** 2
-    _pull(th, rows, t0 + FARTHEST_S, x, y, 0.0j, 0.0j, out)
-    growth = 0.5 * np.log((out[0] ** 2 + out[1] ** 2) / out[2] ** 2 / sooner) / (2 * FARTHEST_S)
+    _pull(th, rows, t0 + AROUND_S, x, y, 0.0j, 0.0j, out)
+    growth = 0.5 * np.log((out[0] ** 2 + out[1] ** 2) / out[2] ** 2 / sooner) / (2 * AROUND_S)
     if growth.real < SLOW_GROWTH:
         growth = SLOW_GROWTH + 0.0j
     return more / growth
 
 
 @njit(cache=True)
-def likelihoods(th, fact, frame, first, plate, row, slip, told, out):
+def run_likelihood(th, fact, frames, rows, slip, keep, weight, told):
+    """ln p of one run, summed over the cells around `slip` that are kept; `weight` takes each cell's share.
+
+    `told` takes the mean delay after `slip` and its standard deviation (s), the run's friction, and the best path's chi²
+    and count.
+    """
+    out = np.zeros(5, np.complex128)
+    two_o, two_p = 2 * fact[6], 2 * fact[7]
+    sx = th[OX] * math.cos(two_o) - th[OY] * math.sin(two_o) + th[PX] * math.cos(two_p) - th[PY] * math.sin(two_p)
+    sy = th[OX] * math.sin(two_o) + th[OY] * math.cos(two_o) + th[PX] * math.sin(two_p) + th[PY] * math.cos(two_p)
+    s2 = sx * sx + sy * sy
+    ch = 1 + s2 / 2 * (1 + s2 / 12 * (1 + s2 / 30))
+    sh = 1 + s2 / 6 * (1 + s2 / 20 * (1 + s2 / 42))
+    kx, ky = sh * sx, sh * sy
+    cp, sp, cb, sb = math.cos(fact[7]), math.sin(fact[7]), math.cos(fact[6]), math.sin(fact[6])
+    cx = th[NX] * cp - th[NY] * sp + th[BX] * cb - th[BY] * sb
+    cy = th[NX] * sp + th[NY] * cp + th[BX] * sb + th[BY] * cb
+    k_sag, su2 = th[SAG], np.exp(2 * th[SU])
+    sigma2 = (fact[11] * np.exp(th[SIG])) ** 2
+    x, y = fact[1] - k_sag * fact[3], fact[2] - k_sag * fact[4]
+    # --- before the slip: the start, and the plate's mark ---
+    ll = -fact[5] * np.log(sigma2) - 0.5 * (fact[12] - 2 * k_sag * fact[13] + k_sag**2 * fact[14]) / sigma2
+    if fact[15] > 0:
+        fid2 = (fact[11] * np.exp(th[FIDSIG])) ** 2
+        ll += -fact[15] * np.log(fid2) - 0.5 * (fact[16] - 2 * k_sag * fact[17] + k_sag**2 * fact[18]) / fid2
+    if fact[10] > 0:  # no slip: friction was larger than this
+        level, _, _ = _level(th, rows, fact, slip + 0.0j, x, y, ch, kx, ky, cx, cy, out)
+        z = level / np.sqrt(su2)
+        q = max(0.5 * math.erfc(z.real / math.sqrt(2.0)), 1e-300)
+        slope = -math.exp(-0.5 * z.real**2) / math.sqrt(2 * math.pi) / q
+        told[2] = level.real
+        return ll + math.log(q) + 1j * slope * z.imag
+    width = fact[20]
+    middle = slip + _delay(th, fact, rows, slip + 0.0j)
+    lls = np.empty(CELLS, np.complex128)
+    top = -np.inf
+    edge, _, age = _level(th, rows, fact, middle - 0.5 * CELLS * width, x, y, ch, kx, ky, cx, cy, out)
+    for k in range(CELLS):
+        at = middle + (k - 0.5 * (CELLS - 1)) * width
+        after, _, age = _level(th, rows, fact, at + 0.5 * width, x, y, ch, kx, ky, cx, cy, out)
+        grown = after - edge if after.real > edge.real else 0.0j
+        level = edge + 0.5 * grown
+        edge = edge + grown
+        lls[k] = -np.inf + 0.0j
+        if not keep[k]:
+            continue
+        share = 0.5 * (grown + np.sqrt(grown * grown + LEAST_GROWTH**2))
+        first_passage = np.log(share) - 0.5 * level * level / su2 - 0.5 * np.log(2 * math.pi * su2)
+        base = np.exp(th[MU] + level) * (1.0 - th[WEAR] * (1.0 - np.exp(-fact[9] / np.exp(th[WEARN]))))
+        lls[k] = first_passage + _slide(
+            th, fact, frames, rows, at, x, y, base, age, share * share / 12.0, sigma2, (ch, kx, ky, cx, cy), told
+        )
+        told[3] = told[5] if lls[k].real > top else told[3]
+        told[4] = told[6] if lls[k].real > top else told[4]
+        if lls[k].real > top:
+            top, told[2] = lls[k].real, level.real
+    total, mean, square = 0.0j, 0.0, 0.0
+    for k in range(CELLS):
+        each = np.exp(lls[k] - top) if keep[k] else 0.0j
+        weight[k] = each.real
+        total += each
+        off = (k - 0.5 * (CELLS - 1)) * width
+        mean, square = mean + each.real * off, square + each.real * off * off
+    for k in range(CELLS):
+        weight[k] /= total.real
+    mean, square = mean / total.real, square / total.real
+    told[0], told[1] = mean + (middle - slip).real, math.sqrt(max(square - mean * mean, 0.0))
+    return ll + top + np.log(total)
+
+
+@njit(cache=True)
+def likelihoods(th, fact, frame, first, plate, row, slip, keep, weight, told, out):
     """Fills `out` (r,) with each run's ln p, linearised about slips at `slip` (r,) s after the tables' begins."""
     for i in range(len(fact)):
         out[i] = run_likelihood(
-            th, fact[i], frame[first[i] : first[i + 1]], plate[row[i] : row[i + 1]], slip[i], told[i]
+            th, fact[i], frame[first[i] : first[i + 1]], plate[row[i] : row[i + 1]], slip[i], keep[i], weight[i], told[i]
         )

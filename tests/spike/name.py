@@ -18,7 +18,7 @@ from tests.spike.session import Session, read
 
 NONE, ONE, TWO = 0.5, 0.35, 0.15
 """Prior probabilities of no effect, one and two; equal among the effects."""
-TRIED, PARTNERS = 4, 3
+TRIED, PARTNERS = 3, 2
 """So many effects of the best scores are fitted, alone and beside the best."""
 CLAIMED = 0.9
 
@@ -29,15 +29,15 @@ def name(session: Session) -> dict:
     theta, slip = start_of(session)
     theta[f.MU] += _first_level(fitter, theta, slip)
     null = begin(NULL, theta, slip)
-    fitter.look_for_slips(null)
-    fitter.settle(null, 2)
-    fitter.look_for_slips(null, 0.03, 2e-3)
+    fitter.look_wide(null)
     fitter.settle(null, 8)
     fits = {NULL: null}
-    _try(fitter, null, fits, TRIED)
+    promised = sorted(_promises(fitter, null), key=lambda each: -each[0])
+    for _, model, at in promised[:TRIED]:
+        fits[model] = _fitted(fitter, null, model, at)
     best = max((m for m in fits if len(m.names) == 1), key=lambda m: fits[m].evidence)
     if fits[best].evidence > null.evidence:
-        _try(fitter, fits[best], fits, PARTNERS)
+        _add_partners(fitter, fits, best, [each for each in promised if each[1] != best][:PARTNERS])
     chances = _chances(fits)
     top = max(fits, key=lambda m: chances[m])
     inclusion = {e: sum(p for m, p in chances.items() if e in m.effects) for e in EFFECTS}
@@ -45,7 +45,7 @@ def name(session: Session) -> dict:
         "runs": len(session.fact), "claimed": sorted(e for e, p in inclusion.items() if p >= CLAIMED),
         "inclusion": {e: round(p, 4) for e, p in sorted(inclusion.items(), key=lambda i: -i[1]) if p > 1e-3},
         "top": top.effects, "parameters": _numbers(fits[top]),
-        "chi2": float(fits[top].told[:, 2].sum() / fits[top].told[:, 3].sum()),
+        "chi2": float(fits[top].told[:, 3].sum() / fits[top].told[:, 4].sum()),
         "fits": [[list(m.names), round(x.evidence - null.evidence, 2), round(x.decrement, 4)] for m, x in fits.items()],
         "all_converged": all(x.converged for x in fits.values()), "evaluations": fitter.evaluations,
         "seconds": round(time.process_time() - begun, 1),
@@ -53,20 +53,28 @@ def name(session: Session) -> dict:
 
 
 def _first_level(fitter: Fitter, theta, slip) -> float:
+    fitter.session.fact[:, 20] = 2e-3
     fitter.runs(theta, slip)
-    return float(np.median(fitter.told[:, 1]))
+    return float(np.median(fitter.told[:, 2]))
 
 
-def _try(fitter: Fitter, base: Fit, fits: dict[Model, Fit], count: int) -> None:
-    """Fits the models with one effect more whose scores promise most."""
-    promised = sorted(_promises(fitter, base), key=lambda each: -each[0])[:count]
-    for _, model, theta in promised:
-        if model not in fits:
-            fit = begin(model, theta, base.slip, base)
-            fitter.take_up(fit)
-            fitter.look_for_slips(fit, 0.012, 3e-3)
-            fitter.settle(fit)
-            fits[model] = fit
+def _fitted(fitter: Fitter, base: Fit, model: Model, theta) -> Fit:
+    fit = begin(model, theta, base.slip, base)
+    fitter.settle(fit)
+    return fit
+
+
+def _add_partners(fitter: Fitter, fits: dict[Model, Fit], best: Model, promised) -> None:
+    """Fits the best model with each partner, which begins where it begins alone."""
+    base = fits[best]
+    for _, partner, at in promised:
+        model = Model((*best.names, *partner.names))
+        if len(set(model.effects)) < len(model.names):
+            continue
+        theta = base.theta.copy()
+        own = [place for place in partner.priors if place not in NULL.priors]
+        theta[own] = at[own]
+        fits[model] = _fitted(fitter, base, model, theta)
 
 
 def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]]:
@@ -79,7 +87,9 @@ def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]
             model = Model((*base.model.names, (effect, variant)))
             shapes = [place for place in priors if place in STARTS]
             fitter.take_up(base)
-            offers = [_leap(fitter, begin(model, base.theta, base.slip, base), f.DROP)] if effect == "kinetic_drop" else []
+            offers = []
+            if effect == "kinetic_drop":
+                offers.append(_leap(fitter, begin(model, base.theta, base.slip, base), f.DROP))
             for values in itertools.product(*(STARTS[place] for place in shapes)):
                 theta = base.theta.copy()
                 theta[shapes] = values

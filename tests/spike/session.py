@@ -34,7 +34,7 @@ class Session:
     `fact` (r, 22): 0 slip (s after its table's begin), 1-2 start (m), 3-4 gravity's share there, 5 frames at rest,
     6 yaw, 7 mount, 8 time at rest at the slip (s), 9 run number, 10 censored, 11 sigma (m), 12-14 rest sums zz, gz, gg,
     15-18 the fiducial's n, zz, gz, gg, 19 the longest step of its slide (s),
-    20 whether Newton may look for its slip, 21 the kinetic drop for which the slip was found. Frames are (time, x, y); plate rows as COLUMNS says.
+    20 the width of a cell of its slip (s), 21 the kinetic drop for which the slip was found. Frames are (time, x, y); plate rows as COLUMNS says.
     """
 
     fact: Array
