@@ -18,7 +18,7 @@ SETTLED = 0.02
 LONGEST = 40
 SPACING, NARROWEST_S, WIDEST_S = 0.75, 2e-4, 8e-3
 """A cell of the moment of slip in its posterior standard deviations; its bounds."""
-LIGHTEST = 1e-4
+LIGHTEST = 1e-3
 """Cells with a smaller share of a run's likelihood are left out until its slip is looked for again."""
 
 
@@ -172,8 +172,8 @@ class Fitter:
         self.keep[:] = True
         self.runs(fit.theta, fit.slip)
         fit.slip = fit.slip + self.told[:, 0] * (fact[:, 10] == 0)
-        # 11 cells of this width hold ± 4 standard deviations; Sheppard's correction undoes the cells' own.
-        sd = np.sqrt(np.maximum(self.told[:, 1] ** 2 - fact[:, 20] ** 2 / 12, (0.25 * fact[:, 20]) ** 2))
+        # The 11 cells hold ± 4 standard deviations; Sheppard's correction undoes the cells' own.
+        sd = np.sqrt(np.maximum(self.told[:, 1] ** 2 - fact[:, 20] ** 2 / 3, (0.25 * fact[:, 20]) ** 2))
         fact[:, 20], fact[:, 21] = np.clip(SPACING * sd, NARROWEST_S, WIDEST_S), fit.theta[f.DROP]
         self.runs(fit.theta, fit.slip)
         self.keep[:] = self.weight > LIGHTEST

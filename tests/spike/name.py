@@ -21,6 +21,7 @@ NONE, ONE, TWO = 0.5, 0.35, 0.15
 TRIED, PARTNERS = 3, 2
 """So many effects of the best scores are fitted, alone and beside the best."""
 CLAIMED = 0.9
+DROPS = (0.01, 0.03, 0.09)
 
 
 def name(session: Session) -> dict:
@@ -35,6 +36,10 @@ def name(session: Session) -> dict:
     promised = sorted(_promises(fitter, null), key=lambda each: -each[0])
     for _, model, at in promised[:TRIED]:
         fits[model] = _fitted(fitter, null, model, at)
+    drop = Model((("kinetic_drop", 0),))
+    leapt = _leapt(fitter, null, drop)
+    if drop not in fits or leapt.evidence > fits[drop].evidence:
+        fits[drop] = leapt
     best = max((m for m in fits if len(m.names) == 1), key=lambda m: fits[m].evidence)
     if fits[best].evidence > null.evidence:
         _add_partners(fitter, fits, best, [each for each in promised if each[1] != best][:PARTNERS])
@@ -64,6 +69,19 @@ def _fitted(fitter: Fitter, base: Fit, model: Model, theta) -> Fit:
     return fit
 
 
+def _leapt(fitter: Fitter, null: Fit, model: Model) -> Fit:
+    """The fit of a drop, from the best of some typical sizes: to first order it is a later slip, so no score shows it."""
+    starts = []
+    for size in DROPS:
+        fit = begin(model, null.theta, null.slip)
+        fit.theta[f.DROP] = size
+        fitter.look_wide(fit)
+        starts.append(fit)
+    best = max(starts, key=lambda fit: fit.value)
+    fitter.settle(best)
+    return best
+
+
 def _add_partners(fitter: Fitter, fits: dict[Model, Fit], best: Model, promised) -> None:
     """Fits the best model with each partner, which begins where it begins alone."""
     base = fits[best]
@@ -88,8 +106,6 @@ def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]
             shapes = [place for place in priors if place in STARTS]
             fitter.take_up(base)
             offers = []
-            if effect == "kinetic_drop":
-                offers.append(_leap(fitter, begin(model, base.theta, base.slip, base), f.DROP))
             for values in itertools.product(*(STARTS[place] for place in shapes)):
                 theta = base.theta.copy()
                 theta[shapes] = values
@@ -97,17 +113,6 @@ def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]
             gain, theta = max(offers, key=lambda each: each[0])
             made.append((gain, model, theta))
     return made
-
-
-def _leap(fitter: Fitter, fit: Fit, place: int) -> tuple[float, np.ndarray]:
-    """The best of some typical sizes; to first order a drop is a later slip, so that no score shows it."""
-    base = fitter.value(fit, fit.theta)
-    offers = []
-    for size in (0.005, 0.01, 0.02, 0.04, 0.08, 0.15):
-        theta = fit.theta.copy()
-        theta[place] = size
-        offers.append((fitter.value(fit, theta) - base, theta))
-    return max(offers, key=lambda each: each[0])
 
 
 def _offer(fitter: Fitter, fit: Fit, shapes: list[int]) -> tuple[float, np.ndarray]:
