@@ -63,7 +63,19 @@ class Fitter:
     def runs(self, theta: Array, slip: Array) -> Array:
         """ln p of each run (r,), complex."""
         s = self.session
-        f.likelihoods(theta.astype(complex), s.fact, s.frame, s.first, s.plate, s.row, slip, self.keep, self.weight, self.told, self._out)
+        f.likelihoods(
+            theta.astype(complex),
+            s.fact,
+            s.frame,
+            s.first,
+            s.plate,
+            s.row,
+            slip,
+            self.keep,
+            self.weight,
+            self.told,
+            self._out,
+        )
         self.evaluations += 1
         return self._out
 

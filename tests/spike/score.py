@@ -16,8 +16,9 @@ def wilson(k: int, n: int) -> str:
     if n == 0:
         return "-"
     p, z = k / n, 1.96
-    middle, half = (p + z * z / 2 / n) / (1 + z * z / n), z * math.sqrt(p * (1 - p) / n + z * z / 4 / n / n) / (
-        1 + z * z / n
+    middle, half = (
+        (p + z * z / 2 / n) / (1 + z * z / n),
+        z * math.sqrt(p * (1 - p) / n + z * z / 4 / n / n) / (1 + z * z / n),
     )
     return f"{k}/{n} ({100 * (middle - half):.0f}-{100 * (middle + half):.0f} %)"
 
