@@ -1,6 +1,7 @@
 """Makes a concealed case for the spike: `python -m tests.spike.cases OUT KIND INDEX SEED`.
 
-KIND is null, wander, single or pair. Wander is a null whose friction wanders along each path by 1 to 4 %. Singles have 2 or 4 detection limits, pairs only effects that the spike knows. Sessions
+KIND is null, wander (a null whose friction wanders along each path by 1 to 4 %), single or pair.
+Singles have 2 or 4 detection limits, pairs only effects that the spike knows. Sessions
 are shorter than the generator's own (50 to 150 runs): they cost a quarter of the time.
 """
 
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-import tests.concealed.protocols as protocols
+from tests.concealed import protocols
 from tests.concealed.cases import STRENGTHS, Plan, write_case
 from tests.concealed.tiers import plan_case
 

@@ -70,7 +70,7 @@ def _fitted(fitter: Fitter, base: Fit, model: Model, theta) -> Fit:
 
 
 def _leapt(fitter: Fitter, null: Fit, model: Model) -> Fit:
-    """The fit of a drop, from the best of some typical sizes: to first order it is a later slip, so no score shows it."""
+    """The fit of a drop, from the best of some typical sizes: no score shows it, to first order it is a later slip."""
     starts = []
     for size in DROPS:
         fit = begin(model, null.theta, null.slip)
@@ -96,7 +96,7 @@ def _add_partners(fitter: Fitter, fits: dict[Model, Fit], best: Model, promised)
 
 
 def _promises(fitter: Fitter, base: Fit) -> list[tuple[float, Model, np.ndarray]]:
-    """What each further effect would gain by one Newton step from the base's fit, with its best shapes, and that step."""
+    """What each further effect would gain by one Newton step from the base, with its best shapes, and that step."""
     made = []
     for effect, variants in EFFECTS.items():
         if effect in base.model.effects:

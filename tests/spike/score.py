@@ -31,7 +31,8 @@ def said_by_present(answer: dict) -> list[str]:
 
 
 TRUTH = {
-    "kinetic_drop": (("drop", "DROP"),), "viscous": (("drag_per_s", "DRAG"),), "rate_strengthening": (("rate_gain", "RATE"),),
+    "kinetic_drop": (("drop", "DROP"),), "viscous": (("drag_per_s", "DRAG"),),
+    "rate_strengthening": (("rate_gain", "RATE"),),
     "stribeck": (("fall", "SF"),), "contact_aging": (("ageing", "AGE"),), "wear": (("wear", "WEAR"),),
     "clock_offset": (("late_s", "TAU"),), "platform_level": (("level_x", "EX"), ("level_y", "EY")),
 }  # fmt: skip

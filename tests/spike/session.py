@@ -1,4 +1,4 @@
-"""Turns a recording into the arrays of the likelihood: for each run its start, its slide's frames and the plate's motion."""
+"""Turns a recording into arrays: for each run its start, its slide's frames and the plate's motion."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from shared.geometry import Array
 from station.recording.arrays import load_signals
@@ -34,7 +35,8 @@ class Session:
     `fact` (r, 22): 0 slip (s after its table's begin), 1-2 start (m), 3-4 gravity's share there, 5 frames at rest,
     6 yaw, 7 mount, 8 time at rest at the slip (s), 9 run number, 10 censored, 11 sigma (m), 12-14 rest sums zz, gz, gg,
     15-18 the fiducial's n, zz, gz, gg, 19 the longest step of its slide (s),
-    20 the width of a cell of its slip (s), 21 the kinetic drop for which the slip was found. Frames are (time, x, y); plate rows as COLUMNS says.
+    20 the width of a cell of its slip (s), 21 the kinetic drop for which that was found.
+    Frames are (time, x, y); plate rows as COLUMNS says.
     """
 
     fact: Array
@@ -125,7 +127,7 @@ def _sums(track, geometry, motion: _Motion) -> tuple[float, ...]:
 
 
 class _Motion:
-    """The plate's motion between its recorded attitudes: gravity by cubic Hermite, rates linear, accelerations level."""
+    """The plate's motion between recorded attitudes: gravity by cubic Hermite, rates linear, accelerations level."""
 
     def __init__(self, track: AttitudeTrack) -> None:
         self.base = track.time_ns[0]
@@ -145,8 +147,6 @@ class _Motion:
         """The pivot's acceleration in the plate frame, smoothed over 7 samples (a cubic)."""
         if np.ptp(pivot_m, axis=0).max() < 1e-7:
             return np.zeros_like(pivot_m)
-        from scipy.signal import savgol_filter
-
         step = float(np.median(np.diff(self.time)))
         a = savgol_filter(pivot_m, 7, 3, deriv=2, delta=step, axis=0)
         up = -self.vectors[:, 0]
