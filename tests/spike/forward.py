@@ -1,4 +1,4 @@
-# ruff: noqa: PLR0917, PLR0912, PLR0915 (compiled functions take no keyword-only arguments, and the pass is one loop)
+# ruff: noqa: PLR0917, PLR0915 (compiled functions take no keyword-only arguments, and the pass is one loop)
 """The log likelihood of each run: its slide simulated, and a Kalman filter on what may deviate from it, compiled.
 
 All numbers are complex: the imaginary part of the result over a step of 1e-30 i in a parameter is the exact derivative
@@ -21,8 +21,8 @@ from tests.spike.session import BEFORE_S, GRAVITY, TABLE_S
 CELLS = 11
 """Of the moment of slip."""
 SMOOTH = 3.0
-"""A cell's friction has a variance of its growth squared over this: with 12 (that of a level density) the sum over cells
-ripples by 39 % as a parameter moves through them and pins it; with 3 by 0.3 %."""
+"""A cell's friction has a variance of its growth squared over this: with 12 (that of a level density) the sum over
+cells ripples by 39 % as a parameter moves through them and pins it; with 3 by 0.3 %."""
 LEAST_GROWTH = 1e-6
 """Friction's least growth in a cell: no attitude is known better."""
 AROUND_S, SLOW_GROWTH = 0.05, 0.2
@@ -167,7 +167,7 @@ def _brake(px, py, radius, ch, kx, ky):
 
 @njit(cache=True)
 def _slide(th, fact, frames, rows, t0, x, y, base, age, spread, sigma2, shape, told):
-    """ln p of the frames if the slide begins at t0 with the friction `base`, known but for a variance `spread` of its ln."""
+    """ln p of the frames of a slide that begins at t0 with the friction `base`, whose ln has the variance `spread`."""
     ch, kx, ky, cx, cy = shape
     out = np.zeros(5, np.complex128)
     ll = 0.0j
@@ -188,7 +188,7 @@ def _slide(th, fact, frames, rows, t0, x, y, base, age, spread, sigma2, shape, t
     for i in range(len(frames)):
         until = frames[i, 0]
         if until > t0.real:
-            pieces = int(math.ceil((until - t.real) / fact[19]))
+            pieces = math.ceil((until - t.real) / fact[19])
             dt = (until - t) / pieces
             for _ in range(pieces):
                 mx, my = x + 0.5 * dt * vx, y + 0.5 * dt * vy
@@ -275,8 +275,8 @@ def _delay(th, fact, rows, t0):
 def run_likelihood(th, fact, frames, rows, slip, keep, weight, told):
     """ln p of one run, summed over the cells around `slip` that are kept; `weight` takes each cell's share.
 
-    `told` takes the mean delay after `slip` and its standard deviation (s), the run's friction, and the best path's chi²
-    and count.
+    `told` takes the mean delay after `slip` and its standard deviation (s), the run's friction, and the best path's
+    chi² and count.
     """
     out = np.zeros(5, np.complex128)
     two_o, two_p = 2 * fact[6], 2 * fact[7]
@@ -347,5 +347,12 @@ def likelihoods(th, fact, frame, first, plate, row, slip, keep, weight, told, ou
     """Fills `out` (r,) with each run's ln p, linearised about slips at `slip` (r,) s after the tables' begins."""
     for i in range(len(fact)):
         out[i] = run_likelihood(
-            th, fact[i], frame[first[i] : first[i + 1]], plate[row[i] : row[i + 1]], slip[i], keep[i], weight[i], told[i]
+            th,
+            fact[i],
+            frame[first[i] : first[i + 1]],
+            plate[row[i] : row[i + 1]],
+            slip[i],
+            keep[i],
+            weight[i],
+            told[i],
         )
