@@ -128,6 +128,26 @@ def _patch(world: World, run: RunFacts, x: float, y: float) -> float:
 
 
 @compiled
+def _wander(world: World, number: float, x: float, y: float) -> float:
+    """A random field of unit variance, anew in every run, with the covariance exp(−distance / length) along any line.
+
+    24 waves with wave numbers of the exponential covariance's spectrum (Rahimi and Recht 2007): in the plane, a Student
+    distribution with one degree of freedom, of radius tan-like √(1/q² − 1) / length and even angle.
+    """
+    total = 0.0
+    state = (number + 1.0) * 0.7548776662466927
+    for _ in range(24):
+        state = (state * 16807.0 + 0.5698402909980532) % 1.0
+        q = 0.02 + 0.98 * state
+        state = (state * 16807.0 + 0.3247179572447461) % 1.0
+        angle = 2.0 * math.pi * state
+        state = (state * 16807.0 + 0.8191725133961645) % 1.0
+        wave = math.sqrt(1.0 / (q * q) - 1.0) / world.wander_length
+        total += math.cos(wave * (x * math.cos(angle) + y * math.sin(angle)) + 2.0 * math.pi * state)
+    return total / math.sqrt(12.0)
+
+
+@compiled
 def _wear(world: World, number: float) -> float:
     """Shape 0: runs in exponentially. Shape 1: a straight drift over `wear_runs` runs."""
     if world.wear_shape == 0.0:
@@ -151,6 +171,8 @@ def level_law(world: World, run: RunFacts, x: float, y: float, pressed: float, t
     mu = world.mu * run.draw * _wear(world, run.number) * _beyond_the_catalogue(world, run, time_s)
     if world.patch != 0.0:
         mu *= _patch(world, run, x, y)
+    if world.wander != 0.0:
+        mu *= math.exp(world.wander * _wander(world, run.number, x, y))
     held = pressed + world.adhesion_n / run.mass
     if world.charge != 0.0:
         held += GRAVITY * world.charge * (1.0 - math.exp(-run.slides_since_handled / world.charge_slides))

@@ -100,6 +100,10 @@ class World(NamedTuple):
     lift_speed: float = 0.1
     fourfold: float = 0.0
     fourfold_axis: float = 0.0
+    # --- nature's own, no effect ---
+    wander: float = 0.0
+    """Standard deviation of ln friction along a path: an exponential covariance of the distance, anew in every run."""
+    wander_length: float = 0.003
     # --- what the rig is known to be ---
     side: float = 0.01
     wall_radius: float = 0.0385
