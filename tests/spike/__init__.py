@@ -1,1 +1,0 @@
-"""An experiment: one generative likelihood of a session, and what it names. Not shipped; see README.md."""
