@@ -15,7 +15,7 @@ from station.gap.determined import determined
 from station.gap.evidence.build import evidence_of
 from station.gap.evidence.evidence import Evidence, Setting
 from station.gap.evidence.table import table_evidence
-from station.gap.folds import assigned, less, nested
+from station.gap.folds import Folding, assigned, less, named
 from station.gap.locate import located
 from station.gap.picture_data import PictureData, picture_data
 from station.gap.plan import more_runs, next_experiment
@@ -80,6 +80,7 @@ def examined(
     setting: Setting | None = None,
     mu_s: float = 0.4,
     seed: int = 1,
+    folding: Folding = named,
     jobs: int = 1,
     progress: Progress = lambda _: None,
 ) -> Examined:
@@ -92,6 +93,7 @@ def examined(
         setting: sizes of plate and block.
         mu_s: where the plain model's fit begins.
         seed: of the null's draws and of the folds; the same seed gives the same answer.
+        folding: how runs are held out: `folds.named`, or `folds.nested`, which finds names anew.
         jobs: processes that search without a fold each; with 1 no other process is started.
         progress: is told what is being done.
     """
@@ -106,8 +108,8 @@ def examined(
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
-    progress("searching anew without each fold of the runs, and predicting those")
-    folds = nested(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
+    progress("predicting each fold of the runs by the others")
+    folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
     belief = beliefs(found)
     folds, own = sifted(evidence, folds, belief.classes)
     both = both_held_out(evidence, folds)

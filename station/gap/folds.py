@@ -1,4 +1,7 @@
-"""The whole procedure anew without each fold of the runs, names included: nothing of a run that is predicted is known.
+"""The runs fold by fold, each predicted from the others: with the names of all runs, or with names found anew.
+
+`named` fits the numbers anew; the names have seen every run. `nested` searches anew without each fold, so that nothing
+of a run that is predicted is known; it takes several times as long.
 
 Runs that were made with the same specimen and mount stay together where a session has enough such groups: what is
 learnt of one block must hold for the next.
@@ -8,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -31,7 +34,7 @@ class Fold:
     """What is fitted to all runs but those `left_out` (r,): the plain model, and the one that was found.
 
     `wander` is that of the runs that were fitted; `named` are the ids of the found model's effects; `less` is, by id,
-    the fit of the others alone.
+    the fit of the others alone. `anew`: the names were found without the runs that are left out.
     """
 
     left_out: Bools
@@ -40,6 +43,7 @@ class Fold:
     after: Fit
     named: tuple[str, ...] = ()
     less: Mapping[str, Fit]
+    anew: bool
 
     def of(self, evidence: Evidence) -> Evidence:
         """The evidence that the fold was fitted to."""
@@ -55,6 +59,33 @@ def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
     if count < FOLDS:
         return rng.permutation(np.arange(evidence.runs) % FOLDS)
     return rng.permutation(np.arange(count) % FOLDS)[group.ravel()]
+
+
+class Folding(Protocol):
+    """Fits the plain model and what was found without each fold (r,) of the runs; `jobs` is a number of processes."""
+
+    def __call__(
+        self, evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
+    ) -> tuple[Fold, ...]:
+        """One `Fold` for each number in `fold`."""
+        ...
+
+
+def named(
+    evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
+) -> tuple[Fold, ...]:
+    """Fits what was found in all runs without each fold (r,); the rest of the arguments is for those that search."""
+    del effects, seed, jobs
+    return tuple(_refitted(evidence, whole, fold == number) for number in np.unique(fold).tolist())
+
+
+def _refitted(evidence: Evidence, whole: Search, left_out: Bools) -> Fold:
+    part = evidence.without(left_out)
+    before = fit(part, whole.null.model, (), noise=whole.null.noise)
+    after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
+    names = tuple(effect.id for effect in whole.found)
+    fold = Fold(left_out=left_out, wander=part.wander, before=before, after=after, named=names, less={}, anew=False)
+    return _with_less(part, fold)
 
 
 def nested(
@@ -86,7 +117,7 @@ def _plain(evidence: Evidence, null: Fit, left_out: Bools) -> Fold:
     """The plain model without a fold: there is no other."""
     part = with_wander(evidence.without(left_out), Model(mu_s=null.model.mu_s))
     before = fit(part, null.model, (), noise=null.noise)
-    return Fold(left_out=left_out, wander=part.wander, before=before, after=before, less={})
+    return Fold(left_out=left_out, wander=part.wander, before=before, after=before, less={}, anew=True)
 
 
 def _searched(
@@ -96,7 +127,15 @@ def _searched(
     part = with_wander(evidence.without(left_out), start)
     found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
     names = tuple(term.effect.id for term in without_nuisances(found.model.model).terms)
-    fold = Fold(left_out=left_out, wander=part.wander, before=found.null, after=found.model, named=names, less={})
+    fold = Fold(
+        left_out=left_out,
+        wander=part.wander,
+        before=found.null,
+        after=found.model,
+        named=names,
+        less={},
+        anew=True,
+    )
     return _with_less(part, fold)
 
 

@@ -68,7 +68,7 @@ def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, Hel
         gap_closed=share,
         gap_closed_se=gain.sd / gap.value if gap.value > gap.sd else math.nan,
         ceiling_log_score=_mean(np.where(np.isfinite(plain.log_run), expected, np.nan)).value,
-        nested=True,
+        nested=all(fold.anew for fold in folds),
     )
 
 

@@ -2,8 +2,8 @@
 
 Most lines are run as they stand, on a short session. Those in ELSEWHERE are only read, by the real parser of their
 command, and the files that they take must be there: another test runs what they start. Of `make`, of pytest and of the
-generators it is looked up that what is asked for exists; `uv tool install` and `pipx install` must name extras of ours. The two lines
-that change the laptop's clock are read by nobody. A line that nothing here knows fails.
+generators it is looked up that what is asked for exists; what is installed must name extras of ours. The two
+lines that change the laptop's clock are read by nobody. A line that nothing here knows fails.
 """
 
 from __future__ import annotations

@@ -31,6 +31,7 @@ from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
 from station.gap.diagnose import Examined, examined
 from station.gap.evidence.evidence import Setting
+from station.gap.folds import Folding, named, nested
 from station.gap.report.page import html_page
 from station.gap.result import Diagnosis, as_json
 from station.gap.search import Progress
@@ -66,6 +67,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulate",
         metavar="NAME",
         help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap)",
+    )
+    parser.add_argument(
+        "--nested",
+        dest="folding",
+        action="store_const",
+        const=nested,
+        default=named,
+        help="search each held-out fold anew, names included: several times as long",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
     parser.add_argument(
@@ -112,15 +121,15 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
                     rig=options.rig,
                     seed=options.seed,
                     simulate=options.simulate,
+                    folding=options.folding,
                     jobs=options.jobs or os.cpu_count() or 1,
                     status=status.update,
                 )
             ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    work = (
-        delayed(diagnose_file)(path, rig=options.rig, seed=options.seed, simulate=options.simulate) for path in files
-    )
+    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "folding")}
+    work = (delayed(diagnose_file)(path, **asked) for path in files)
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
     for path, one in zip(files, made, strict=True):
@@ -135,6 +144,7 @@ def diagnose_file(
     rig: Path | None = None,
     seed: int = 1,
     simulate: str | None = None,
+    folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
 ) -> Examined:
@@ -161,6 +171,7 @@ def diagnose_file(
         name=str(path),
         setting=setting_of(config),
         seed=seed,
+        folding=folding,
         jobs=jobs,
         progress=tell,
     )
