@@ -42,7 +42,7 @@ def sentence_of(missing: ModuleNotFoundError) -> str | None:
     requirement = min(found, key=lambda line: size_of[_extra(line)])  # not "all", which has what the others have
     sentence = f"Expected the package {wanted}, which is not installed; run: {to_install(_extra(requirement))}"
     if "platform_machine" in requirement:
-        sentence += f" (it comes only where it has a wheel; this is {platform.system()} on {platform.machine()})"
+        sentence += f" (it comes only where it has a wheel; this is {platform.machine()})"
     return sentence
 
 

@@ -52,7 +52,7 @@ def test_they_agree_on_how_friction_far_off_the_mass_turns_the_block() -> None:
     assert np.degrees(np.ptp(turned, axis=1)).max() > 30.0
     assert np.degrees(np.abs(plane.path[..., 2] - engine.path[..., 2])).max() < 10.0
     found = apart(plane, engine)
-    assert found.onset_deg.max() < ONSET_DEG
+    assert found.onset_deg.max() < WIDER_DEG["uneven_contact"]
     assert found.path_mm.max() < 2.0 * PATH_MM
 
 

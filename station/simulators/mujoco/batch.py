@@ -134,6 +134,8 @@ class _Batch:
             slid_from_s=np.full(len(row), np.inf),
             rest_from_s=self._rest_from_s[row],
             since_s=np.zeros(len(row)),
+            surplus=np.full(len(row), np.nan),
+            over_from_s=np.full(len(row), np.inf),
             from_place=self._place[row, :2],
             bodies=bodies,
         )

@@ -56,6 +56,10 @@ class Followed:
     rest_from_s: Array
     since_s: Array
     """How long each has been stepped."""
+    surplus: Array
+    """By how much friction exceeded the load at the last step's beginning, as a share; nan before the first step."""
+    over_from_s: Array
+    """Since when the load exceeds friction; inf while it does not."""
     from_place: Array
     """Where the present slide began, (a, 2)."""
     bodies: list[TiltedBlock]
@@ -73,6 +77,8 @@ class Followed:
             slid_from_s=self.slid_from_s[chosen],
             rest_from_s=self.rest_from_s[chosen],
             since_s=self.since_s[chosen],
+            surplus=self.surplus[chosen],
+            over_from_s=self.over_from_s[chosen],
             from_place=self.from_place[chosen],
             bodies=[self.bodies[number] for number in chosen.tolist()],
         )
@@ -137,9 +143,11 @@ class Follower:
             for body, (dx, dy), slides in zip(runs.bodies, crept.tolist(), moving.tolist(), strict=True):
                 if not slides:
                     body.shift(dx, dy)
-        self._take_note(runs, way)
         held = (hold.value if held is None else held) * normal
-        return 1.0 - (x * np.cos(way) + y * np.sin(way)) / np.where(held > 0, held, 1e-12)
+        surplus = 1.0 - (x * np.cos(way) + y * np.sin(way)) / np.where(held > 0, held, 1e-12)
+        _weigh(runs, surplus)
+        self._take_note(runs, way)
+        return surplus
 
     def _hold(self, contact: Contact | None, blocks: Blocks, moving: Bools) -> Support:
         """The limit curve that MuJoCo is given, with its slope and bend in the contact's direction."""
@@ -168,9 +176,11 @@ class Follower:
         runs.since_s = runs.since_s + runs.step_s
         least = np.where(runs.since_s < SETTLES_S, UNSETTLED * GOES_M_S, GOES_M_S)
         begins = ~runs.moving & (speed > least) & (speed > slower)
-        # Load above the limit grows evenly at first, and the speed with the square of the time: it began 2 v / a before
-        # the moment of that speed, half a step ago.
+        # It began when the load exceeded what holds. A block that is thrown, or turned off its place, has no such moment:
+        # its speed grows with the square of the time, and began 2 v / a before that speed's, half a step ago.
         since = 0.5 * runs.step_s + 2.0 * runs.step_s * speed / np.maximum(speed - slower, 1e-9)
+        over = np.isfinite(runs.over_from_s)
+        since = np.where(over, runs.time_s - np.where(over, runs.over_from_s, 0.0), since)
         runs.slid_from_s[begins] = (runs.time_s - np.minimum(since, LATEST_S))[begins]
         runs.from_place[begins] = before[begins, :2]
         ends = self._world.commands.time_s
@@ -180,6 +190,16 @@ class Follower:
             if not over.any():
                 return
             runs.number = runs.number + over
+
+
+def _weigh(runs: Followed, surplus: Array) -> None:
+    """Takes note of when the load of a step's beginning came to exceed friction, evenly from the step before."""
+    now, before = surplus < 0, np.where(np.isnan(runs.surplus), 0.0, runs.surplus)
+    share = np.where(now, surplus / np.minimum(surplus - before, -1e-300), 0.0)
+    crossing = runs.time_s - runs.step_s * np.where(np.isnan(runs.surplus), 0.0, share)
+    begun = np.where(np.isfinite(runs.over_from_s), runs.over_from_s, crossing)
+    runs.over_from_s = np.where(now, begun, np.inf)
+    runs.surplus = surplus
 
 
 def _chosen(where: Bools, first: Support, second: Support) -> Support:
