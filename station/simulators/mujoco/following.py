@@ -176,8 +176,8 @@ class Follower:
         runs.since_s = runs.since_s + runs.step_s
         least = np.where(runs.since_s < SETTLES_S, UNSETTLED * GOES_M_S, GOES_M_S)
         begins = ~runs.moving & (speed > least) & (speed > slower)
-        # It began when the load exceeded what holds. A block that is thrown, or turned off its place, has no such moment:
-        # its speed grows with the square of the time, and began 2 v / a before that speed's, half a step ago.
+        # It began when the load exceeded what holds. A block that is thrown, or turned off its place, has no such
+        # moment: its speed grows with the square of the time, and began 2 v / a before that speed's, half a step ago.
         since = 0.5 * runs.step_s + 2.0 * runs.step_s * speed / np.maximum(speed - slower, 1e-9)
         over = np.isfinite(runs.over_from_s)
         since = np.where(over, runs.time_s - np.where(over, runs.over_from_s, 0.0), since)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.frames.effects import EFFECTS, NOTHING, Changes
 from tests.frames.mechanisms import Ageing, Drag, KineticDrop, Patch, Wear
-from tests.unit.frames.worlds import MU, Seen, friction_and_drag, gravity_at, places_m, session
+from tests.unit.frames.worlds import MU, Seen, drag_beside, friction_and_drag, gravity_at, places_m, session
 
 
 @pytest.fixture(scope="module")
@@ -31,9 +31,13 @@ def test_a_kinetic_drop_leaves_the_onset_and_lowers_the_slide():
 
 
 def test_a_drag_grows_with_the_speed():
-    mu, drag = friction_and_drag(session(Changes(influence=Drag(5.0))))
-    assert mu == pytest.approx(MU, rel=0.02)
-    assert drag == pytest.approx(5.0, rel=0.1)
+    """All of its blocks slide at 20 to 31 mm/s: friction is known from their onsets, and the rest is the drag.
+
+    141 frames with .05 m/s2 of noise each tell it to within .15 /s; with friction free it would be known to 1.3 /s.
+    """
+    seen = session(Changes(influence=Drag(5.0)))
+    assert seen.onsets_mu == pytest.approx([MU] * 6, rel=0.01)  # an onset is read from its slide, which drags
+    assert drag_beside(MU, seen) == pytest.approx(5.0, rel=0.1)
 
 
 def test_wear_lowers_friction_from_run_to_run():

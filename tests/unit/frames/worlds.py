@@ -112,7 +112,20 @@ def places_m(found: list[MarkerCorners]) -> NDArray[np.float64]:
 
 
 def friction_and_drag(seen: Seen) -> tuple[float, float]:
-    """mu and a drag (1/s) of all slides: what is missing of gravity's pull in the path's second differences."""
+    """mu and a drag (1/s) of all slides."""
+    pressed, speed, missing = _resisted(seen)
+    (mu, drag), *_ = np.linalg.lstsq(np.column_stack([pressed, speed]), missing, rcond=None)
+    return float(mu), float(drag)
+
+
+def drag_beside(mu: float, seen: Seen) -> float:
+    """The drag (1/s) of all slides where friction is known: blocks of one speed alone cannot tell the two apart."""
+    pressed, speed, missing = _resisted(seen)
+    return float(speed @ (missing - mu * pressed) / (speed @ speed))
+
+
+def _resisted(seen: Seen) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Of all frames of slides (n,): what presses (m/s²), speed (m/s), and what the path's second difference lacks."""
     found = [one for one in seen.corners if one.found]
     stamps = np.array([one.capture_ns for one in found])
     place = places_m(found)
@@ -129,5 +142,4 @@ def friction_and_drag(seen: Seen) -> tuple[float, float]:
     # Coriolis presses a block on that slides as the plate tilts: mu times that would pass for a drag of 0.1 /s.
     gravity[:, 2] -= 2 * (wx * velocity[:, 1] - wy * velocity[:, 0])
     missing = ((gravity[slides, :2] - acceleration[slides]) * way).sum(axis=1)
-    (mu, drag), *_ = np.linalg.lstsq(np.column_stack([-gravity[slides, 2], speed[slides]]), missing, rcond=None)
-    return float(mu), float(drag)
+    return -gravity[slides, 2], speed[slides], missing
