@@ -115,6 +115,7 @@ EXACT: Mapping[str, Map] = {
 }
 INEXACT: Mapping[str, str] = {
     "contact_aging": "reference time and cutoff differ, and the power law is another law",
+    "com_offset": "it moves the angle at which a block topples; the generator's blocks do not topple by it",
     "friction_patch": "a spot or waves there, a series here",
     "presliding": "another law of the load",
     "border_contact": "another depth: the generator's lip has a width",

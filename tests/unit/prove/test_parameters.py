@@ -84,8 +84,8 @@ def test_the_maps_name_parameters_that_the_tool_has(rig: RigConfig):
     world = {
         "drop": 0.1, "fall": 0.1, "fall_speed": 0.02, "drag_per_s": 1.0, "wear": 0.1, "wear_runs": 20.0,
         "grain_object": 0.1, "grain_object_axis": 0.3, "grain_object_shape": 0.0, "grain_plate": 0.1,
-        "grain_plate_axis": 0.2, "grain_plate_shape": 0.0, "adhesion_n": 0.01, "load_power": 0.1, "com_x": 1e-4,
-        "com_y": 1e-4, "level_x": 0.01, "level_y": 0.02, "scale": 0.01, "play": 0.01, "late_s": 0.02, "sag_px": 2.0,
+        "grain_plate_axis": 0.2, "grain_plate_shape": 0.0, "adhesion_n": 0.01, "load_power": 0.1, "uneven_x": 1e-4,
+        "uneven_y": 1e-4, "level_x": 0.01, "level_y": 0.02, "scale": 0.01, "play": 0.01, "late_s": 0.02, "sag_px": 2.0,
         "lens": 0.01, "readout_s": 0.004, "rate_gain": 0.01, "rate_speed": 0.002, "nap_plate": 0.1,
         "nap_plate_axis": 0.4,
     }  # fmt: skip
