@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO
 
 from shared.errors import UserError
+from shared.installed import DISTRIBUTION
 from shared.rig import RigConfig
 from station.app.deploy.systems import DEPLOY
 
@@ -59,8 +60,8 @@ def build_release(rig: RigConfig, *, folder: Path, code: Path, keys: Path | None
     own = f"{version}-{content.hexdigest()[:12]}"
     about = {"id": own, "revision": _revision(code), "rig": rig.id}
     files["release.json"] = (json.dumps(about, indent=1) + "\n").encode()
-    metadata = f"Metadata-Version: 2.1\nName: repose\nVersion: {own.replace('-', '+')}\n"
-    files[f"repose-{version}.dist-info/METADATA"] = metadata.encode()
+    metadata = f"Metadata-Version: 2.1\nName: {DISTRIBUTION}\nVersion: {own.replace('-', '+')}\n"
+    files[f"{DISTRIBUTION.replace('-', '_')}-{version}.dist-info/METADATA"] = metadata.encode()
     return Release(own, files)
 
 
