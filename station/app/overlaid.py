@@ -8,8 +8,8 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
 from station.app.simulating import simulator_of
-from station.gap.report.headline import sentence
-from station.gap.result import Diagnosis
+from station.diagnosis.report.headline import sentence
+from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals

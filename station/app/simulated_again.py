@@ -9,7 +9,7 @@ from typing import Any
 
 from shared.errors import UserError
 from shared.rig import RigConfig
-from station.gap.result import Diagnosis
+from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals

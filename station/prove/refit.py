@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from shared.rig import load_rig
-from station.gap.evidence.build import evidence_of
-from station.gap.evidence.evidence import Evidence
-from station.gap.folds import FOLDS
-from station.gap.held_out import held_out
-from station.gap.statistics.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.predict.folds import FOLDS
+from station.diagnosis.predict.held_out import held_out
 from station.physics.catalogue import Catalogue, catalogue
 from station.physics.contact import Array
 from station.physics.effect import Effect

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.gap.evidence.channel import Channel
-from station.gap.evidence.covariates import ANGLES
-from station.gap.evidence.plate import Times
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.covariates import ANGLES
+from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
 from station.prove.rivals import Table
 

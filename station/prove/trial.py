@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from shared.rig import RigConfig
-from station.gap.evidence.evidence import Setting
-from station.gap.result import Diagnosis, as_json
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.result import Diagnosis, as_json
 from station.prove.workers import write_json
 
 SEED = 1

@@ -17,7 +17,7 @@ import pytest
 from joblib import Parallel, delayed
 
 from station.app.commands.diagnose import diagnose_file
-from station.gap.result import Diagnosis
+from station.diagnosis.result import Diagnosis
 from station.prove.intervals import wilson
 from station.recording.importers import cube_tosses, write
 from tests.benchmarks.tosses import Toss, heading_of, permuted, slide_of, tosses_of, turned, write_table

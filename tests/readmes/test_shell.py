@@ -27,8 +27,8 @@ from station.__main__ import main as station
 from station.recording.tables import write_samples
 from tests.readmes.blocks import ROOT, blocks
 from tests.system.processes import rig_file
-from tests.unit.gap.recorded import GOLDEN
-from tests.unit.gap.tables import samples
+from tests.unit.diagnosis.recorded import GOLDEN
+from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.test_importers import made_up
 
 ELSEWHERE = {
@@ -37,8 +37,8 @@ ELSEWHERE = {
     "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station prove": "hundreds of runs: tests/recovery/test_prove.py",
-    "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/gap/test_report.py",
-    "station diagnose sim.mcap --report": "an overlay needs twenty runs: tests/unit/gap/test_overlay.py",
+    "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
+    "station diagnose sim.mcap --report": "an overlay needs twenty runs: tests/unit/diagnosis/test_overlay.py",
     "station diagnose session.mcap --overlay": "likewise",
     "station compare-angles": "5050 readings a sensor: tests/system/test_angle_comparison.py",
     "station deploy": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.gap.evidence.evidence import Setting
-from station.gap.evidence.table import table_evidence
-from station.gap.search import search
-from station.gap.statistics.fit import fit
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.search.search import search
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from tests.recovery.test_parameters import MU, SCATTER, evidence
-from tests.unit.gap.tables import samples
+from tests.unit.diagnosis.tables import samples
 
 RUNS = 200
 

@@ -11,15 +11,15 @@ import pytest
 import tomli_w
 
 from shared.messages import Sample
-from station.gap.diagnose import diagnose
-from station.gap.evidence.evidence import Setting
-from station.gap.evidence.table import table_evidence
-from station.gap.smooth import covariate_of, smooth_terms
+from station.diagnosis.diagnose import diagnose
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.search.smooth import covariate_of, smooth_terms
 from station.physics.catalogue import catalogue
 from station.physics.model import Term, model_of_table
 from station.physics.smooth import is_smooth
 from tests.contracts.effect_states import contacts
-from tests.unit.gap.tables import samples
+from tests.unit.diagnosis.tables import samples
 
 RUNS = 150
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.gap.evidence.build import evidence_of
-from station.gap.evidence.evidence import Evidence, Setting
-from station.gap.statistics.fit import fit
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence, Setting
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.simulator import simulator
-from tests.unit.gap.recorded import OPENING_RADIUS_M, golden, joined
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 
 MU, SCATTER, SESSIONS = 0.35, 0.12, 10
 PLANTED = {

@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from station.gap import diagnose as diagnosing
-from station.gap.evidence.build import evidence_of
-from station.gap.evidence.evidence import Evidence, Setting
-from station.gap.evidence.table import table_evidence
-from station.gap.evidence.tips import Tips
-from station.gap.report.page import html_page
-from station.gap.summary import summary
-from station.gap.tipping import shows_tipping, tipped_over, tipping
+from station.diagnosis import diagnose as diagnosing
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.observations.tips import Tips
+from station.diagnosis.report.page import html_page
+from station.diagnosis.report.summary import summary
+from station.diagnosis.search.tipping import shows_tipping, tipped_over, tipping
 from station.physics.catalogue import catalogue
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from tests.concealed.cases import Plan, write_case
 from tests.concealed.tiers import plan_case
-from tests.unit.gap.tables import samples
+from tests.unit.diagnosis.tables import samples
 
 PRIOR = 0.02
 TIPPING = catalogue()["tipping"]

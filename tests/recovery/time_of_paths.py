@@ -11,7 +11,7 @@ are compared with predicted ones and nothing of the noisy path is differentiated
 and velocity (2 + 2) and its friction along and across the motion (2); common to a session are the lead, and the share
 of A that the recorded world applies (1, or 0 in a simulator whose pivot does not move).
 
-Nothing here is shared with station/gap, with the simulators or with the generators.
+Nothing here is shared with station/diagnosis, with the simulators or with the generators.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def test_the_camera_agent_needs_no_extra(programs: Path, tmp_path: Path):
 def test_the_station_measures_and_analyses_with_its_own_extra_and_a_home_that_cannot_be_written(
     programs: Path, tmp_path: Path
 ):
-    for folder in programs.parent.rglob("station/gap/*/"):
+    for folder in programs.parent.rglob("station/diagnosis/*/"):
         if folder.name in ("evidence", "statistics"):
             (folder / "__pycache__").touch()  # no folder can be made there, not even by root
 

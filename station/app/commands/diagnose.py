@@ -29,13 +29,13 @@ from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
-from station.gap.diagnose import Examined, examined
-from station.gap.evidence.evidence import Setting
-from station.gap.folds import Folding, named, nested
-from station.gap.report.page import html_page
-from station.gap.result import Diagnosis, as_json
-from station.gap.search import Progress
-from station.gap.summary import summary
+from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.predict.folds import Folding, named, nested
+from station.diagnosis.report.page import html_page
+from station.diagnosis.report.summary import summary
+from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording

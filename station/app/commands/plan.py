@@ -13,8 +13,8 @@ from pathlib import Path
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
-from station.gap.on_paper import Bench
-from station.gap.plan import separate
+from station.diagnosis.next_experiment.on_paper import Bench
+from station.diagnosis.next_experiment.plan import separate
 from station.physics.catalogue import Catalogue, catalogue_of_table
 from station.physics.effect import Effect
 

@@ -20,7 +20,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from station.app.commands.diagnose import diagnose_file, setting_of, versions
-from station.gap.result import Diagnosis
+from station.diagnosis.result import Diagnosis
 from station.prove.gates import gates
 from station.prove.pictures import draw_all
 from station.prove.protocol import QUICK, Protocol, tiers_of

@@ -18,13 +18,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.gap.evidence.evidence import Evidence
-from station.gap.evidence.plate import Times
-from station.gap.statistics.fit import Fit, restricted, with_tails
-from station.gap.statistics.noise import estimate_noise
-from station.gap.statistics.slopes import residuals
-from station.gap.statistics.student import log_density
-from station.gap.statistics.whitening import Whitening, stack
+from station.diagnosis.inference.fit import Fit, restricted, with_tails
+from station.diagnosis.likelihood.noise import estimate_noise
+from station.diagnosis.likelihood.slopes import residuals
+from station.diagnosis.likelihood.student import log_density
+from station.diagnosis.likelihood.whitening import Whitening, stack
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.plate import Times
 from station.physics.catalogue import Catalogue
 from station.physics.contact import Array, Bools
 from station.signals.session import Signals

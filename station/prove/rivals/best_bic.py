@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from station.gap.held_out import held_out
-from station.gap.statistics.fit import Fit, fit
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.predict.held_out import held_out
 from station.physics.effect import Effect
 from station.physics.model import Term
 from station.prove.rivals import Answer, Rival, Table

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.optimize import minimize
 
-from station.gap.evidence.plate import Times
+from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
 from station.prove.rivals import Answer, Rival, Table, held_out_corrected
 from station.prove.terms import Terms, tables_of

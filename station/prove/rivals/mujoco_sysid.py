@@ -8,10 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from shared.installed import to_install
-from station.gap.evidence.plate import PlateMotion, Times
-from station.gap.evidence.tracks import RunTrack, run_tracks
-from station.gap.held_out import held_out
-from station.gap.statistics.fit import fit
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.observations.plate import PlateMotion, Times
+from station.diagnosis.observations.tracks import RunTrack, run_tracks
+from station.diagnosis.predict.held_out import held_out
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Term
 from station.prove.rivals import Answer, Rival, Table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from station.gap.held_out import held_out
+from station.diagnosis.predict.held_out import held_out
 from station.prove.rivals import Answer, Rival, Table
 
 

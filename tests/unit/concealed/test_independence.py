@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-FORBIDDEN = ("station.physics", "station.gap", "station.simulators", "mujoco", "pi_agent")
+FORBIDDEN = ("station.physics", "station.diagnosis", "station.simulators", "mujoco", "pi_agent")
 ALLOWED_OF_STATION = ("station.recording", "station.friction.onset")
 SOURCES = sorted((ROOT / "tests" / "concealed").rglob("*.py"))
 

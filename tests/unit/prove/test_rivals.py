@@ -8,8 +8,8 @@ import pytest
 from shared.installed import to_install
 from shared.rig import load_rig
 from station.app.commands.diagnose import setting_of
-from station.gap.evidence.build import evidence_of
-from station.gap.statistics.fit import fit, levelled
+from station.diagnosis.inference.fit import fit, levelled
+from station.diagnosis.observations.build import evidence_of
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array, Bools
 from station.physics.model import Model

@@ -1,0 +1,47 @@
+"""The session's own null: how large the largest of all gains is when the fitted model is the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.inference.columns import Scores, drawn_scores
+from station.diagnosis.inference.gain import gain, p_value
+from station.physics.contact import Array
+
+DRAWS = 1000
+LEAST_P = 1e-6
+"""No tail is known so well that a smaller p would mean anything."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """The smallest p of the whole search in each draw (draws,), in increasing order."""
+
+    smallest: Array
+
+    def corrected(self, p: float) -> float:
+        """The probability that the search's smallest p is this small by chance.
+
+        Below what the draws resolve: the number of independent tests that the draws speak for, times p.
+        """
+        count = int(np.searchsorted(self.smallest, p, side="right"))
+        if count >= 5:
+            return (count + 1) / (len(self.smallest) + 1)
+        tests = -np.log1p(-0.05) / max(float(np.quantile(self.smallest, 0.05)), 1e-12)
+        expected = float(-np.expm1(tests * np.log1p(-min(p, 0.5))))
+        return min(max(expected, LEAST_P), (count + 1) / (len(self.smallest) + 1))
+
+
+def calibrate(
+    scored: Scores, sets: Sequence[Sequence[int]], rng: np.random.Generator, *, draws: int = DRAWS
+) -> Calibration:
+    """Draws recordings from the fitted model and searches all `sets` of columns in each."""
+    drawn = drawn_scores(scored, rng, draws=draws)
+    smallest = np.ones(draws)
+    for columns in sets:
+        total, size = gain(scored, columns, drawn)
+        smallest = np.minimum(smallest, p_value(total, size))
+    return Calibration(np.sort(smallest))

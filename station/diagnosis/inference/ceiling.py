@@ -1,0 +1,37 @@
+"""What a fitted model scores on sessions that are drawn from itself: no model of this recording could score more."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import betaln, digamma
+
+from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.likelihood.noise import GAUSSIAN
+from station.diagnosis.likelihood.student import log_density
+from station.diagnosis.likelihood.whitening import Whitening
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+
+
+def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
+    """Each run's (runs,) expected log density, nat, where the fitted model is the truth, with the nuisances' share.
+
+    Whitened components are independent, so that it is minus the sum of their entropies less ln of the volume that
+    whitening takes. A run that held is one in any session: its limit keeps the density that it has.
+    """
+    whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
+    of_limit = log_density(fitted.white, whitening.tail, whitening.limit)
+    each = np.where(whitening.limit, of_limit, -entropy(whitening.tail))
+    found = np.bincount(whitening.run, each, evidence.runs) - whitening.log_scale
+    return found + fitted.log_prior / evidence.runs
+
+
+def entropy(tail: Array) -> Array:
+    """Differential entropy (n,), nat, of Student's t with so many degrees of freedom; of a Gaussian at the last.
+
+    (ν + 1) / 2 (ψ((ν + 1) / 2) − ψ(ν / 2)) + ln(√ν B(ν / 2, 1 / 2)): Lazo & Rathie 1978, IEEE Trans. Inf. Theory 24,
+    120.
+    """
+    student = 0.5 * (tail + 1.0) * (digamma(0.5 * (tail + 1.0)) - digamma(0.5 * tail))
+    student = student + 0.5 * np.log(tail) + betaln(0.5 * tail, 0.5)
+    return np.where(tail >= GAUSSIAN, 0.5 * np.log(2.0 * np.pi * np.e), student)

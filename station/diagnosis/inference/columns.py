@@ -1,0 +1,134 @@
+"""Every candidate as columns of slopes around a fitted model, whitened, freed of what the model absorbs."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.inference.parameters import Free, told
+from station.diagnosis.likelihood.noise import GAUSSIAN
+from station.diagnosis.likelihood.slopes import residuals, slopes
+from station.diagnosis.likelihood.student import pulls
+from station.diagnosis.likelihood.whitening import Whitening, stack
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+
+MOST_VARIANTS = 12
+
+HOPELESS, ABSORBED = 1e-4, 1e-7
+"""A column of less information (a hundred typical sizes would not show), or of which others leave no larger share, is
+nothing: what is left of it is rounding, and rounding correlates with anything."""
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """An effect with its shapes set to one of their starts, at its null; its columns in the scores.
+
+    `numbers` counts the parameters that these runs can tell, shapes among them.
+    """
+
+    effect: Effect
+    start: Term
+    columns: tuple[int, ...]
+    numbers: int
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scores:
+    """Around a fitted model, for K columns: information (K, K) and score (K,), the model's own numbers taken out.
+
+    `of_runs` (runs, K) are each run's shares of the score and `info_of_runs` (runs, K) of the diagonal of the
+    information; `low`, `high` (K,) say to which side a column's number may go from its null.
+    """
+
+    variants: tuple[Variant, ...]
+    information: Array
+    score: Array
+    of_runs: Array
+    low: Array
+    high: Array
+    runs: int
+
+
+def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
+    """Each effect with each combination of the starts of the shapes that these runs can tell."""
+    found: list[tuple[Effect, Term]] = []
+    for effect in effects:
+        shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
+        grid = itertools.islice(itertools.product(*(shape.starts for shape in shapes)), MOST_VARIANTS)
+        for values in grid:
+            chosen = dict(zip((shape.name for shape in shapes), values, strict=True))
+            found.append((effect, Term(effect, {**effect.neutral(), **chosen})))
+    return found
+
+
+def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
+    """The scores of all variants of the effects, and of `extra` columns (rows, E), which come last."""
+    at = residuals(evidence, fit.model)
+    whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
+    white = whitening(stack(evidence, at))
+    own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
+    parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
+    place = 0
+    for effect, start in variants_of(evidence, effects):
+        free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
+        model = fit.model.with_term(start)
+        parts.append(_null_slopes(evidence, model, free, at))
+        columns = tuple(range(place, place + len(free)))
+        variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
+        low += [number.low - start.values[number.parameter.name] / number.scale for number in free if number.parameter]
+        high += [
+            number.high - start.values[number.parameter.name] / number.scale for number in free if number.parameter
+        ]
+        place += len(free)
+    if extra is not None:
+        parts.append(extra)
+        low += [-np.inf] * extra.shape[1]
+        high += [np.inf] * extra.shape[1]
+    counted = evidence.counted[whitening.run]
+    table = whitening(np.column_stack([own, *parts]))[counted]
+    run, tail = whitening.run[counted], whitening.tail[counted]
+    slope, _ = pulls(white[counted], tail, whitening.limit[counted])
+    expected = np.where(tail >= GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
+    weighted = np.sqrt(expected)[:, None] * table
+    nuisance, candidates = weighted[:, : len(fit.free)], weighted[:, len(fit.free) :]
+    precision = np.array([number.precision for number in fit.free])
+    prior = np.diag(precision)
+    projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
+    free_of = candidates - nuisance @ projection
+    left = np.square(free_of).sum(axis=0) + precision @ projection**2
+    known = left > np.maximum(HOPELESS, ABSORBED * np.square(candidates).sum(axis=0))
+    free_of, projection = free_of * known, projection * known
+    raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
+    share = raw * -slope[:, None]
+    of_runs = np.zeros((evidence.runs, raw.shape[1]))
+    np.add.at(of_runs, run, share)
+    return Scores(
+        variants=tuple(variants),
+        # A nuisance that bends to a candidate is held back by its prior: that resistance speaks for the candidate.
+        information=free_of.T @ free_of + projection.T @ prior @ projection,
+        score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
+        of_runs=of_runs[evidence.counted],
+        low=np.array(low),
+        high=np.array(high),
+        runs=int(evidence.counted.sum()),
+    )
+
+
+def _null_slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> Array:
+    return stack(evidence, slopes(evidence, model, free, at))
+
+
+def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:
+    """Scores (K, draws) of recordings in which the fitted model is the truth.
+
+    A score is a sum over hundreds of rows, each of bounded influence: Gaussian, with the information as its covariance.
+    """
+    size, axes = np.linalg.eigh(scored.information)
+    return axes @ (np.sqrt(np.maximum(size, 0.0))[:, None] * rng.standard_normal((len(size), draws)))

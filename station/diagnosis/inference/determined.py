@@ -1,0 +1,96 @@
+"""What is known only as a combination: numbers of one effect that trade off, and what the recording does tell.
+
+A speed law's size and shape, say, trade off along a line: each alone is anything, and the slope of friction in the
+recorded range of speeds is known to a per cent. An effect offers such quantities (`Effect.derived`); of one that offers
+none the best known straight line through its numbers is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.slides import Along
+from station.diagnosis.result import Combination
+from station.physics.contact import Array, Contact
+from station.physics.effect import Values
+from station.physics.model import Term
+from station.physics.parameter import Parameter
+
+INFLATED = 3.0
+"""Times its standard error with the effect's other numbers given: a number whose own is larger says little alone.
+
+Three is a correlation of .94 between two numbers. `station diagnose --json` of a case with it at 1 or 10 shows which
+combinations come and go; no claim depends on it.
+"""
+
+STEP = 1e-3
+"""Of a parameter's typical size, for the slopes of what is derived."""
+
+
+def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination, ...]:
+    """The combinations of a term's numbers that the recording determines; empty where each number stands for itself."""
+    free, covariance = fitted.of_effect(term.effect.id)
+    if len(free) < 2 or not _entangled(covariance, [fitted.at_bound(term.effect.id, one.name) for one in free]):
+        return ()
+    contact = _contact(evidence)
+    offered = {} if contact is None else term.effect.derived(contact, term.values)
+    if contact is None or not offered:
+        return (_line(free, covariance, term.values),)
+    slopes = _slopes(lambda values: term.effect.derived(contact, values), term.values, free)
+    return tuple(
+        Combination(
+            expression=expression,
+            value=value,
+            sd=float(np.sqrt(max(slopes[expression] @ covariance @ slopes[expression], 0.0))),
+            unit=unit,
+        )
+        for expression, (value, unit) in offered.items()
+    )
+
+
+def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
+    """True if a number is at its bound, or much surer once the others are given."""
+    alone = np.diag(covariance) * np.diag(np.linalg.pinv(covariance, hermitian=True))
+    return any(at_bound) or bool(np.any(alone > INFLATED**2))
+
+
+def _slopes(
+    derived: Callable[[Values], Mapping[str, tuple[float, str]]], values: Values, free: tuple[Parameter, ...]
+) -> dict[str, Array]:
+    """Slopes (k,) of each derived quantity by the free numbers, to the side that their bounds leave."""
+    middle, columns = derived(values), list[dict[str, float]]()
+    for one in free:
+        step = STEP * one.typical * (1.0 if values[one.name] + STEP * one.typical <= one.high else -1.0)
+        moved = derived({**values, one.name: values[one.name] + step})
+        columns.append({name: (moved[name][0] - value) / step for name, (value, _) in middle.items()})
+    return {name: np.array([column[name] for column in columns]) for name in middle}
+
+
+def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Combination:
+    """The straight combination with the smallest variance in typical sizes, the first number's factor being 1."""
+    typical = np.array([one.typical for one in free])
+    _, axes = np.linalg.eigh(covariance / np.outer(typical, typical))
+    factors = axes[:, 0] / typical
+    first = int(np.argmax(np.abs(axes[:, 0])))
+    factors = factors / factors[first]
+    order = [first, *(place for place in range(len(free)) if place != first)]
+    words = [free[first].name, *(f"{factors[place]:+.3g} {free[place].name}" for place in order[1:])]
+    return Combination(
+        expression=" ".join(words),
+        value=float(sum(factor * values[one.name] for factor, one in zip(factors, free, strict=True))),
+        sd=float(np.sqrt(factors @ covariance @ factors)),
+        unit=free[first].unit,
+    )
+
+
+def _contact(evidence: Evidence) -> Contact | None:
+    """The recorded states: of the slides, or else of the onsets."""
+    slides, onsets = evidence.channel("along"), evidence.channel("onset")
+    if isinstance(slides, Along):
+        return slides.motion.moments.reported
+    return onsets.moments.reported if isinstance(onsets, Onsets) else None

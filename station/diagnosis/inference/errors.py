@@ -1,0 +1,56 @@
+"""Standard errors: from the expected curvature, and wider where the runs scatter more than the likelihood knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.likelihood.noise import GAUSSIAN
+from station.diagnosis.observations.plate import Times
+from station.physics.contact import Array, Bools
+
+TRUSTED_AFTER_RUNS = 30.0
+"""With so many runs their own scatter counts for half of what it says."""
+
+MOST_WIDER = 6.0
+
+UNIFORM = 12.0
+"""The squared width of evenly spread numbers over their variance."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Curvature:
+    """A likelihood's slopes at a fit: of n components by k numbers (n, k), and their pulls and runs (n,)."""
+
+    slope: Array
+    pull: Array
+    curve: Array
+    tail: Array
+    limit: Bools
+    run: Times
+
+    def covariance(self, precision: Array, width: Array) -> Array:
+        """Of the numbers (k, k); `precision` (k,) is that of their priors.
+
+        What the runs do not tell is as uncertain as its bounds leave it, which are `width` (k,) apart: even within. One
+        at a bound has the error of any other: how near to its bound it is known to be.
+
+        A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) /
+        (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
+        1967; Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
+        """
+        expected = np.where(self.tail >= GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
+        weight = np.where(self.limit, self.curve, expected)
+        table = self.slope
+        information = (table * weight[:, None]).T @ table + np.diag(precision)
+        of_model = np.linalg.pinv(information + np.diag(UNIFORM / width**2), hermitian=True)
+        share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
+        np.add.at(share, self.run, table * self.pull[:, None])
+        runs = len(np.unique(self.run))
+        meat = share.T @ share * (runs / max(runs - table.shape[1], 1)) + np.diag(precision)
+        sandwich = of_model @ meat @ of_model
+        ratio = np.diag(sandwich) / np.maximum(np.diag(of_model), 1e-300)
+        wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + TRUSTED_AFTER_RUNS)
+        scale = np.minimum(np.sqrt(wider), MOST_WIDER)
+        return np.asarray(of_model * np.outer(scale, scale), dtype=np.float64)

@@ -1,0 +1,91 @@
+"""How much a set of columns would raise the likelihood, by its score; for one recording or for many drawn ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from station.diagnosis.inference.columns import Scores
+from station.physics.contact import Array, Bools
+
+SINGULAR = 1e-8
+"""Columns whose information is below this share of their own are absorbed by others."""
+
+
+def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
+    """Twice the gain in log likelihood (draws,), and the number of columns, bounds kept.
+
+    `score` (K, draws): drawn scores; None: the recording's own, with draws = 1. What would leave its bounds is held at
+    its null; with several such columns only the worst case of one is looked at, equally in draws and recording.
+    """
+    own = scored.score[:, None] if score is None else score
+    chosen = np.asarray(columns)
+    information = scored.information[np.ix_(chosen, chosen)]
+    size = _sizes(information)
+    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    part = own[chosen] / size[:, None]
+    step = np.linalg.solve(scaled, part)
+    total = np.maximum((part * step).sum(axis=0), 0.0)
+    sided = (scored.low[chosen] > -1e-9) | (scored.high[chosen] < 1e-9)
+    if not sided.any():
+        return total, len(chosen)
+    outside = ((step < 0) & (scored.low[chosen] > -1e-9)[:, None]) | (
+        (step > 0) & (scored.high[chosen] < 1e-9)[:, None]
+    )
+    bad = outside.any(axis=0)
+    if bad.any():
+        total[bad] = _held(scored, chosen, own[:, bad], outside[:, bad])
+    return total, len(chosen)
+
+
+def estimate(scored: Scores, columns: Sequence[int]) -> Array:
+    """The columns' numbers (k,) at the top of the likelihood's parabola, within their bounds."""
+    chosen = np.asarray(columns)
+    information = scored.information[np.ix_(chosen, chosen)]
+    size = _sizes(information)
+    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    step = np.linalg.solve(scaled, scored.score[chosen] / size) / size
+    return np.clip(step, scored.low[chosen], scored.high[chosen])
+
+
+def _sizes(information: Array) -> Array:
+    """Square roots of the diagonal; a column without information is scaled away to nothing."""
+    diagonal = np.diag(information)
+    return np.where(diagonal > 1e-9, np.sqrt(np.maximum(diagonal, 1e-9)), 1e15)
+
+
+def _held(scored: Scores, chosen: Array, own: Array, outside: Bools) -> Array:
+    """With the columns that would leave their bounds left out."""
+    found = np.zeros(own.shape[1])
+    for pattern in np.unique(outside, axis=1).T:
+        same = (outside == pattern[:, None]).all(axis=0)
+        rest = chosen[~pattern]
+        if len(rest):
+            found[same] = gain(scored, rest.tolist(), own[:, same])[0]
+    return found
+
+
+def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
+    """How much more the runs' shares of the score scatter than the likelihood says (at least 1), the gain left out.
+
+    Guards against dependence within a run that the noise model does not know: a sandwich variance, of which only an
+    excess counts, and no more than the number of runs bears.
+    """
+    chosen = np.asarray(columns)
+    information = scored.information[np.ix_(chosen, chosen)]
+    size = _sizes(information)
+    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    shares = scored.of_runs[:, chosen] / size
+    centred = shares - shares.mean(axis=0)
+    scatter = centred.T @ centred
+    ratio = float(np.trace(np.linalg.solve(scaled, scatter))) / len(chosen)
+    # With few runs the ratio itself is noisy: only what exceeds its own uncertainty counts.
+    active = max(float((np.abs(shares).sum(axis=1) > 0).sum()), 2.0)
+    return max(ratio - 1.5 * np.sqrt(2.0 / active), 1.0)
+
+
+def p_value(total: Array, size: int) -> Array:
+    """Of twice a gain, by its asymptotic distribution."""
+    return chi2.sf(total, size)

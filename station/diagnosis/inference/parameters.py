@@ -1,0 +1,97 @@
+"""The free numbers of a model as a vector, scaled so that each step of 1 is one of a size that matters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+from station.physics.parameter import Parameter
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """One free number: ln mu_s (`effect` None), or a parameter of an effect."""
+
+    effect: Effect | None
+    parameter: Parameter | None
+
+    @property
+    def low(self) -> float:
+        """Lower bound, scaled."""
+        return -math.inf if self.parameter is None else self.parameter.low / self.scale
+
+    @property
+    def high(self) -> float:
+        """Upper bound, scaled."""
+        return math.inf if self.parameter is None else self.parameter.high / self.scale
+
+    @property
+    def precision(self) -> float:
+        """Of the prior, scaled: 1 for a nuisance, whose typical size is its prior's standard deviation; else 0."""
+        return 1.0 if self.effect is not None and self.effect.id.startswith("_") else 0.0
+
+    @property
+    def is_shape(self) -> bool:
+        """Whether it says nothing without an effect's size."""
+        return self.parameter is not None and self.parameter.is_shape
+
+    @property
+    def scale(self) -> float:
+        """The size of a step of 1."""
+        return 1.0 if self.parameter is None else self.parameter.typical
+
+
+def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, ...]:
+    """ln mu_s, then the parameters of the effects in their order, without the shapes that nothing here tells."""
+    numbers = (Free(effect, parameter) for effect in effects for parameter in told(evidence, effect))
+    return (Free(None, None), *numbers)
+
+
+def told(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
+    """The effect's parameters but for the shapes that these runs cannot tell."""
+    onset = evidence.channel("onset")
+    idle = effect.idle(onset.moments.reported) if isinstance(onset, Onsets) else frozenset[str]()
+    return tuple(parameter for parameter in effect.parameters if parameter.name not in idle)
+
+
+def vector_of(model: Model, free: Sequence[Free]) -> Array:
+    """The scaled values (k,) of a model's free numbers; an effect that it lacks is neutral."""
+    return np.array([_value(model, number) / number.scale for number in free])
+
+
+def _value(model: Model, number: Free) -> float:
+    if number.effect is None or number.parameter is None:
+        return math.log(model.mu_s)
+    for term in model.terms:
+        if term.effect.id == number.effect.id:
+            return term.values[number.parameter.name]
+    return number.parameter.neutral
+
+
+def model_of(vector: Array, free: Sequence[Free], *, base: Model) -> Model:
+    """The base model with the free numbers set, kept within their bounds."""
+    model = base
+    values: dict[str, dict[str, float]] = {}
+    effects: dict[str, Effect] = {}
+    for scaled, number in zip(vector.tolist(), free, strict=True):
+        if number.effect is None or number.parameter is None:
+            model = replace(model, mu_s=math.exp(min(max(scaled, -6.0), 4.0)))
+        else:
+            effects[number.effect.id] = number.effect
+            values.setdefault(number.effect.id, {})[number.parameter.name] = number.parameter.clipped(
+                scaled * number.scale
+            )
+    known = {term.effect.id: term.values for term in base.terms}
+    for name, chosen in values.items():
+        # A parameter that is not free keeps its value.
+        kept = known.get(name, effects[name].neutral())
+        model = model.with_term(Term(effects[name], {**kept, **chosen}))
+    return model

@@ -1,0 +1,176 @@
+"""What scatters: every measurement, every run's friction, and every run's image.
+
+A row j of channel c in run i has the residual
+
+    r_ij = f_c e_ij sigma_ij + b_ci + a_c u_i,
+
+e and b of unit scale times their standard deviation, u_i the run's own friction (a_c = 1 in the channels that it
+shifts), and for the onset one more draw that the slide does not share. Whitened by the Cholesky factor of a run's
+covariance, the components are Student-t.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.plate import Times
+from station.physics.contact import Array, Bools
+
+GAUSSIAN = 200.0
+TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, GAUSSIAN)
+LEAST_RUNS = 8
+CENSORED_ROUNDS = 30
+MOST_CENSORED = 2.0
+_CLIP = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Noise:
+    """Standard deviations: `friction` shared by onset and slide, `own` of each channel's runs, `factor` on its sigma.
+
+    `tail` is each channel's degrees of freedom of Student's t.
+    """
+
+    friction: float
+    own: Mapping[str, float]
+    factor: Mapping[str, float]
+    tail: Mapping[str, float]
+
+    @property
+    def scatter(self) -> float:
+        """Relative scatter of a run's static friction."""
+        return math.hypot(self.friction, self.own.get("onset", 0.0))
+
+
+def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
+    """The noise of residuals by channel, by robust moments: within runs, between runs, and between channels."""
+    own, factor = dict[str, float](), dict[str, float]()
+    means, errors = dict[str, Array](), dict[str, Array]()
+    for channel in evidence.channels:
+        values, rows = residuals[channel.name], channel.rows
+        known = ~rows.limit
+        wander = evidence.wander.get(channel.name)
+        place = None if wander is None or channel.travelled_m is None else channel.travelled_m[known]
+        more = 0.0 if wander is None or place is None else _wandering(wander, place, rows.sigma[known], rows.run[known])
+        factor[channel.name] = math.sqrt(
+            max(_factor(values[known], rows.sigma[known], rows.run[known]) ** 2 - more, 0.25)
+        )
+        mean, error = _run_means(
+            values[known], factor[channel.name] * rows.sigma[known], rows.run[known], evidence.runs
+        )
+        if wander is not None and place is not None:
+            error = np.hypot(error, _of_means(wander, place, rows.run[known], evidence.runs))
+        means[channel.name], errors[channel.name] = mean, error
+        own[channel.name] = _between(mean, error)
+    if "onset" in own:
+        # Runs without a slide say that the tail goes on: without them the scatter would read too small.
+        channel = next(channel for channel in evidence.channels if channel.name == "onset")
+        own["onset"] *= _censoring(residuals["onset"], channel.rows.limit)
+    friction = _share(means, errors, own)
+    return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
+
+
+def _factor(values: Array, sigma: Array, run: Times) -> float:
+    """How much more the rows of one run scatter than their sigma says, in pairs that follow each other."""
+    if len(values) < 4:
+        return 1.0
+    same = run[1:] == run[:-1]
+    if same.sum() < 10:
+        return 1.0
+    first, second = values[1:][same], values[:-1][same]
+    standardised = (first - second) / np.hypot(sigma[1:][same], sigma[:-1][same])
+    return max(_robust_sd(standardised), 0.5)
+
+
+def _wandering(wander: Wander, place_m: Array, sigma: Array, run: Times) -> float:
+    """What the wander adds to the variance of differences of rows in pairs, standardised as in `_factor`."""
+    same = run[1:] == run[:-1]
+    if not same.any():
+        return 0.0
+    apart = 2.0 * (wander.sd**2 - wander.shared(np.diff(place_m)[same]))
+    return float(np.median(apart / (sigma[1:][same] ** 2 + sigma[:-1][same] ** 2)))
+
+
+def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
+    """Standard deviation (runs,) of the wander's mean over each run's rows."""
+    found = np.zeros(runs)
+    for one in np.unique(run):
+        mine = place_m[run == one]
+        found[one] = math.sqrt(float(wander.shared(mine[:, None] - mine[None, :]).mean()))
+    return found
+
+
+def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
+    """Weighted mean of each run (nan: no rows) and its standard error."""
+    weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
+    total = np.bincount(run, weight, runs)
+    summed = np.bincount(run, weight * values, runs)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(total > 0, summed / total, np.nan), np.where(total > 0, 1 / np.sqrt(total), np.nan)
+
+
+def _between(mean: Array, error: Array) -> float:
+    known = np.isfinite(mean)
+    if known.sum() < 4:
+        return 1e-6
+    spread = _robust_sd(mean[known])
+    return math.sqrt(max(spread**2 - float(np.median(error[known])) ** 2, 1e-12))
+
+
+def _robust_sd(values: Array) -> float:
+    """Standard deviation of values clipped at three robust ones, freed of what the clipping takes from a Gaussian."""
+    return float(np.std(_clipped(values))) / 0.9933
+
+
+def _clipped(values: Array) -> Array:
+    middle = float(np.median(values))
+    mad = 1.4826 * float(np.median(np.abs(values - middle)))
+    return np.clip(values, middle - _CLIP * mad, middle + _CLIP * mad) if mad else values
+
+
+def _censoring(values: Array, limit: Bools) -> float:
+    """Factor on the scatter of the runs that slid: what it is with those that held to their limits (`limit`) as well.
+
+    Maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26, 24;
+    Dempster, Laird, Rubin 1977).
+    """
+    if not limit.any() or (~limit).sum() < LEAST_RUNS:
+        return 1.0
+    clipped = _clipped(values[~limit])
+    plain = max(float(np.std(clipped)), 1e-9)
+    mean, scale = float(np.mean(clipped)), plain
+    for _ in range(CENSORED_ROUNDS):
+        beyond = (values[limit] - mean) / scale
+        hazard = np.exp(norm.logpdf(beyond) - norm.logsf(beyond))
+        expected = mean + scale * hazard
+        square = scale**2 * (1.0 + beyond * hazard - hazard**2)
+        everything = np.concatenate([clipped, expected])
+        mean = float(np.mean(everything))
+        scale = math.sqrt(float(np.sum((everything - mean) ** 2) + np.sum(square)) / len(everything))
+    return min(max(scale / plain, 1.0), MOST_CENSORED)
+
+
+def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
+    """The friction that onset and slide have in common; what each has besides is left in `own`.
+
+    The difference of the two in the same run says sharply how much they do not share, where a covariance of two large
+    scatters would not.
+    """
+    if "onset" not in means or "along" not in means:
+        return 0.0
+    both = np.isfinite(means["onset"]) & np.isfinite(means["along"])
+    if both.sum() < LEAST_RUNS:
+        return 0.0
+    apart = _robust_sd(means["onset"][both] - means["along"][both]) ** 2
+    apart = max(apart - float(np.median(errors["along"][both])) ** 2, 1e-10)
+    first, second = own["onset"] ** 2, own["along"] ** 2
+    of_onset = min(max(0.5 * (first - second + apart), 0.02 * apart), 0.98 * apart, first)
+    own["onset"], own["along"] = math.sqrt(of_onset), math.sqrt(max(apart - of_onset, 1e-12))
+    return math.sqrt(max(first - of_onset, 0.0))

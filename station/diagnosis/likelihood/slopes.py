@@ -1,0 +1,55 @@
+"""Residuals of all channels and their slopes by a model's free numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from station.diagnosis.inference.parameters import Free, model_of, vector_of
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+from station.physics.model import Model
+
+STEP = 0.02
+"""Of the finite differences, in typical sizes of a parameter."""
+
+
+def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
+    """The residuals by channel."""
+    return {channel.name: channel.residual(model) for channel in evidence.channels}
+
+
+def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+    """Slopes (rows, k) by channel of the residuals `at` the model: one-sided differences, away from a bound.
+
+    A channel that an effect cannot change is not evaluated: its slopes are zero.
+    """
+    for channel in evidence.channels:
+        channel.near(model)
+    try:
+        return _differences(evidence, model, free, at)
+    finally:
+        for channel in evidence.channels:
+            channel.near(None)
+
+
+def _differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+    vector = vector_of(model, free)
+    found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
+    for place, number in enumerate(free):
+        step = STEP if vector[place] + STEP <= number.high else -STEP
+        moved = vector.copy()
+        moved[place] += step
+        changed = model_of(moved, free, base=model)
+        for channel in evidence.channels:
+            if _changes(channel, number):
+                found[channel.name][:, place] = (channel.residual(changed) - at[channel.name]) / step
+    return found
+
+
+def _changes(channel: Channel, number: Free) -> bool:
+    if number.effect is None:
+        return channel.shares_friction or channel.name == "across"
+    return channel.changed_by(number.effect)

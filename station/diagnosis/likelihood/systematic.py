@@ -1,0 +1,129 @@
+"""What is allowed for and never claimed: nuisances with a known size.
+
+An onset is read by fitting a slide back to zero velocity. Creep, a late stamp, a rounded corner of the tilt shift all
+onsets of a session alike by some hundredths of a degree. With hundreds of runs that would be told from the slides'
+friction, and be called a kinetic coefficient.
+
+And what a recording cannot show, it cannot exclude: an effect that mu takes up (one mass, no other angle sensor) leaves
+a trace of a per cent, as the plate returns while the block still slides. Without an allowance the trace would be given
+another name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array, Contact, View
+from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.model import Model, Term
+from station.physics.parameter import Parameter
+
+PRIOR = 0.003
+"""Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
+
+BLUR_S2 = 2e-4
+"""The same of the variance of an onset's time: readings near a corner of the tilt's course scatter to one side."""
+
+PICTURE_M, TILTED = 2e-6, 0.05
+"""A fiftieth of a pixel: the mean of many frames of many runs, all alike, is not surer. And the sine of a tilt."""
+
+LEAST_SLOPE = 0.05
+FARTHEST = 3.0
+"""How many of its typical sizes an effect may plausibly have: the standard deviation of one that is allowed for."""
+
+
+class OnsetReading(Effect):
+    """All onsets are read a little early or late."""
+
+    id: ClassVar[str] = "_onset_reading"
+    title: ClassVar[str] = "reading of the onsets"
+    law: ClassVar[str] = "static friction reads (1 + shift) times what it is, its tilt by blur times θ'' more (both 0)"
+    source: ClassVar[str] = "none: a nuisance of the measurement"
+    layer: ClassVar[Layer] = "rig"
+    family: ClassVar[Family] = "level"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="shift", unit="1", low=-0.1, high=0.1, typical=PRIOR),
+        Parameter(name="blur_s2", unit="s²", low=-5e-3, high=5e-3, typical=BLUR_S2),
+    )
+    separated_by: ClassVar[str] = "nothing: it is allowed for"
+
+    def friction(self, contact: Contact, values: Values) -> Array | float:
+        """See the class."""
+        if contact.moving.all():
+            return 1.0
+        bend = (contact.acceleration_rad_s2 * contact.tilt_axis).sum(axis=1)
+        slope = np.maximum(0.5 * np.sin(2.0 * contact.tilt_rad), LEAST_SLOPE)
+        return np.where(contact.moving, 1.0, 1.0 + values["shift"] + values["blur_s2"] * bend / slope)
+
+
+ONSET_READING = OnsetReading()
+
+
+class PictureReading(Effect):
+    """A mark on a tilted plate is read beside where it is, by as little as a tracker is trusted to.
+
+    It is the reading's and not the camera's, whose effects bend slides too: by so little nobody would see a slide bent.
+    """
+
+    id: ClassVar[str] = "_picture_reading"
+    title: ClassVar[str] = "reading of the block's place"
+    law: ClassVar[str] = "the block seems to lie sag sin(tilt), and step once the plate is tilted, down the slope (0)"
+    source: ClassVar[str] = "none: a nuisance of the measurement"
+    layer: ClassVar[Layer] = "rig"
+    family: ClassVar[Family] = "image"
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter(name="sag_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
+        Parameter(name="step_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
+    )
+    separated_by: ClassVar[str] = "nothing: it is allowed for"
+
+    def seen(self, view: View, values: Values) -> Array | None:
+        """See the class."""
+        if not view.on_block:
+            return None
+        sine = np.sin(view.tilt_rad)
+        shift = (values["sag_m"] * sine + values["step_m"] * np.minimum(sine / TILTED, 1.0))[:, None] * view.down
+        return np.broadcast_to(shift[:, None, :], view.point_m.shape)
+
+
+PICTURE_READING = PictureReading()
+
+
+def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
+    """Those of the measurement, and those that a model allows for.
+
+    Where there are no slides, the reading of the onsets is part of mu.
+    """
+    onset = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
+    picture = (PICTURE_READING,) if evidence.channel("rest") else ()
+    reading = (*onset, *picture)
+    allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
+    return (*reading, *allowed)
+
+
+def allowing_for(model: Model, effects: Iterable[Effect]) -> Model:
+    """The model with effects as nuisances, at their nulls."""
+    return replace(model, terms=(*model.terms, *(_allowed(effect) for effect in effects)))
+
+
+def _allowed(effect: Effect) -> Term:
+    """The same law under another name, its plausible size as the standard deviation of its prior."""
+    wide = tuple(replace(parameter, typical=FARTHEST * parameter.typical) for parameter in effect.parameters)
+    same = type("Allowed", (type(effect),), {"id": f"_{effect.id}", "parameters": wide})()
+    return Term(same, effect.neutral())
+
+
+def is_nuisance(effect: Effect) -> bool:
+    """Whether it is allowed for and never claimed."""
+    return effect.id.startswith("_")
+
+
+def without_nuisances(model: Model) -> Model:
+    """The model as a user wants it."""
+    terms = tuple(term for term in model.terms if not is_nuisance(term.effect))
+    return Model(mu_s=model.mu_s, scatter=model.scatter, terms=terms)

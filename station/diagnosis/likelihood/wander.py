@@ -1,0 +1,141 @@
+# ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
+"""Friction that wanders along a slide's path: nature in every run, and no law that all runs have in common.
+
+Windows of one slide that lie near each other err alike: an Ornstein-Uhlenbeck process of the distance, its size and
+reach the session's. The moment that turns an uneven sole wanders likewise. Without it a law of the speed or the place
+would be read from what each run has for itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from station.diagnosis.compiled import compiled
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+
+REACH_M = (5e-4, 2e-2)
+"""Bounds of the reach. A shorter one is the frames' own noise, a longer one the run's own level of friction: both have
+terms of their own. `tests/unit/diagnosis/test_wander.py` shows what is found of what was planted between them."""
+
+LEAST_RUNS = 8
+"""Runs from which on their common course at one place in the order of windows is known well enough to be taken off."""
+
+CLIPPED = 4.0
+"""Robust standard deviations beyond which a residual is an outlier, and would read as wander."""
+
+STEPS = 150
+"""Evaluations of the likelihood: of four numbers, in a simplex."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wander:
+    """Standard deviation, in the channel's unit, and reach along the path, m."""
+
+    sd: float
+    reach_m: float
+
+    def shared(self, apart_m: Array) -> Array:
+        """Covariance (n,) of two windows that lie so far apart (n,)."""
+        return self.sd**2 * np.exp(-np.abs(apart_m) / self.reach_m)
+
+
+def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wander]:
+    """The wander of each channel that follows a path, by maximum likelihood of residuals (rows,) by channel.
+
+    What all runs have in common at the same place in the order of their windows is taken off before: it is a law's.
+    """
+    return {
+        channel.name: _wander(evidence, channel, residuals[channel.name])
+        for channel in evidence.channels
+        if channel.travelled_m is not None and len(np.unique(channel.rows.run)) >= LEAST_RUNS
+    }
+
+
+def _wander(evidence: Evidence, channel: Channel, residual: Array) -> Wander:
+    order = np.argsort(channel.rows.run, kind="stable")
+    order = order[(evidence.counted[channel.rows.run] & ~channel.rows.limit)[order]]
+    run, sigma = channel.rows.run[order], channel.rows.sigma[order]
+    assert channel.travelled_m is not None
+    place = channel.travelled_m[order]
+    values = _clipped(_of_its_own(residual[order], run))
+    edges = np.append(np.flatnonzero(np.diff(run, prepend=-1)), len(run))
+    spread = max(float(np.std(values)), 1e-12)
+
+    def cost(inner: Array) -> float:
+        factor, own, sd, reach_m = _numbers(inner, spread)
+        return float(_minus_log_likelihood(values, sigma * factor, place, edges, own**2, sd**2, reach_m))
+
+    begin = np.array([0.0, math.log(0.5), math.log(0.3), 0.0])
+    corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -2.0, 1.5])])
+    options = {"maxfev": STEPS, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
+    found = minimize(cost, begin, method="Nelder-Mead", options=options)
+    *_, sd, reach_m = _numbers(np.asarray(found.x), spread)
+    return Wander(sd, reach_m)
+
+
+def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
+    """Factor on the measurements' error, standard deviations of the run's own level and of the wander, and its reach.
+
+    Of free numbers (4,); the reach by a logistic function within its bounds.
+    """
+    low, high = np.log(REACH_M)
+    share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
+    factor, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
+    return factor, spread * own, spread * sd, math.exp(low + share * (high - low))
+
+
+def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
+    """Residuals (n,), in the order of runs, less the course that runs have in common from window to window.
+
+    It is the sum of the medians of the steps, which know nothing of the runs' own levels: runs with fewer windows than
+    others leave no trace where they end.
+    """
+    first = np.flatnonzero(np.diff(run, prepend=-1))
+    number = np.arange(len(run)) - np.repeat(first, np.diff(np.append(first, len(run))))
+    step, after = np.diff(residual)[number[1:] > 0], number[1:][number[1:] > 0]
+    steps = np.zeros(int(number.max(initial=0)) + 1)
+    for one in np.unique(after):
+        mine = step[after == one]
+        steps[one] = float(np.median(mine)) if len(mine) >= LEAST_RUNS else 0.0
+    return residual - np.cumsum(steps)[number]
+
+
+def _clipped(values: Array) -> Array:
+    middle = float(np.median(values))
+    reach = CLIPPED * 1.4826 * float(np.median(np.abs(values - middle)))
+    return np.clip(values, middle - reach, middle + reach)
+
+
+@compiled
+def _minus_log_likelihood(
+    values: Any, sigma: Any, place: Any, edges: Any, own: float, wander: float, reach_m: float
+) -> float:
+    """Of Gaussian runs, each with a level of its own (variance `own`) and an Ornstein-Uhlenbeck process of `place`."""
+    total = 0.0
+    for run in range(len(edges) - 1):
+        first, size = edges[run], edges[run + 1] - edges[run]
+        factor = np.zeros((size, size))
+        white = np.zeros(size)
+        for i in range(size):
+            left = values[first + i]
+            for j in range(i + 1):
+                part = own + wander * np.exp(-abs(place[first + i] - place[first + j]) / reach_m)
+                if i == j:
+                    part += sigma[first + i] ** 2
+                for k in range(j):
+                    part -= factor[i, k] * factor[j, k]
+                factor[i, j] = np.sqrt(max(part, 1e-30)) if i == j else part / factor[j, j]
+                if j < i:
+                    left -= factor[i, j] * white[j]
+            white[i] = left / factor[i, i]
+            total += 0.5 * white[i] ** 2 + np.log(factor[i, i])
+    return total

@@ -1,0 +1,131 @@
+# ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
+"""Turns residuals and their slopes into independent components of unit scale, run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from station.diagnosis.compiled import compiled
+from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array, Bools
+
+Index = np.ndarray[tuple[int], np.dtype[np.int64]]
+
+
+class Whitening:
+    """Whitens arrays (rows, …) in the stacked order of the evidence's channels.
+
+    `run`, `channel` (rows,) say where each component belongs; `limit` marks the runs without a slide; `log_scale`
+    (runs,) is each run's ln of the volume that whitening takes, which belongs into a log density.
+    """
+
+    def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
+        self.run: Index = np.concatenate([channel.rows.run for channel in evidence.channels])
+        self.channel: Index = np.concatenate(
+            [np.full(len(channel), place, dtype=np.int64) for place, channel in enumerate(evidence.channels)]
+        )
+        self.limit: Bools = np.concatenate([channel.rows.limit for channel in evidence.channels])
+        self.tail: Array = np.array([noise.tail[channel.name] for channel in evidence.channels])[self.channel]
+        variance = np.concatenate(
+            [
+                (noise.factor[channel.name] * channel.rows.sigma) ** 2
+                + (noise.own["onset"] ** 2 if channel.name == "onset" else 0.0)
+                for channel in evidence.channels
+            ]
+        )
+        if shaking is not None:
+            variance[: len(shaking)] += shaking**2
+        loads = _loads(evidence, noise, self.channel)
+        place, size, reach = _wandering(evidence)
+        self._order = np.argsort(self.run, kind="stable")
+        self._edges = np.searchsorted(self.run[self._order], np.arange(evidence.runs + 1))
+        sizes = np.diff(self._edges)
+        self._factors = np.zeros(int((sizes**2).sum()))
+        self._places = np.concatenate([[0], np.cumsum(sizes**2)])
+        self.log_scale: Array = np.zeros(evidence.runs)
+        along = np.column_stack([place, size, reach, self.channel])
+        _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, self.log_scale)
+
+    def __call__(self, values: Array) -> Array:
+        """Whitened values; a vector (rows,) or a matrix (rows, columns)."""
+        columns = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.float64)
+        white = np.empty_like(columns)
+        _solve(self._order, self._edges, self._places, self._factors, columns, white)
+        return white.reshape(values.shape)
+
+
+@compiled
+def _factorise(
+    order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_scale: Any
+) -> None:
+    """Cholesky factors of every run's covariance, one after another in `factors`, and the ln of their determinants.
+
+    `along` (rows, 4) are the place along the path, the wander's standard deviation and reach, and the channel.
+    """
+    for run in range(len(edges) - 1):
+        rows = order[edges[run] : edges[run + 1]]
+        size = len(rows)
+        factor = factors[places[run] : places[run + 1]].reshape(size, size)
+        for i in range(size):
+            for j in range(i + 1):
+                total = variance[rows[i]] if i == j else 0.0
+                for k in range(loads.shape[1]):
+                    total += loads[rows[i], k] * loads[rows[j], k]
+                a, b = along[rows[i]], along[rows[j]]
+                if a[1] > 0.0 and a[3] == b[3]:
+                    total += a[1] ** 2 * np.exp(-abs(a[0] - b[0]) / a[2])
+                for k in range(j):
+                    total -= factor[i, k] * factor[j, k]
+                factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
+            log_scale[run] += np.log(factor[i, i])
+
+
+@compiled
+def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white: Any) -> None:
+    """Forward substitution, run by run, for all columns at once."""
+    for run in range(len(edges) - 1):
+        rows = order[edges[run] : edges[run + 1]]
+        size = len(rows)
+        factor = factors[places[run] : places[run + 1]].reshape(size, size)
+        for i in range(size):
+            for c in range(values.shape[1]):
+                white[rows[i], c] = values[rows[i], c]
+            for k in range(i):
+                if factor[i, k] != 0.0:
+                    for c in range(values.shape[1]):
+                        white[rows[i], c] -= factor[i, k] * white[rows[k], c]
+            for c in range(values.shape[1]):
+                white[rows[i], c] /= factor[i, i]
+
+
+def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
+    """Columns (rows, 1 + channels): the shared draw of friction, and each channel's own draw of a run."""
+    loads = np.zeros((len(channel), 1 + len(evidence.channels)))
+    for place, one in enumerate(evidence.channels):
+        of_channel = channel == place
+        if one.shares_friction:
+            loads[of_channel, 0] = noise.friction
+        if one.name != "onset":  # its own draw is in the variance: a run has one onset
+            loads[of_channel, 1 + place] = noise.own[one.name]
+    return loads
+
+
+def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
+    """Of all rows: the place along the path, and the wander's standard deviation and reach; 0, 0, 1 without any."""
+    places, sizes, reaches = list[Array](), list[Array](), list[Array]()
+    for channel in evidence.channels:
+        wander, some = evidence.wander.get(channel.name), np.ones(len(channel))
+        places.append(0.0 * some if channel.travelled_m is None else channel.travelled_m)
+        sizes.append((0.0 if wander is None else wander.sd) * some)
+        reaches.append((1.0 if wander is None else wander.reach_m) * some)
+    return np.concatenate(places), np.concatenate(sizes), np.concatenate(reaches)
+
+
+def stack(evidence: Evidence, parts: Mapping[str, Array]) -> Array:
+    """Values by channel, one below the other in the evidence's order."""
+    ordered: Sequence[Array] = [parts[channel.name] for channel in evidence.channels]
+    return np.concatenate(ordered) if ordered else np.zeros(0)

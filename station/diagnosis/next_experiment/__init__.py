@@ -1,0 +1,1 @@
+"""The plan that would tell apart what a recording cannot."""

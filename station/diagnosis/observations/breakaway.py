@@ -1,0 +1,184 @@
+"""How blocks break away: their paths from rest under a law of sliding friction, and how likely each moment of it is.
+
+A block that is let go when the pull passes mu_s per press slides with
+
+    v' = pull − press mu_s (1 − D − F (1 − s(v / v_s))) − k v,
+
+so that its friction may fall at once (D), with the speed (F over v_s; s is an exponential or the Lorentzian, or there
+is a logarithm in its place, 1 − s = ln(1 + v / v_s)), and be dragged (k). Of a session all but the moment and mu_s,
+which that moment tells, are common; D is drawn anew for each run from a Gaussian, since what a contact gained at rest
+is lost. What is not known of the place, how the block crept with the tilt before it went, and D's draw are integrated
+out (they are linear), so that a run's frames leave a likelihood of the moment alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from station.diagnosis.observations.breakaway_kernel import SPEEDS_M_S, STEP_S, Laws, Rows, log_likelihoods
+from station.diagnosis.observations.early import Early
+from station.diagnosis.observations.first_look import Look
+from station.diagnosis.observations.plate import Times
+from station.physics.contact import Array
+
+EDGE_S = 3 * STEP_S
+WIDE_S, COUNT = 0.12, 31
+"""How far and how closely slips are first looked for."""
+
+NEAR_SIGMAS = 4.0
+OUTLIER = 20.0
+"""By so much less likely than a path that a law fits, the logarithm, a run tells nothing of it."""
+
+TRACE = 1e-3
+"""How much a plate that holds counts as tilting, of how fast it tilts at most."""
+
+EXPONENTIAL, LORENTZIAN, LOGARITHM = 0, 1, 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """What a session's slides have in common; see the module.
+
+    `creep_m` is the standard deviation of a block's creep before it goes, per relative rise of the tilt's sine.
+    """
+
+    drop: float = 0.0
+    drop_spread: float = 1e-4
+    fall: float = 0.0
+    fall_speed_m_s: float = 0.03
+    drag_per_s: float = 0.0
+    creep_m: float = 1e-5
+    shape: int = EXPONENTIAL
+
+    def of_runs(self, runs: int) -> Laws:
+        """The same for each of so many runs."""
+        return Laws(
+            held=(1.0 - self.drop - self.fall * self._fallen())[None],
+            slowing_m_s2=(self.drag_per_s * SPEEDS_M_S)[None],
+            of_run=np.zeros(runs, dtype=np.int64),
+            spread=self.drop_spread,
+            creep_m=self.creep_m,
+        )
+
+    def _fallen(self) -> Array:
+        """The share of the fall, by speed."""
+        ratio = SPEEDS_M_S / self.fall_speed_m_s
+        if self.shape == LOGARITHM:
+            return np.log1p(ratio)
+        return -np.expm1(-ratio) if self.shape == EXPONENTIAL else 1.0 - 1.0 / (1.0 + ratio * ratio)
+
+
+class Falling(Protocol):
+    """What says by which law each of some runs slides."""
+
+    def of_runs(self, runs: int) -> Laws:
+        """The laws of so many runs."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Breakaways:
+    """Runs (r) with the moments (r, k) that are tried of each, s, and the ln of how much friction these stand for."""
+
+    runs: Sequence[Early]
+    rows: Rows
+    tried_s: Array
+    log_expected: Array
+
+    @classmethod
+    def of(cls, seen: Sequence[tuple[Early, Look]]) -> Breakaways:
+        """Of runs (r), with moments on both sides of where a first look put them."""
+        runs, looks = [run for run, _ in seen], [look for _, look in seen]
+        none = np.zeros((len(runs), 0))
+        whole = cls(runs, _rows(runs, np.array([look.sigma_m for look in looks])), none, none)
+        half_s = np.array([max(NEAR_SIGMAS * look.within_s, WIDE_S) for look in looks])
+        return whole._trying(np.array([look.time_s for look in looks]), half_s, COUNT)
+
+    def _trying(self, middle_s: Array, half_s: Array, count: int) -> Breakaways:
+        """The same with so many moments within `half_s` of `middle_s` (r,)."""
+        first = np.array([run.time_s[0] + EDGE_S for run in self.runs])
+        last = np.array([run.time_s[-1] - EDGE_S for run in self.runs])
+        begin = np.clip(middle_s - half_s, first, last - STEP_S)
+        tried = np.linspace(begin, np.clip(middle_s + half_s, begin + STEP_S, last), count, axis=1)
+        expected = [_expected(run, row) for run, row in zip(self.runs, tried, strict=True)]
+        return replace(self, tried_s=tried, log_expected=np.log(np.array(expected)))
+
+    def nearer(self, law: Falling, count: int) -> Breakaways:
+        """The same with moments where a law puts the slips."""
+        chance, tried = self.chances(law), self.tried_s
+        mean = (chance * tried).sum(axis=1)
+        variance = (chance * (tried - mean[:, None]) ** 2).sum(axis=1) + (tried[:, 1] - tried[:, 0]) ** 2
+        return self._trying(mean, np.maximum(NEAR_SIGMAS * np.sqrt(variance), STEP_S), count)
+
+    def around(self, law: Falling, count: int) -> Breakaways:
+        """The same with so many moments where a law puts the slips, looked for twice, the first time widely."""
+        return self.nearer(law, COUNT).nearer(law, count)
+
+    def some(self, number: int) -> Breakaways:
+        """At most so many of the runs, evenly."""
+        return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
+
+    def of_places(self, chosen: Times) -> Breakaways:
+        """Of some runs, by their places in this."""
+        rows = Rows(*(part[chosen] for part in self.rows))
+        return Breakaways([self.runs[row] for row in chosen], rows, self.tried_s[chosen], self.log_expected[chosen])
+
+    def softened(self, times: float) -> Breakaways:
+        """The same with so many times the noise: a law far from the truth is led to it."""
+        return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
+
+    def log_likelihoods(self, law: Falling) -> Array:
+        """Of each moment (r, k), with how much friction it stands for."""
+        out = np.empty(self.tried_s.shape)
+        log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs)), out)
+        return out + self.log_expected
+
+    def chances(self, law: Falling) -> Array:
+        """Of each moment (r, k); of each run they sum to 1."""
+        log = self.log_likelihoods(law)
+        chance = np.exp(log - log.max(axis=1, keepdims=True))
+        return chance / chance.sum(axis=1, keepdims=True)
+
+    def log_likelihood(self, law: Falling) -> float:
+        """Of the session, the moments integrated out; a run that no law fits counts as an outlier."""
+        log = self.log_likelihoods(law)
+        best = log.max(axis=1)
+        whole = best + np.log(np.exp(log - best[:, None]).sum(axis=1))
+        floor = -self.rows.count * (0.5 + np.log(self.rows.sigma_m)) - OUTLIER
+        return float(np.logaddexp(whole, floor).sum())
+
+
+def _rows(runs: Sequence[Early], sigma_m: Array) -> Rows:
+    grids = [np.arange(run.grid_s[0], run.grid_s[-1], STEP_S) for run in runs]
+
+    def even(values: Callable[[Early], Array]) -> Array:
+        return _padded([np.interp(grid, run.grid_s, values(run)) for grid, run in zip(grids, runs, strict=True)])
+
+    return Rows(
+        first_s=np.array([grid[0] for grid in grids]),
+        pull=even(lambda run: run.pull),
+        press=even(lambda run: run.press),
+        count=np.array([len(run.time_s) for run in runs]),
+        time_s=_padded([run.time_s for run in runs]),
+        path_m=_padded([run.path_m for run in runs]),
+        sine=_padded([np.sin(np.interp(run.time_s, run.grid_s, run.plate_rad)) for run in runs]),
+        sigma_m=sigma_m,
+    )
+
+
+def _padded(rows: Sequence[Array]) -> Array:
+    """Rows (r, m) of unlike lengths, each continued by its last value."""
+    longest = max(len(row) for row in rows)
+    return np.array([np.concatenate([row, np.full(longest - len(row), row[-1])]) for row in rows])
+
+
+def _expected(run: Early, tried_s: Array) -> Array:
+    """How much friction, relatively, each moment (k,) stands for: none while the plate holds, but for a trace."""
+    risen = np.maximum.accumulate(run.tilt_rad)
+    rise = np.gradient(np.log(np.maximum(np.tan(risen), 1e-3)), run.grid_s)
+    trace = TRACE * max(float(rise.max()), 1e-6)
+    return (np.interp(tried_s, run.grid_s, rise) + trace) * float(tried_s[1] - tried_s[0])

@@ -1,0 +1,171 @@
+"""The likeliest law of a session's breakaways: a sudden fall of friction, a gentle one, or both, with a drag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from station.diagnosis.observations.breakaway import EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.physics.contact import Array
+
+FEW, MANY = 30, 120
+"""Runs that the kind of law is sought with, and those that it is then fitted to."""
+
+TRIED = 13
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """At most so many steps; one that brings less, ln of the likelihood, is the last."""
+
+    steps: int
+    least: float
+
+
+BRIEF, THOROUGH = _Search(10, 0.01), _Search(100, 0.001)
+"""On the way, and at its end. Where a fall and a drag nearly cancel, the likelihood rises along a narrow crest by steps
+of about 0.01: a search that ended there was up to 8 short, and the last bits of the processor decided where it ended
+(`pytest tests/unit/diagnosis/test_slips.py -k "makes up"`)."""
+
+STARTS_M_S = (0.005, 0.03)
+"""Of gentle falls, from which their search starts."""
+
+BESIDE = {"fall_speed_m_s": 0.005, "shape": LOGARITHM}
+"""Where a gentle law is sought that a sudden fall hides."""
+
+SOFTENED, NARROW, ROUGHLY = (20.0, 6.0, 1.5, 1.0), 5.0, 1.5
+"""How much noise is taken on the way from afar, and above how much the moments are all looked at."""
+
+GAIN, NEARLY = 5.0, 15.0
+"""What one more number has to bring, ln of the likelihood, and how far behind a law may be to be tried on."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Number:
+    """A number of a law: its bounds, and its scale, or 0 where it is sought by its logarithm."""
+
+    low: float
+    high: float
+    scale: float = 0.0
+
+    def inner(self, value: float) -> float:
+        return value / self.scale if self.scale else math.log(value)
+
+    def outer(self, value: float) -> float:
+        return value * self.scale if self.scale else math.exp(value)
+
+
+NUMBERS = {
+    "drop": _Number(0.0, 0.6, 0.01),
+    "drop_spread": _Number(1e-4, 0.3),
+    "fall": _Number(-0.3, 0.6, 0.01),
+    "fall_speed_m_s": _Number(2e-3, 0.2),
+    "drag_per_s": _Number(-5.0, 30.0, 1.0),
+    "creep_m": _Number(1e-6, 1e-2),
+}
+COMMON = ("drop_spread", "drag_per_s")
+SUDDEN, GENTLE = ("drop", *COMMON), ("fall", "fall_speed_m_s", *COMMON)
+CREEP = "creep_m"
+
+
+def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
+    """The likeliest law of a session's slides; one with more numbers only if they are worth it.
+
+    It is sought from about the drag that a first look shows: far from it no path would be any likelier than another.
+    """
+    few = paths.some(FEW)
+    far = Law(drop=0.01, drop_spread=0.01, drag_per_s=drag_per_s, creep_m=1e-4)
+    sudden = _led(few, far, (*SUDDEN, CREEP))
+    none = replace(sudden.law, drop=0.0, fall_speed_m_s=0.02)
+    plain = _led(few, none, COMMON, SOFTENED[2:])
+    gentle = [_gentle(few, none, sudden.law.drop, shape) for shape in (EXPONENTIAL, LORENTZIAN, LOGARITHM)]
+    found = [plain, replace(sudden, free=SUDDEN), *gentle]
+    if _worth(sudden) > _worth(plain):
+        found.append(
+            _with_drop(few, [replace(none, **BESIDE, drop=sudden.law.drop, fall=fall) for fall in (-0.01, 0.01)])
+        )
+    if max(map(_worth, gentle)) > max(map(_worth, found[:2])) - NEARLY:
+        both = [each for each in gentle if _worth(each) > max(map(_worth, gentle)) - NEARLY]
+        found += [_with_drop(few, _dropping(each.law, sudden.law.drop)) for each in both]
+    return _among(paths.some(MANY), found).law
+
+
+def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
+    """The likeliest fall or rise of a shape: from the likeliest of some starts."""
+    falls = (0.3 * drop + 0.01, -0.01) if shape == LOGARITHM else (drop + 0.02, -0.02)
+    starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in STARTS_M_S]
+    tried = [_fitted(_near(paths, start, ROUGHLY), start, GENTLE, BRIEF) for start in starts]
+    return _fitted_near(paths, max(tried, key=_worth).law, GENTLE)
+
+
+def _dropping(law: Law, drop: float) -> list[Law]:
+    """Little of a sudden fall beside a gentle one, or about as much as there is alone."""
+    return [replace(law, drop=0.2 * abs(law.fall)), replace(law, drop=max(drop, 0.01), fall=0.5 * law.fall)]
+
+
+def _with_drop(paths: Breakaways, starts: Sequence[Law]) -> _Found:
+    """The likeliest law with a sudden fall beside another, from the likeliest of some starts."""
+    free = (*GENTLE, "drop")
+    tried = [_fitted(_near(paths, start, ROUGHLY), start, free, BRIEF) for start in starts]
+    return _fitted_near(paths, max(tried, key=_worth).law, free)
+
+
+def _near(paths: Breakaways, law: Law, times: float = 1.0) -> Breakaways:
+    return paths.softened(times).around(law, TRIED)
+
+
+def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
+    return _fitted(_near(paths, law), law, free, THOROUGH)
+
+
+def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:
+    """The one that many runs speak for, of those for which a few speak about as much as for any."""
+    least = max(map(_worth, found)) - NEARLY
+    fitted = [_fitted_near(paths, each.law, (*each.free, CREEP)) for each in found if _worth(each) > least]
+    return max(fitted, key=_worth)
+
+
+def _worth(found: _Found) -> float:
+    """ln of the likelihood, less what its numbers have to bring."""
+    return found.value - GAIN * len(found.free)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    law: Law
+    value: float
+    free: Sequence[str]
+
+
+def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[float] = SOFTENED) -> _Found:
+    """The likeliest law that differs from `start` in what is free, from afar."""
+    found = _Found(start, -math.inf, free)
+    for times in softened:
+        near = paths.softened(times) if times > NARROW else _near(paths, found.law, times)
+        found = _fitted(near, found.law, free, THOROUGH if times == softened[-1] else BRIEF)
+    return found
+
+
+def _fitted(paths: Breakaways, start: Law, free: Sequence[str], search: _Search) -> _Found:
+    numbers = [NUMBERS[name] for name in free]
+
+    def law_of(inner: Array) -> Law:
+        values = [number.outer(value) for number, value in zip(numbers, inner.tolist(), strict=True)]
+        return replace(start, **dict(zip(free, values, strict=True)))
+
+    def cost(inner: Array) -> float:
+        return -paths.log_likelihood(law_of(inner))
+
+    begin = np.array([number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)])
+    done = minimize(
+        cost,
+        begin,
+        method="L-BFGS-B",
+        bounds=[(number.inner(number.low), number.inner(number.high)) for number in numbers],
+        options={"maxiter": search.steps, "eps": 1e-5, "ftol": search.least / max(abs(cost(begin)), 1.0)},
+    )
+    return _Found(law_of(done.x), -float(done.fun), free)

@@ -1,0 +1,113 @@
+"""From a session's signals to its evidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from shared.messages import Sample
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.image_rows import plate_channel, rest_channel, shape_channel
+from station.diagnosis.observations.moments import RunFacts
+from station.diagnosis.observations.onset_rows import onset_channel
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.paths import Paths
+from station.diagnosis.observations.plate import PlateMotion
+from station.diagnosis.observations.rested import rested
+from station.diagnosis.observations.ridden import rides
+from station.diagnosis.observations.sensor_rows import sensor_channel
+from station.diagnosis.observations.slide_rows import free_windows, slide_channels
+from station.diagnosis.observations.slips import Reread, reread
+from station.diagnosis.observations.tips import tips_of
+from station.diagnosis.observations.tracks import RunTrack, run_tracks
+from station.signals.session import Signals
+
+
+class Recorded:
+    """What the builders of the channels work on."""
+
+    def __init__(self, signals: Signals, setting: Setting) -> None:
+        self.signals, self.setting = signals, setting
+        self.plate = PlateMotion(signals.attitude, signals.motions)
+        tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
+        self.reread = reread(tracks, self.plate, setting)
+        self.tracks = self.reread.tracks
+        self.facts = facts_of([track.sample for track in self.tracks], setting)
+        self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
+        self.windows = free_windows(self)
+
+    def _usable(self, track: RunTrack) -> bool:
+        return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
+
+
+def evidence_of(signals: Signals, setting: Setting) -> Evidence:
+    """The evidence of a session; what it lacks is in `notes`, one sentence each."""
+    recorded = Recorded(signals, setting)
+    channels: list[Channel] = []
+    onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
+    if onsets is not None:
+        channels.append(onsets)
+    channels.extend(slide_channels(recorded, onsets))
+    for build in (rest_channel, plate_channel, shape_channel, sensor_channel):
+        channels.extend(channel for channel in build(recorded) if len(channel))
+    return Evidence(
+        channels=tuple(channels),
+        run_number=np.array([float(track.sample.run) for track in recorded.tracks]),
+        facts=recorded.facts,
+        total_runs=len(signals.samples),
+        notes=tuple(_notes(recorded)),
+        tips=tips_of(recorded),
+        paths=_paths(recorded.reread, onsets),
+        rides=rides(recorded) if recorded.windows else None,
+    )
+
+
+def _paths(read: Reread, onsets: Onsets | None) -> Paths | None:
+    """The paths of the runs whose slips were read anew and whose onsets are known."""
+    if read.paths is None or onsets is None:
+        return None
+    row = {int(run): row for row, run in enumerate(onsets.rows.run)}
+    known = np.array([place for place, run in enumerate(read.places) if run in row], dtype=np.int64)
+    if not len(known):
+        return None
+    rows = np.array([row[read.places[place]] for place in known], dtype=np.int64)
+    return Paths.of(read.paths.of_places(known), onsets.moments.reported.chosen(rows), read.law)
+
+
+def _notes(recorded: Recorded) -> list[str]:
+    signals, notes = recorded.signals, list[str]()
+    if not len(signals.attitude):
+        notes.append("no attitude of the plate was recorded (arm/platform), so no onset and no slide can be judged")
+    if signals.geometry is None and not len(signals.block):
+        notes.append("no calibration was recorded (camera/geometry), so the block's path is unknown")
+    lost = len(signals.samples) - len(recorded.tracks)
+    if lost and len(signals.attitude):
+        notes.append(f"{lost} runs have no events or no attitude around their onset and were left out")
+    return notes
+
+
+def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
+    """The facts of each run; run numbers count from 0 at the first, masses and areas that are unknown are nominal."""
+
+    def column(value: Callable[[Sample], float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        return np.array([value(sample) for sample in samples], dtype=np.float64)
+
+    first = min((sample.run for sample in samples), default=0)
+    area = setting.block_side_m**2
+    return RunFacts(
+        number=column(lambda sample: sample.run - first),
+        rest_ns=np.array([_rest_ns(sample) for sample in samples], dtype=np.int64),
+        mount_rad=column(lambda sample: sample.plate_mount_rad),
+        mass_kg=column(lambda sample: sample.block_mass_kg or setting.block_mass_kg),
+        area_m2=column(lambda sample: sample.block_area_m2 or area),
+        temperature_c=column(lambda sample: sample.temperature_c or math.nan),
+        relative_humidity=column(lambda sample: sample.relative_humidity or math.nan),
+    )
+
+
+def _rest_ns(sample: Sample) -> int:
+    """When the block came to rest; where that was not noted, when its run began."""
+    return sample.rest_ns or sample.start_ns

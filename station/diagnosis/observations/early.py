@@ -1,0 +1,123 @@
+"""A run's last moments at rest and first millimetres of sliding: the path, and what pulls and presses meanwhile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.driving import driving
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.plate import PlateMotion, Times
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import GRAVITY_M_S2, Array
+
+FARTHEST_M = 4e-3
+BEFORE_S, AFTER_S = 0.3, 0.25
+"""Where the slip is looked for around the rig's, s."""
+
+LEAD_S = 0.25
+"""Of rest before that, for the place at rest."""
+
+FREE_M, OUTWARDS_M = 1e-3, 1e-4
+"""A slide is looked at until it is so near to the foam, and nearer than at rest."""
+
+LEAST_FRAMES = 6
+GRID_S = 1e-3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Early:
+    """The first millimetres of one slide; times in s from the slip as the rig read it.
+
+    `time_s` (n,) and `path_m` (n,) are the frames' and the way that the block had come, `sigma_m` its noise. On
+    the even grid `grid_s` (m,) `pull` and `press` are what the turning plate does to the block, per mass, m/s²;
+    `tilt_rad` the tilts at which a plate at rest would pull as much for what it presses, `plate_rad` the plate's own.
+    """
+
+    time_s: Array
+    path_m: Array
+    sigma_m: float
+    grid_s: Array
+    pull: Array
+    press: Array
+    tilt_rad: Array
+    plate_rad: Array
+
+    def at(self, values: Array, time_s: float) -> float:
+        """A value on the grid at a time."""
+        return float(np.interp(time_s, self.grid_s, values))
+
+
+def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None:
+    """The first millimetres of a run; None where it did not slide, or not so far before it came to the foam."""
+    if not track.slid or not track.sample.onset_sigma_rad > 0:
+        return None
+    from_ns = max(track.tilt_ns, track.slip_ns - round((BEFORE_S + LEAD_S) * 1e9))
+    frames = track.frames(from_ns, track.stop_ns)
+    time_ns, place = track.time_ns[frames], track.pose[frames, :2]
+    still = time_ns < track.slip_ns
+    if still.sum() < LEAST_FRAMES or (~still).sum() < LEAST_FRAMES:
+        return None
+    offset = place - np.median(place[still], axis=0)
+    free = setting.free_m(place)
+    at_foam = free < min(FREE_M, float(np.median(free[still])) - OUTWARDS_M)
+    far = ~still & ((np.hypot(offset[:, 0], offset[:, 1]) > FARTHEST_M) | at_foam)
+    last = int(np.argmax(far)) if far.any() else len(offset) - 1
+    length = float(np.hypot(offset[last, 0], offset[last, 1]))
+    if length < 0.5 * FARTHEST_M or last - int(still.sum()) < LEAST_FRAMES:
+        return None
+    way = offset[last] / length
+    path = offset[: last + 1] @ way - _sag(track, plate, time_ns[: last + 1], offset[still] @ way, way)
+    return _loaded(track, plate, (time_ns[: last + 1], path), way)
+
+
+def _sag(track: RunTrack, plate: PlateMotion, time_ns: Times, resting_m: Array, way: Array) -> Array:
+    """How far the picture (or a soft sole) moves with the tilt, as it did from level until now, less that now."""
+    level = track.pose[track.frames(track.level_ns, track.tilt_ns), :2]
+    if not len(level):
+        return np.zeros(len(time_ns))
+    sine = np.sin(plate.at(time_ns).tilt_rad)
+    now = float(np.median(sine[: len(resting_m)]))
+    here = track.pose[track.frames(int(time_ns[0]), track.slip_ns), :2]
+    shift = float((np.median(here, axis=0) - np.median(level, axis=0)) @ way)
+    return shift / max(now, 1e-3) * (sine - now)
+
+
+def _loaded(track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], way: Array) -> Early:
+    time_ns, path_m = course
+    time_s: Array = np.asarray((time_ns - track.slip_ns) * 1e-9, dtype=np.float64)
+    grid_s = np.arange(time_s[0] - GRID_S, time_s[-1] + 2 * GRID_S, GRID_S)
+    at = plate.at(track.slip_ns + np.round(grid_s * 1e9).astype(np.int64))
+    place = np.median(track.pose[track.frames(int(time_ns[0]), track.slip_ns), :2], axis=0)
+    places = np.broadcast_to(place, (len(grid_s), 2))
+    resting = driving(at, places, np.zeros_like(places))
+    sliding = driving(at, places, _speed(time_s, path_m, grid_s)[:, None] * way)
+    still_pull = GRAVITY_M_S2 * (at.gravity[:, :2] @ way)
+    return Early(
+        time_s=time_s,
+        path_m=path_m,
+        sigma_m=track.sigma_m,
+        grid_s=grid_s,
+        pull=sliding[:, :2] @ way,
+        press=-sliding[:, 2],
+        tilt_rad=_still_tilt(at.tilt_rad, resting[:, :2] @ way, -resting[:, 2], still_pull),
+        plate_rad=at.tilt_rad,
+    )
+
+
+def _speed(time_s: Array, path_m: Array, grid_s: Array) -> Array:
+    """About how fast the block is, on the grid: a cubic's slope."""
+    sliding = time_s >= 0.0
+    slope = np.polyder(np.polyfit(time_s[sliding], path_m[sliding], 3))
+    return np.where(grid_s > 0.0, np.maximum(np.polyval(slope, grid_s), 0.0), 0.0)
+
+
+def _still_tilt(tilt_rad: Array, pull: Array, press: Array, still_pull: Array) -> Array:
+    """The tilts (n,) at which a plate at rest pulls as much for what it presses as one that is turned does.
+
+    `pull` and `press` are those of the turning plate on a block at rest, `still_pull` gravity's alone, m/s².
+    """
+    share = pull / np.where(np.abs(still_pull) > 1e-3, still_pull, 1e-3)
+    level = np.maximum(press, 1e-3) / GRAVITY_M_S2
+    return np.where(np.abs(still_pull) > 1e-3, np.arctan2(np.sin(tilt_rad) * share, level), tilt_rad)

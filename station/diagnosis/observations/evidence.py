@@ -1,0 +1,95 @@
+"""All the evidence of a recording: its channels, its runs, and what could not be read from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.diagnosis.observations.channel import Channel, Part
+from station.diagnosis.observations.moments import RunFacts
+from station.diagnosis.observations.outline import inside_by_m
+from station.diagnosis.observations.tips import NO_TIPS, Tips
+from station.physics.contact import Array, Bools
+
+if TYPE_CHECKING:
+    from station.diagnosis.likelihood.wander import Wander
+    from station.diagnosis.observations.paths import Paths
+    from station.diagnosis.observations.ridden import Rides
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Setting:
+    """What the evidence needs of the rig: sizes in metres.
+
+    The foam's opening is round, with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners
+    (x, y) of its outline one after another.
+    """
+
+    opening_radius_m: float = np.inf
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
+    block_side_m: float = 0.01
+    block_mass_kg: float = 0.008
+
+    def free_m(self, place_m: Array) -> Array:
+        """How far (n,) blocks at places or poses (n, 2 or 3) are from the foam, however they are turned."""
+        if self.opening_outline_m:
+            inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
+        else:
+            inside_m = self.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1])
+        return inside_m - self.block_side_m / math.sqrt(2)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it.
+
+    `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
+    that is not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are
+    predicted, and nothing is fitted to them; None: there are none. `wander` is how friction wanders along the slides,
+    by channel, where that has been estimated.
+    """
+
+    channels: tuple[Channel, ...]
+    run_number: Array
+    facts: RunFacts
+    total_runs: int
+    notes: tuple[str, ...] = field(default=())
+    tips: Tips = NO_TIPS
+    paths: Paths | None = None
+    rides: Rides | None = None
+    held_out: Bools | None = None
+    wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
+
+    def channel(self, name: str) -> Channel | None:
+        """The channel of that name, if the recording has it."""
+        return next((channel for channel in self.channels if channel.name == name), None)
+
+    @property
+    def runs(self) -> int:
+        """How many runs have evidence."""
+        return len(self.run_number)
+
+    @property
+    def counted(self) -> Bools:
+        """The runs (r,) to which models are fitted."""
+        return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
+
+    def used(self) -> int:
+        """How many of the runs that count have at least one row of friction."""
+        rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
+        return int(self.counted[np.unique(np.concatenate(rows))].sum()) if rows else 0
+
+    def without(self, runs: Bools) -> Evidence:
+        """The same rows with some runs (r,) held out, also from the blocks' first paths."""
+        kept = self.counted & ~runs
+        paths = None if self.paths is None else self.paths.of_runs(self.facts.number[kept])
+        return replace(self, held_out=~kept, paths=paths)
+
+    def only(self, runs: Bools) -> Evidence:
+        """The rows of some runs (r,), for estimates of noise; runs keep their places. It cannot be evaluated anew."""
+        parts = (Part(channel, runs[channel.rows.run]) for channel in self.channels)
+        return replace(self, channels=tuple(parts))

@@ -1,0 +1,134 @@
+"""The image channels: how block and plate seem to move before the slide, and how the mark's shape changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from station.diagnosis.observations.channel import Channel, Rows
+from station.diagnosis.observations.moments import Moments
+from station.physics.contact import Array, View
+from station.physics.model import Model
+
+PLACE_TRUSTED_M, STRAIN_TRUSTED = 2e-6, 1e-4
+"""What a mean place, or a mark's shape, is trusted to, of however many frames it is the mean: a fiftieth of a pixel."""
+
+ANGLE_TRUSTED_RAD = 2e-4
+
+CREEP_POINTS = 12
+SENSOR_POINTS = 7
+
+
+class Rest(Channel):
+    """How far down the slope the block seems to have moved before its onset, m, in stretches of the tilt.
+
+    `view` and `start` see the mark in the stretch (n) and level before the tilt (n). `creeping` are `CREEP_POINTS`
+    moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to the stretch.
+    """
+
+    name: str = "rest"
+    phase: str = "pre-slip"
+    unit: str = "m"
+    trusted: float = PLACE_TRUSTED_M
+
+    def __init__(
+        self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
+    ) -> None:
+        super().__init__(rows)
+        self._moved, self._view, self._start = moved_m, view, start
+        self._creeping, self._creep_s = creeping, creep_s
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
+        if model.acting("creep"):
+            velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
+            moved = moved + velocity.mean(axis=1) * self._creep_s[:, None]
+        return self._moved - (moved * self._view.down).sum(axis=1)
+
+
+class PlateMarks(Channel):
+    """How far down the slope the plate's own fiducials seem to have moved, m, at the block mark's height."""
+
+    name: str = "plate"
+    phase: str = "pre-slip"
+    unit: str = "m"
+    trusted: float = PLACE_TRUSTED_M
+
+    def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
+        super().__init__(rows)
+        self._moved, self._view, self._start = moved_m, view, start
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
+        return self._moved - (moved * self._view.down).sum(axis=1)
+
+
+class Shape(Channel):
+    """Strain of the mark's image in the block's axes (xx, yy, xy, three rows a view), less that of the session's mean.
+
+    A mark is never printed exactly; what is the same in all views is the mark's.
+    """
+
+    name: str = "shape"
+    phase: str = "camera at rest"
+    unit: str = "1"
+    trusted: float = STRAIN_TRUSTED
+
+    def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array) -> None:
+        super().__init__(rows)
+        self._strain, self._view, self._yaw = strain - np.median(strain, axis=0), view, yaw_rad
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        # What is only allowed for (see `systematic`) shifts a mark as a whole.
+        if all(term.effect.id.startswith("_") for term in model.acting("seen")):
+            return self._strain.ravel()
+        moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
+        return (self._strain - (moved - np.median(moved, axis=0))).ravel()
+
+    def _seen(self, model: Model) -> Array:
+        """What displaces the corners where the mark truly is: the view has it where it seems to be."""
+        shift = model.seen(self._view).mean(axis=1, keepdims=True)
+        return model.seen(replace(self._view, point_m=self._view.point_m - shift))
+
+
+def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
+    """Strain (n, 3: xx, yy, xy) in the block's axes of seen corners (n, 4, 2) against where a rigid mark has them."""
+    rigid = model_m - model_m.mean(axis=1, keepdims=True)
+    apparent = seen_m - seen_m.mean(axis=1, keepdims=True)
+    cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+    turn = np.stack([np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)], axis=-2)
+    rigid, apparent = (np.einsum("nij,nkj->nki", turn, points) for points in (rigid, apparent))
+    square = np.einsum("nki,nkj->nij", rigid, rigid)
+    gradient = np.einsum("nki,nkj->nij", apparent, rigid) @ np.linalg.inv(square)
+    return np.column_stack(
+        [gradient[:, 0, 0] - 1, gradient[:, 1, 1] - 1, 0.5 * (gradient[:, 0, 1] + gradient[:, 1, 0])]
+    )
+
+
+class Sensor(Channel):
+    """Another angle sensor less the arm's own attitude, rad, less the session's mean (how the sensor is mounted).
+
+    Rows are means of readings; `moments` are `SENSOR_POINTS` of them for each row.
+    """
+
+    name: str = "sensor"
+    phase: str = "pre-slip"
+    unit: str = "rad"
+    trusted: float = ANGLE_TRUSTED_RAD
+
+    def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
+        super().__init__(rows)
+        self.name = f"sensor:{source}"
+        self._difference, self._moments = difference_rad - difference_rad.mean(), moments
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        if not model.acting("attitude"):
+            return self._difference
+        turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
+        change = turned.reshape(len(self), SENSOR_POINTS).mean(axis=1)
+        return self._difference - (change - change.mean())

@@ -1,0 +1,70 @@
+"""What happened before a run: the tilt and slide of the run before, and since when the block was left alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array
+
+MEMORY = ("previous_direction", "turned", "previous_slide", "since_handled")
+"""The covariates that a contact does not know."""
+
+HANDLED_M, HANDLED_RAD = 2e-3, 0.1
+"""A block that lies farther than this from where the run before left it was moved by hand."""
+
+LAST_FRAMES = 10
+
+
+def memory_of(places: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) -> dict[str, Array]:
+    """Of the runs at these places among the tracks (n,), tilted towards `down_rad` (n,); nan: not known.
+
+    The direction of the tilt before, how this one is turned from it, how far the block slid then (m), and how many
+    runs it has had since it was last put anywhere by hand (nan if it never was: then it is the run's number).
+    """
+    known = dict(zip(places, down_rad.tolist(), strict=True))
+    direction = np.array([known.get(place - 1, math.nan) for place in places])
+    slid = np.array([_length(tracks[place - 1]) if place > 0 else math.nan for place in places])
+    since = _since_handled(tracks)[list(places)]
+    handled = bool(np.any(np.diff(since) <= 0))
+    return {
+        "previous_direction": direction,
+        "turned": down_rad - direction,
+        "previous_slide": slid,
+        "since_handled": since if handled else np.full(len(places), math.nan),
+    }
+
+
+def _length(track: RunTrack) -> float:
+    """How far a run moved the block."""
+    if not len(track.pose):
+        return math.nan
+    return float(np.hypot(*(_end(track) - _start(track))[:2]))
+
+
+def _since_handled(tracks: Sequence[RunTrack]) -> Array:
+    count, found = 0, list[int]()
+    for before, track in zip([None, *tracks], tracks, strict=False):
+        count = 0 if before is None or _handled(before, track) else count + 1
+        found.append(count)
+    return np.array(found, dtype=np.float64)
+
+
+def _handled(before: RunTrack, track: RunTrack) -> bool:
+    if not len(before.pose) or not len(track.pose):
+        return False
+    moved = _start(track) - _end(before)
+    turned = math.remainder(float(moved[2]), 2 * math.pi)
+    return math.hypot(float(moved[0]), float(moved[1])) > HANDLED_M or abs(turned) > HANDLED_RAD
+
+
+def _start(track: RunTrack) -> Array:
+    resting = track.pose[track.frames(track.level_ns, track.tilt_ns)]
+    return np.median(resting if len(resting) else track.pose[:LAST_FRAMES], axis=0)
+
+
+def _end(track: RunTrack) -> Array:
+    return np.median(track.pose[-LAST_FRAMES:], axis=0)

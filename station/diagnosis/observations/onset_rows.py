@@ -1,0 +1,100 @@
+"""Builds the onset channel from a session's samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from shared.messages import Sample
+from station.diagnosis.observations.channel import Channel, rows_of
+from station.diagnosis.observations.memory import memory_of
+from station.diagnosis.observations.moments import Moments
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.plate import PlateMotion
+from station.diagnosis.observations.starts import leans, starts
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array
+from station.physics.covariates import covariates_of
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+UNRESOLVED = "onset_unresolved"
+LEAST_SIGMA_RAD = 2e-4
+"""What an attitude is trusted to, whatever a fit's standard error says."""
+
+LEAST_TILT_RAD = 0.02
+
+
+def onset_channel(recorded: Recorded) -> Sequence[Channel]:
+    """The onsets of all runs that slid, and the limits of those that did not."""
+    chosen = [(place, track) for place, track in enumerate(recorded.tracks) if _usable(track, recorded)]
+    if not chosen:
+        return []
+    tracks = [track for _, track in chosen]
+    time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
+    place_m, yaw = starts(tracks)
+    rested = recorded.rested.of([place for place, _ in chosen])
+    moments = Moments(
+        time_ns=time_ns,
+        run=np.array([place for place, _ in chosen], dtype=np.int64),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        place_m=place_m,
+        yaw_rad=yaw,
+        velocity_m_s=np.zeros((len(tracks), 2)),
+        moving=np.zeros(len(tracks), dtype=np.bool_),
+        slip_ns=time_ns,
+        border_m=recorded.setting.free_m(place_m),
+        rested_s=rested.typical(),
+        rested_at=rested.at,
+        at_rest=True,
+        steeper_rad=_steeper(tracks, recorded.plate),
+    )
+    contact, places = moments.reported, [place for place, _ in chosen]
+    tilt = contact.tilt_rad
+    sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
+    rows = rows_of(
+        {
+            "run": moments.run,
+            "from_ns": np.array([track.tilt_ns for track in tracks]),
+            "to_ns": np.array([max(track.sample.detect_ns, track.slip_ns, track.tilt_ns) for track in tracks]),
+            "sigma": sigma,
+            "limit": np.array([track.sample.censored for track in tracks]),
+        },
+        {**covariates_of(contact), **memory_of(places, contact.down_rad, recorded.tracks)},
+    )
+    return [Onsets(rows, moments)]
+
+
+def _usable(track: RunTrack, recorded: Recorded) -> bool:
+    """Whether the plate was tilted, and the block free."""
+    time_ns = _moment_ns(track, recorded.plate)
+    steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+    return steep and not leans(track, recorded.setting)
+
+
+def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
+    """By how much (n,) a still plate would have been tilted more at each onset, where it was worked out."""
+    at = plate.at(np.array([track.slip_ns or track.tilt_ns for track in tracks], dtype=np.int64)).tilt_rad
+    read = np.array([track.slip_tilt_rad for track in tracks])
+    return np.where(read > 0, read - at, 0.0)
+
+
+def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
+    """The onset; of a run without a slide, when the plate was steepest."""
+    if not track.sample.censored:
+        return track.slip_ns
+    times = np.linspace(track.tilt_ns, track.end_ns, 200).astype(np.int64)
+    return int(times[int(np.argmax(plate.at(times).tilt_rad))])
+
+
+def sigma_of(sample: Sample) -> float:
+    """Of the onset's angle. An onset that could not be fitted is somewhere within its step."""
+    width = abs(sample.step_to_rad - sample.step_from_rad)
+    if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:
+        return max(width / math.sqrt(12), LEAST_SIGMA_RAD)
+    return max(sample.onset_sigma_rad, LEAST_SIGMA_RAD)

@@ -1,0 +1,187 @@
+"""How likely the blocks' first millimetres are under the laws of sliding friction that models have.
+
+The windows of the slides say how large friction is at which speed; how a block gathers its speed from rest tells laws
+apart that look alike there: a sudden fall, a gentle one, one by the logarithm of the speed. Of models that differ in
+nothing else this compares the whole paths (`breakaway`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares, minimize
+
+from station.diagnosis.observations.breakaway import Breakaways, Law
+from station.diagnosis.observations.breakaway_kernel import COUNT, SPEEDS_M_S, Laws
+from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
+from station.physics.model import Model, Term
+from station.physics.parameter import Parameter
+
+MOST_RUNS = 60
+TRIED, STEPS = 13, 20
+SOFTENED = (5.0, 1.0)
+"""How much noise is taken on the way: far from the likeliest values no path would be any likelier than another."""
+EPS, NEAR_ENOUGH = 1e-4, 0.02
+
+SEEN_M_S, SEARCHES = 0.25, 40
+"""So fast a block may get in its first millimetres; and how many steps laws are compared in."""
+
+SLIDE_M_S2 = 1.0
+"""About how fast blocks gather speed: a law that changes with the time since the slip is looked up so late."""
+
+CHANGES, CHANGES_M_S2 = 3e-4, 2e-3
+"""What a law changes by less than this, of its friction or of the block's acceleration, no path shows."""
+
+SPREADS, CREEPS_M = (1e-4, 0.3), (1e-6, 1e-2)
+LEAST_SPEED = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Blocks' first paths; `contact` (r,) are their states at the slip, and `law` is the likeliest one of them all."""
+
+    breakaways: Breakaways
+    contact: Contact
+    law: Law
+
+    @classmethod
+    def of(cls, breakaways: Breakaways, contact: Contact, law: Law) -> Paths:
+        """Of all runs (r,): the paths of at most MOST_RUNS, evenly."""
+        some = np.unique(np.linspace(0, len(contact) - 1, MOST_RUNS).astype(int))
+        return cls(breakaways.some(MOST_RUNS), contact.chosen(some), law)
+
+    def of_runs(self, number: Array) -> Paths | None:
+        """The paths of the runs with these numbers, as `contact` has them; None without any."""
+        places = np.flatnonzero(np.isin(self.contact.run, number))
+        if not len(places):
+            return None
+        return replace(self, breakaways=self.breakaways.of_places(places), contact=self.contact.chosen(places))
+
+    def told(self, model: Model) -> tuple[Term, ...]:
+        """The terms of a model whose laws of sliding change these paths."""
+        return tuple(term for term in model.terms if self._changes(term))
+
+    def _changes(self, term: Term) -> bool:
+        held, slowing = _tables(Model(mu_s=1.0, terms=(term,)), self.contact)
+        return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
+
+    def nearest(self, starts: Sequence[Sequence[Term]]) -> tuple[tuple[Term, ...], float]:
+        """Values with which terms come nearest to the likeliest law of all paths, and how far they stay off, m/s².
+
+        The search begins at each of the starts, which have the same effects.
+        """
+        typical = self.contact.chosen(np.array([int(np.argsort(self.contact.tilt_rad)[len(self.contact) // 2])]))
+        held_m_s2 = GRAVITY_M_S2 * math.sin(float(typical.tilt_rad[0]))
+        seen = SPEEDS_M_S < SEEN_M_S
+        wanted = _slowing(self.law.of_runs(1), held_m_s2)[seen]
+
+        def near(start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
+            numbers = _numbers(start)
+
+            def off(inner: Array) -> Array:
+                laws = _Sliding(typical, _valued(start, numbers, inner), 0.0, 0.0).of_runs(1)
+                return _slowing(laws, held_m_s2)[seen] - wanted
+
+            begin, (low, high) = _inner(start, numbers), np.array(_bounds(numbers)).T
+            found = least_squares(off, np.clip(begin, low + EPS, high - EPS), bounds=(low, high), max_nfev=SEARCHES)
+            return _valued(start, numbers, np.asarray(found.x)), math.sqrt(float(np.mean(np.square(found.fun))))
+
+        return min((near(start) for start in starts), key=lambda each: each[1])
+
+    def log_likelihood(self, terms: Sequence[Term]) -> float:
+        """Of the paths, of the likeliest values near those of the terms.
+
+        Of two laws that nearly cancel in the slides' windows those say little of either, and the search begins as well
+        where the two together come nearest to the likeliest law of all.
+        """
+        starts = [tuple(terms), self.nearest([terms])[0]] if len(terms) > 1 else [tuple(terms)]
+        return max(self._climbed(start) for start in starts)
+
+    def _climbed(self, terms: tuple[Term, ...]) -> float:
+        numbers = _numbers(terms)
+        found = _Sliding(self.contact, terms, self.law.drop_spread, max(self.law.creep_m, 2e-6))
+        for times in SOFTENED:
+            soft = self.breakaways.softened(times)
+            near = soft.around(found, TRIED)
+            found = self._fitted(near, found, numbers)
+        return self.breakaways.around(found, TRIED).log_likelihood(found)
+
+    def _fitted(self, near: Breakaways, start: _Sliding, numbers: Sequence[_Number]) -> _Sliding:
+        def law_of(inner: Array) -> _Sliding:
+            spread, creep_m = np.exp(inner[:2]).tolist()
+            return _Sliding(self.contact, _valued(start.terms, numbers, inner[2:]), spread, creep_m)
+
+        def cost(inner: Array) -> float:
+            return -near.log_likelihood(law_of(inner))
+
+        shown = np.log([max(start.spread, 1e-3), start.creep_m])
+        begin = np.concatenate([shown, _inner(start.terms, numbers)])
+        bounds = [(math.log(low), math.log(high)) for low, high in (SPREADS, CREEPS_M)]
+        done = minimize(
+            cost,
+            begin,
+            method="L-BFGS-B",
+            bounds=[*bounds, *_bounds(numbers)],
+            options={"maxiter": STEPS, "eps": EPS, "ftol": NEAR_ENOUGH / max(abs(cost(begin)), 1.0)},
+        )
+        return law_of(done.x)
+
+
+_Number = tuple[int, Parameter]
+"""A term's place among the terms, and one of its parameters."""
+
+
+def _numbers(terms: Sequence[Term]) -> list[_Number]:
+    return [(place, parameter) for place, term in enumerate(terms) for parameter in term.effect.parameters]
+
+
+def _inner(terms: Sequence[Term], numbers: Sequence[_Number]) -> Array:
+    """The numbers (k,) in their typical sizes."""
+    return np.array([terms[place].values[parameter.name] / parameter.typical for place, parameter in numbers])
+
+
+def _bounds(numbers: Sequence[_Number]) -> list[tuple[float, float]]:
+    return [(parameter.low / parameter.typical, parameter.high / parameter.typical) for _, parameter in numbers]
+
+
+def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> tuple[Term, ...]:
+    """The terms with numbers (k,) in their typical sizes."""
+    changed: list[dict[str, float]] = [{} for _ in terms]
+    for (place, parameter), value in zip(numbers, inner.tolist(), strict=True):
+        changed[place][parameter.name] = parameter.clipped(value * parameter.typical)
+    return tuple(term.with_values(**values) for term, values in zip(terms, changed, strict=True))
+
+
+def _slowing(laws: Laws, held_m_s2: float) -> Array:
+    """What a block is slowed by (COUNT,), m/s², that static friction holds so much."""
+    return held_m_s2 * laws.held[0] + laws.slowing_m_s2[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Sliding:
+    """The laws by which the runs slide when these terms act; see `breakaway.Falling`."""
+
+    contact: Contact
+    terms: tuple[Term, ...]
+    spread: float
+    creep_m: float
+
+    def of_runs(self, runs: int) -> Laws:
+        held, slowing = _tables(Model(mu_s=1.0, terms=self.terms), self.contact)
+        return Laws(held, slowing, np.arange(runs, dtype=np.int64), self.spread, self.creep_m)
+
+
+def _tables(model: Model, still: Contact) -> tuple[Array, Array]:
+    """Sliding friction over static, and what slows besides, m/s², of each run by speed: (r, COUNT) each."""
+    runs = len(still)
+    every = still.chosen(np.repeat(np.arange(runs), COUNT))
+    speed = np.tile(SPEEDS_M_S, runs)
+    moving: Bools = np.ones(len(speed), dtype=np.bool_)
+    sliding = replace(every, moving=moving, speed_m_s=np.maximum(speed, LEAST_SPEED), slid_s=speed / SLIDE_M_S2)
+    held = model.friction(sliding) / np.repeat(model.friction(still), COUNT)
+    way = np.column_stack([np.cos(every.way_rad), np.sin(every.way_rad)])
+    pushed = (model.push(sliding) - model.push(every))[:, :2]
+    return held.reshape(runs, COUNT), -(pushed * way).sum(axis=1).reshape(runs, COUNT)

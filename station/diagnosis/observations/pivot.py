@@ -1,0 +1,52 @@
+"""The acceleration of the fixed point of the tilts, which in a real arm is not quite fixed, from its recorded places.
+
+A pivot that strays by tenths of a millimetre within a tenth of a second is accelerated by tenths of a m/s², which is
+some per cent of a block's friction. The acceleration is the curvature of a parabola through neighbouring places
+(Savitzky and Golay 1964, Anal. Chem. 36, 1627); the fewest places are taken that keep the readings' noise out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import savgol_coeffs, savgol_filter
+
+from station.physics.contact import Array
+
+QUIET_M_S2 = 0.02
+"""Noise that is let into the acceleration: half a per cent of the friction at mu = 0.4.
+
+tests/unit/diagnosis/test_pivot.py shows what it keeps in and out."""
+
+WIDTHS = (3, 5, 9, 17, 33)
+"""Readings per parabola, the fewest first: at 100 readings a second 20 ms to 0.3 s, which is a step of tilt."""
+
+_FOURTH_DIFFERENCE, _MAD_PER_SD = float(np.sqrt(70.0)), 0.6745
+"""What white noise of sd 1 makes of a fourth difference; and a normal distribution's median absolute deviation."""
+
+Acceleration = Callable[[Array], Array]
+
+
+def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
+    """Interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
+
+    None where the recording has no places of the pivot, where they do not change, or where they are too noisy.
+
+    Args:
+        time_s: (n,) times of the readings, increasing.
+        pivot_m: (n, 3) places, nan where unknown.
+    """
+    if len(time_s) < max(WIDTHS) or not np.isfinite(pivot_m).all() or not np.ptp(pivot_m, axis=0).any():
+        return None
+    step_s = float(np.median(np.diff(time_s)))
+    even_s = np.arange(time_s[0], time_s[-1], step_s)
+    places = np.asarray(CubicSpline(time_s, pivot_m)(even_s))
+    noise_m = float(np.median(np.abs(np.diff(pivot_m, 4, axis=0)), axis=0).max()) / _MAD_PER_SD / _FOURTH_DIFFERENCE
+    for width in WIDTHS:
+        curvature = savgol_coeffs(width, 2, deriv=2, delta=step_s)
+        if noise_m * float(np.linalg.norm(curvature)) <= QUIET_M_S2:
+            found = np.asarray(savgol_filter(places, width, 2, deriv=2, delta=step_s, axis=0))
+            return lambda at: np.column_stack([np.interp(at, even_s, column) for column in found.T])
+    return None

@@ -1,0 +1,193 @@
+"""The plate's motion at any time: gravity, rates and accelerations in the plate frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline, PPoly
+from scipy.spatial.transform import Rotation
+
+from station.diagnosis.observations.pivot import pivot_acceleration
+from station.physics.contact import Array
+from station.signals.tracks import AttitudeTrack, MotionTrack
+
+Times = NDArray[np.int64]
+
+AGREE_RAD_S2, WILD, FEW, LEAST_READINGS = 0.1, 2.0, 0.998, 100
+"""Attitudes and rates agree where their accelerations are typically no farther apart, and nowhere wildly larger."""
+
+APART_S = 0.0025
+"""Accelerations are the rates' differences from this much before to this much after. An acceleration that jumps at each
+reading would jump for all frames at once that fall on readings, and the least delay would seem to matter."""
+
+NEAR_S, STILL_RAD = 0.05, 5e-4
+"""What moves by less than the second in twice the first is at rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attitude:
+    """The plate at n moments: `gravity` a unit vector in P, `rate_rad_s` and `acceleration_rad_s2`; each (n, 3).
+
+    `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point, in P; 0 where it is not known to move.
+    """
+
+    gravity: Array
+    rate_rad_s: Array
+    acceleration_rad_s2: Array
+    rising: Array
+    step_s: Array
+    pivot_m_s2: Array | float = 0.0
+
+    @property
+    def tilt_rad(self) -> Array:
+        """Angle between the plate's normal and up (n,)."""
+        return np.arctan2(np.hypot(self.gravity[:, 0], self.gravity[:, 1]), -self.gravity[:, 2])
+
+    @property
+    def down_rad(self) -> Array:
+        """Direction of the steepest descent in P (n,)."""
+        return np.arctan2(self.gravity[:, 1], self.gravity[:, 0])
+
+
+class PlateMotion:
+    """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
+
+    The accelerations are differences of the cubics' slopes, or else of the rates.
+
+    Chords of gravity would lie a tenth of a millidegree off while the plate is set in motion: always to the same side,
+    so that a thousand slides would tell it from nothing.
+    """
+
+    def __init__(self, attitude: AttitudeTrack, motions: MotionTrack) -> None:
+        rises = np.diff(attitude.time_ns, prepend=attitude.time_ns[:1] - 1) > 0
+        known = attitude.select(rises & np.isfinite(attitude.quaternion).all(axis=1))
+        self._origin = int(known.time_ns[0]) if len(known) else 0
+        self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
+        rate = _rate(known, self._time_s)
+        # By columns: interpolation would copy each strided one, a whole session, at every call.
+        self._rates = np.ascontiguousarray(rate.T)
+        gravity = known.gravity
+        self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
+        self._swing = self._swinging(gravity, rate)
+        tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
+        self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
+        self._steps_ns = np.sort(motions.time_ns)
+        self._pivot = _pivot_in_plate(known, self._time_s)
+
+    def __len__(self) -> int:
+        return len(self._time_s)
+
+    def covers(self, time_ns: int) -> bool:
+        """Whether an attitude was recorded within 0.2 s of a moment."""
+        if not len(self):
+            return False
+        second = (time_ns - self._origin) * 1e-9
+        place = int(np.searchsorted(self._time_s, second))
+        return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < 0.2)
+
+    def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
+        """The plate at `time_ns` − `delay_s`."""
+        seconds = self._seconds(time_ns) - delay_s
+        gravity = self._gravity_at(seconds)
+        last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
+        acceleration = self._apart(self._rates_at, seconds)
+        if self._swing is not None:
+            seen = _seen(self._apart(self._swing, seconds), gravity)
+            acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
+        rising = self._rising[last]
+        since_s = self._since_step(time_ns, delay_s)
+        pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
+        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, pivot)
+
+    def steps_between(self, from_ns: int, to_ns: int) -> Times:
+        """When the arm was sent off, from `from_ns` until `to_ns`."""
+        first, last = np.searchsorted(self._steps_ns, (from_ns, to_ns))
+        return self._steps_ns[first:last]
+
+    def gravity_at(self, time_ns: Times) -> Array:
+        """Unit vectors (n, 3) of gravity in P."""
+        return self._gravity_at(self._seconds(time_ns))
+
+    def _rates_at(self, seconds: Array) -> Array:
+        return _interpolated(seconds, self._time_s, self._rates)
+
+    def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
+        """The slope (n, 3) of what moves, from APART_S before to as much after."""
+        after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
+        before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
+        return (np.asarray(moving(after)) - np.asarray(moving(before))) / (2.0 * APART_S)
+
+    def _swinging(self, gravity: Array, rate: Array) -> PPoly | None:
+        """The first derivative of gravity's spline, where attitudes and rates agree so well that its own shows more.
+
+        Between two readings a plate that stops midway has two accelerations, and rates alone show their mean. That is
+        half a per cent of a block's friction just when it goes.
+        """
+        if self._gravity is None or len(gravity) < LEAST_READINGS:
+            return None
+        bend = self._gravity.derivative(2)
+        shown = _seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1])
+        mean = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None]
+        mean -= gravity[:-1] * (mean * gravity[:-1]).sum(axis=1, keepdims=True)
+        rough = float(np.median(np.linalg.norm(shown - mean, axis=1))) > AGREE_RAD_S2
+        most = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, mean))
+        wild = next(most) > WILD * next(most) + AGREE_RAD_S2
+        return None if rough or wild else self._gravity.derivative()
+
+    def _seconds(self, time_ns: Times) -> Array:
+        return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)
+
+    def _gravity_at(self, seconds: Array) -> Array:
+        if self._gravity is None:
+            raise ValueError("expected at least two readings of the attitude")
+        gravity = np.asarray(self._gravity(np.clip(seconds, self._time_s[0], self._time_s[-1])))
+        return gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+
+    def _since_step(self, time_ns: Times, delay_s: float) -> Array:
+        if not len(self._steps_ns):
+            return np.full(len(time_ns), 1e3)
+        now = np.asarray(time_ns) - round(delay_s * 1e9)
+        place = np.searchsorted(self._steps_ns, now, side="right") - 1
+        return np.where(place >= 0, (now - self._steps_ns[np.maximum(place, 0)]) * 1e-9, 1e3)
+
+
+def _rate(known: AttitudeTrack, time_s: Array) -> Array:
+    """The recorded rates; where an arm reports none, those of the gravity vector (its turn about gravity is unseen)."""
+    if len(known) < 3 or np.any(known.rate_rad_s != 0):
+        return np.nan_to_num(known.rate_rad_s)
+    gravity = known.gravity
+    return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+
+
+def _pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
+    """The pivot's acceleration at the readings as columns (3, n) in P, m/s²; None where it is not known."""
+    acceleration = pivot_acceleration(time_s, known.pivot_m)
+    if acceleration is None:
+        return None
+    world_from_plate = Rotation.from_quat(known.quaternion, scalar_first=True)
+    return np.ascontiguousarray(world_from_plate.apply(acceleration(time_s), inverse=True).T)
+
+
+def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
+    """Columns (3, n) at other times (m,), as (m, 3)."""
+    return np.column_stack([np.interp(seconds, time_s, column) for column in columns])
+
+
+def _seen(bend: Array, gravity: Array) -> Array:
+    """The angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
+    return np.cross(bend, gravity)
+
+
+def _rising(time_s: Array, tilt_rad: Array) -> Array:
+    """+1 where the tilt grows, −1 where it falls, and while it rests what it did last.
+
+    It is looked at over a tenth of a second: an arm that swings over its mark by a hundredth of a millidegree, or whose
+    report is rounded, has not turned back.
+    """
+    ahead, behind = np.interp(time_s + NEAR_S, time_s, tilt_rad), np.interp(time_s - NEAR_S, time_s, tilt_rad)
+    sign = np.where(np.abs(ahead - behind) > STILL_RAD, np.sign(ahead - behind), 0.0)
+    moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
+    return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)

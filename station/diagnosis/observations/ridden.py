@@ -1,0 +1,91 @@
+"""The slides frame by frame, from where their windows begin to where they end: what a simulation of them is held to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.slide_rows import FREE_M
+from station.diagnosis.observations.tracks import RunTrack
+from station.diagnosis.observations.views import block_view
+from station.diagnosis.observations.windows import FRAMES
+from station.physics.contact import Array, Bools, View
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ride:
+    """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and how the camera saw them.
+
+    `rest_s` is how long the block had lain before.
+    """
+
+    run: int
+    time_ns: Times
+    pose: Array
+    view: View
+    rest_s: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rides:
+    """All slides; `gravity_at` gives gravity's direction (n, 3) in P at times (n,), ns, as the arm reports it."""
+
+    rides: tuple[Ride, ...]
+    gravity_at: Callable[[Times], Array]
+    opening_radius_m: float
+
+    def of_runs(self, runs: Bools) -> tuple[Ride, ...]:
+        """The slides of some runs (r,), True for each that is wanted."""
+        return tuple(ride for ride in self.rides if runs[ride.run])
+
+
+def rides(recorded: Recorded) -> Rides:
+    """The slides that have windows, each from the middle of its first one up to its last one or to the foam."""
+    stretch: dict[int, tuple[int, int]] = {}
+    for place, window in recorded.windows:
+        first = stretch.get(place, ((window.from_ns + window.to_ns) // 2, 0))[0]
+        stretch[place] = (first, window.to_ns)
+    found = (_ride(recorded, place, *ends) for place, ends in stretch.items())
+    return Rides(
+        rides=tuple(ride for ride in found if ride is not None),
+        gravity_at=recorded.plate.gravity_at,
+        opening_radius_m=recorded.setting.opening_radius_m,
+    )
+
+
+def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | None:
+    track = recorded.tracks[place]
+    part = track.frames(from_ns, to_ns + 1)
+    touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < FREE_M)
+    part = slice(part.start, part.start + int(touching[0])) if len(touching) else part
+    if part.stop - part.start < FRAMES:
+        return None
+    time_ns, pose = track.time_ns[part], track.pose[part]
+    return Ride(
+        run=place,
+        time_ns=time_ns,
+        pose=pose,
+        view=_view(recorded, track, time_ns, pose),
+        rest_s=float(recorded.rested.typical()[place]),
+    )
+
+
+def _view(recorded: Recorded, track: RunTrack, time_ns: Times, pose: Array) -> View:
+    plate, seconds = recorded.plate.at(time_ns), (time_ns - track.slip_ns) * 1e-9
+    velocity = np.gradient(pose, seconds, axis=0)
+    return block_view(
+        recorded,
+        pose,
+        velocity_m_s=velocity[:, :2],
+        yaw_rate_rad_s=velocity[:, 2],
+        tilt_rad=plate.tilt_rad,
+        down_rad=plate.down_rad,
+        rest_s=np.asarray(seconds, dtype=np.float64),
+    )

@@ -1,0 +1,107 @@
+"""Builds the channel of the other angle sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.diagnosis.observations.channel import Channel, rows_of
+from station.diagnosis.observations.marks import SENSOR_POINTS, Sensor
+from station.diagnosis.observations.moments import Moments
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+STRETCHES = 6
+LEAST_READINGS = 3
+LEAST_TILT_RAD = 0.07
+LEAST_SIGMA_RAD = 2e-5
+PLAY_RAD = 0.03
+"""How far a plate with much play may have to turn back before it follows."""
+
+
+def sensor_channel(recorded: Recorded) -> Sequence[Channel]:
+    """One channel for each sensor, in stretches of each run, the tilt's return included."""
+    found = [_one(recorded, source) for source in sorted(recorded.signals.angles)]
+    return [channel for channel in found if channel is not None]
+
+
+def _one(recorded: Recorded, source: str) -> Sensor | None:
+    track = recorded.signals.angles[source]
+    track = track.select(np.isfinite(track.angle_rad))
+    if len(track) < LEAST_READINGS:
+        return None
+    reported = recorded.plate.at(track.time_ns)
+    # Near level a noisy sensor reads too steep, as no angle between two vectors is negative.
+    steep = reported.tilt_rad > LEAST_TILT_RAD
+    track, tilt_rad, rising = track.select(steep), reported.tilt_rad[steep], reported.rising[steep]
+    difference_rad = track.angle_rad - tilt_rad
+    stretches = [
+        (place, chosen)
+        for place, run in enumerate(recorded.tracks)
+        for chosen in _stretches(run, track.time_ns, tilt_rad, rising)
+    ]
+    if not stretches:
+        return None
+    run = np.array([place for place, _ in stretches], dtype=np.int64)
+    size = np.array([len(chosen) for _, chosen in stretches])
+    difference = np.array([difference_rad[chosen].mean() for _, chosen in stretches])
+    single = float(np.median([np.std(difference_rad[chosen], ddof=1) for _, chosen in stretches]))
+    sigma = np.maximum(single / np.sqrt(size), LEAST_SIGMA_RAD)
+    time_ns = np.concatenate([track.time_ns[_spread(chosen)] for _, chosen in stretches])
+    moments = Moments(
+        time_ns=time_ns,
+        run=np.repeat(run, SENSOR_POINTS),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        place_m=np.zeros((len(time_ns), 2)),
+        yaw_rad=np.zeros(len(time_ns)),
+        velocity_m_s=np.zeros((len(time_ns), 2)),
+        moving=np.zeros(len(time_ns), dtype=np.bool_),
+        slip_ns=time_ns,
+        border_m=np.full(len(time_ns), np.inf),
+    )
+    middle = slice(SENSOR_POINTS // 2, None, SENSOR_POINTS)
+    covariates = {
+        "tilt": moments.reported.tilt_rad[middle],
+        "direction": moments.reported.down_rad[middle],
+        "rising": moments.reported.rising[middle],
+        "run": recorded.facts.number[run],
+    }
+    columns = {
+        "run": run,
+        "from_ns": np.array([track.time_ns[chosen[0]] for _, chosen in stretches]),
+        "to_ns": np.array([track.time_ns[chosen[-1]] for _, chosen in stretches]),
+        "sigma": sigma,
+    }
+    return Sensor(rows_of(columns, covariates), source, difference, moments)
+
+
+def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) -> Iterator[Times]:
+    """The readings (numbers) of each stretch of a run; in none does the tilt turn back.
+
+    Just after it has turned back a plate with play does not follow yet: those readings are of neither side.
+    """
+    first, last = np.searchsorted(time_ns, (run.tilt_ns, run.end_ns))
+    if last - first < LEAST_READINGS:
+        return
+    numbers = np.arange(first, last)
+    top = float(tilt_rad[first:last].max())
+    edges = np.linspace(run.tilt_ns, run.end_ns, STRETCHES + 1).astype(np.int64)
+    stretch = np.searchsorted(edges, time_ns[first:last], side="right")
+    for number in np.unique(stretch):
+        for way in (1.0, -1.0):
+            free = (way > 0) | (tilt_rad[first:last] < top - PLAY_RAD)
+            chosen = numbers[(stretch == number) & (rising[first:last] == way) & free]
+            if len(chosen) >= LEAST_READINGS:
+                yield chosen
+
+
+def _spread(chosen: Times) -> Times:
+    """`SENSOR_POINTS` of the readings, evenly spread."""
+    return chosen[np.round(np.linspace(0, len(chosen) - 1, SENSOR_POINTS)).astype(np.int64)]

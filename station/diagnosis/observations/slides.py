@@ -1,0 +1,230 @@
+"""The sliding channels: friction along the motion, across it, and the turning of the block, window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.channel import FRICTION_TRUSTED, Channel, Rows
+from station.diagnosis.observations.moments import Load, Moments
+from station.diagnosis.observations.windows import WEIGHTS
+from station.physics.contact import Array, View
+from station.physics.dissipation import support
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
+
+PLAIN = Model(mu_s=1.0)
+"""Changes neither attitude nor clock and pushes nothing."""
+
+LEAST_MU = 0.05
+LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The windows' accelerations (n, 2), m/s², and angular accelerations (n,); states at the nodes (3 n moments).
+
+    `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
+    and those onsets' residuals;
+    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 3) what the three nodes miss of
+    the means of pull (2) and press over a window in which the plate is set in motion or stopped; `view` is how the
+    camera sees the nodes.
+    """
+
+    moments: Moments
+    acceleration_m_s2: Array
+    yaw_acceleration_rad_s2: Array
+    drawn: Callable[[Model], tuple[Array, Array]] | None = None
+    yaw_rate_rad_s: Array | float = 0.0
+    between_m_s2: Array | None = None
+    view: View | None = None
+
+    @property
+    def between(self) -> Array:
+        """See `between_m_s2`: nothing where it is not given."""
+        return np.zeros((len(self.acceleration_m_s2), 3)) if self.between_m_s2 is None else self.between_m_s2
+
+    @property
+    def reach_m(self) -> Array:
+        """ρ (3 n) of the sole, see `station.physics.sole`."""
+        return TURNING_RADIUS * np.sqrt(self.moments.reported.area_m2)
+
+    @property
+    def sliding(self) -> Array:
+        """The share (3 n) of the friction that is against the sliding; the turning takes the other.
+
+        On an ellipsoidal limit surface (Howe & Cutkosky 1996, IJRR 15, 557).
+        """
+        speed = np.maximum(self.moments.reported.speed_m_s, LEAST_M_S)
+        return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
+
+    def seen_m_s2(self, model: Model) -> Array | float:
+        """How much the windows (n, 2) seem to be accelerated more by what a model does to the picture.
+
+        A lens that enlarges what is far from its axis makes a block that goes there seem to be slowed less.
+        """
+        terms = [term for term in model.acting("seen") if _bends(term.effect)]
+        if self.view is None or not terms:
+            return 0.0
+        moved = sum((_mean_shift(term, self.view) for term in terms), np.zeros((1, 2)))
+        first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
+        half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
+        return (first - 2.0 * middle + last) / half_s[:, None] ** 2
+
+
+def _bends(effect: Effect) -> bool:
+    """Whether an effect displaces the picture of a block that slides."""
+    return effect.layer == "camera" and "seen" in effect.acts_through()
+
+
+def _mean_shift(term: Term, view: View) -> Array:
+    """Of the mark's middle (n, 2)."""
+    shift = term.effect.seen(view, term.values)
+    return np.zeros((len(view.tilt_rad), 2)) if shift is None else shift.mean(axis=1)
+
+
+class _Slides(Channel):
+    phase: str = "slide"
+    sees: bool = False
+    """Whether it compares forces, from accelerations in the picture."""
+
+    def changed_by(self, effect: Effect) -> bool:
+        """Also by what bends the picture: it shows in the mark's shape, long before."""
+        return super().changed_by(effect) or (self.sees and _bends(effect))
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows)
+        self.motion = motion
+        contact, middle = motion.moments.reported, len(WEIGHTS) // 2
+        x_m, y_m = (values[middle :: len(WEIGHTS)] for values in (contact.x_m, contact.y_m))
+        self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
+
+    def _mean(self, values: Array) -> Array:
+        """Over the nodes of each window, with the weak form's weights: (3 n, …) to (n, …)."""
+        return np.tensordot(values.reshape(len(self), len(WEIGHTS), *values.shape[1:]), WEIGHTS, axes=([1], [0]))
+
+    def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
+        """See `Motion`; 0 where no onset says anything."""
+        return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
+
+    def _seen(self, model: Model, toward: Array) -> Array:
+        """See `Motion.seen_m_s2`, in directions (3 n, 2): (n,)."""
+        return (self.motion.seen_m_s2(model) * _unit(self._mean(toward))).sum(axis=1)
+
+    def _force(self, load: Load, toward: Array) -> Array:
+        """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
+        gained = self.motion.acceleration_m_s2 - self.motion.between[:, :2]
+        gained = (gained * _unit(self._mean(toward))).sum(axis=1)
+        return self._mean((load.tangential * toward).sum(axis=1)) - gained
+
+
+class Along(_Slides):
+    """Friction along the motion: ln of the recorded coefficient less ln of the predicted one.
+
+    The recorded one is taken with the attitude as reported. What a model changes of that stands on its own side, lest
+    a fit make the noise small by making the friction large. A run's own draw multiplies the friction and not what is
+    changed: with a draw of a fifth, and a level error that is a fifth of the tilt, that would be four per cent.
+    """
+
+    name: str = "along"
+    sees: bool = True
+    unit: str = "relative friction"
+    shares_friction: bool = True
+    trusted: float = FRICTION_TRUSTED
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        self._plain = motion.moments.loads(PLAIN)
+        self._sliding = motion.sliding
+        self._way = _direction(self._plain.contact.way_rad)
+        self._normal = self._mean(self._plain.normal) + motion.between[:, 2]
+        force = self._force(self._plain, self._way) / self._normal
+        self._typical = max(float(np.median(force)), LEAST_MU)
+        self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
+
+    def friction_m_s2(self) -> Array:
+        """The recorded friction of each window per mass (n,)."""
+        return np.exp(self._log_recorded) * self._normal
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        load = self.motion.moments.loads(model)
+        changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
+        drawn, onset = self._drawn(model)
+        friction = model.friction(load.contact) * self._sliding
+        held = self._mean(load.normal * friction) + self.motion.between[:, 2] * self._mean(friction)
+        held = held * np.exp(drawn)
+        changed = self._mean(changed) + self._seen(model, self._way)
+        predicted = (held - changed) / self._normal
+        return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
+
+
+class Across(_Slides):
+    """Sideways force to the left of the motion: recorded less predicted, over the typical friction."""
+
+    name: str = "across"
+    sees: bool = True
+    unit: str = "relative friction"
+    trusted: float = FRICTION_TRUSTED
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        self._plain = motion.moments.loads(PLAIN)
+        self._left = _direction(self._plain.contact.way_rad + np.pi / 2)
+        along = self._force(self._plain, _direction(self._plain.contact.way_rad))
+        self._unit_force = np.maximum(
+            self._mean(self._plain.normal) * float(np.median(along / self._mean(self._plain.normal))), 1e-3
+        )
+        self._recorded = self._force(self._plain, self._left) / self._unit_force
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        load = self.motion.moments.loads(model)
+        changed = ((load.tangential - self._plain.tangential) * self._left).sum(axis=1)
+        _, slope, _ = support(model, load.contact, load.contact.way_rad)
+        held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
+        return self._recorded - (held - self._mean(changed) - self._seen(model, self._left)) / self._unit_force
+
+
+TURN_TRUSTED_RAD_S2 = 0.5
+"""A block whose friction acts 3 µm beside its mass turns so."""
+
+
+class Turn(_Slides):
+    """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
+
+    The friction is the recorded one: a model that changed it would change how much noise of the turning enters, and be
+    fitted to that.
+    """
+
+    name: str = "turn"
+    unit: str = "rad/s²"
+    trusted: float = TURN_TRUSTED_RAD_S2
+
+    def __init__(self, rows: Rows, motion: Motion) -> None:
+        super().__init__(rows, motion)
+        plain, contact = motion.moments.loads(PLAIN), motion.moments.reported
+        force = np.maximum(self._force(plain, _direction(plain.contact.way_rad)), LEAST_M_S2)
+        self._held = np.repeat(force, len(WEIGHTS))
+        self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
+        against = self._per_friction * motion.reach_m**2 * motion.yaw_rate_rad_s
+        self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
+
+    def residual(self, model: Model) -> Array:
+        """See the class."""
+        motion = self.motion
+        contact = motion.moments.reported
+        predicted = self._held * (model.lever(contact) * self._per_friction - self._against) + model.spin(contact)
+        return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
+
+
+def _direction(angle_rad: Array) -> Array:
+    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)

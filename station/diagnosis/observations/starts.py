@@ -1,0 +1,32 @@
+"""Where the blocks lay before their runs, and whether the foam held them there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array
+
+FREE_M = 1e-4
+
+
+def starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
+    """Places (n, 2), m, and yaws (n,), rad, before the runs, by the samples or else by the tracks."""
+    places, yaws = list[tuple[float, float]](), list[float]()
+    for track in tracks:
+        sample = track.sample
+        seen = track.pose[track.frames(track.level_ns, track.slip_ns or track.end_ns)]
+        noted = (sample.start_x_m, sample.start_y_m, sample.start_yaw_rad)
+        x, y, yaw = np.median(seen, axis=0) if noted == (0.0, 0.0, 0.0) and len(seen) else noted
+        places.append((float(x), float(y)))
+        yaws.append(float(yaw))
+    return np.array(places), np.array(yaws)
+
+
+def leans(track: RunTrack, setting: Setting) -> bool:
+    """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
+    place_m, _ = starts([track])
+    return bool(setting.free_m(place_m)[0] <= FREE_M)

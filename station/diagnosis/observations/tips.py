@@ -1,0 +1,142 @@
+"""In which runs the block turned over instead of sliding, and how steep the plate was, there and in all others.
+
+The picture of a block that tips is no measurement of its friction, so such frames are in no channel. Whether a run
+ended so is an observation of its own: yes or no, at a steepness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.diagnosis.observations.plate import PlateMotion, Times
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array, Bools
+from station.signals.tracks import CornerTrack
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+FLAG = "tipped"
+"""Of a sample whose run was given up because the block tipped."""
+
+LEAST_FRAMES = 5
+"""So many tipped frames one after another are a block that tips: single ones are bad pictures."""
+
+FALL_NS = 400_000_000
+"""A block that begins to tip is seen to within this time."""
+
+LOOKS = 200
+LEAST_TILT_RAD = 0.02
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Tips:
+    """Runs (r,) in which the block might have tipped before it slid.
+
+    `run` is the run's place in the evidence, `stood` the largest steepness tan(tilt) · |cos| of the descent's angle to
+    the block's nearest edge's normal at which it was still seen to stand, `fallen` (nan: it never fell) that at which
+    it was seen to tip; `from_ns` to `to_ns` is when it tipped, or the tilt.
+    """
+
+    run: Times
+    stood: Array
+    fallen: Array
+    from_ns: Times
+    to_ns: Times
+
+    def __len__(self) -> int:
+        return len(self.run)
+
+    @property
+    def tipped(self) -> Bools:
+        """Whether each run ended so (r,)."""
+        return np.isfinite(self.fallen)
+
+
+NO_TIPS = Tips(
+    run=np.zeros(0, dtype=np.int64),
+    stood=np.zeros(0),
+    fallen=np.zeros(0),
+    from_ns=np.zeros(0, dtype=np.int64),
+    to_ns=np.zeros(0, dtype=np.int64),
+)
+
+
+def tips_of(recorded: Recorded) -> Tips:
+    """Of the runs whose plate was tilted and whose block was seen to lie on it."""
+    corners = recorded.signals.corners
+    rows = [
+        row
+        for place, track in enumerate(recorded.tracks)
+        if (row := _row(place, track, corners, recorded.plate)) is not None
+    ]
+    return _stacked(rows)
+
+
+_Row = tuple[int, float, float, int, int]
+
+
+def _stacked(rows: Sequence[_Row]) -> Tips:
+    if not rows:
+        return NO_TIPS
+    run, stood, fallen, from_ns, to_ns = zip(*rows, strict=True)
+    return Tips(
+        run=np.array(run, dtype=np.int64),
+        stood=np.array(stood),
+        fallen=np.array(fallen),
+        from_ns=np.array(from_ns, dtype=np.int64),
+        to_ns=np.array(to_ns, dtype=np.int64),
+    )
+
+
+def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) -> _Row | None:
+    yaw = _yaw(track)
+    until = track.slip_ns or track.end_ns
+    if yaw is None or until <= track.tilt_ns:
+        return None
+    times = np.linspace(track.tilt_ns, until, LOOKS).astype(np.int64)
+    steepness, tilt = _steepness(times, yaw, plate)
+    if tilt.max() < LEAST_TILT_RAD:
+        return None
+    fell_ns = _fell_ns(track, corners, int(times[tilt.argmax()]))
+    if fell_ns is None:
+        return place, float(steepness.max()), float("nan"), track.tilt_ns, int(times[steepness.argmax()])
+    before = times <= fell_ns - FALL_NS
+    stood = float(steepness[before].max()) if before.any() else 0.0
+    fallen = float(steepness[times <= fell_ns].max(initial=stood))
+    return place, min(stood, 0.999 * fallen), fallen, fell_ns - FALL_NS, fell_ns
+
+
+def _yaw(track: RunTrack) -> float | None:
+    """How the block lay before the tilt."""
+    seen = track.pose[track.frames(track.level_ns, track.tilt_ns), 2]
+    if len(seen):
+        return float(np.median(seen))
+    return track.sample.start_yaw_rad or None
+
+
+def _steepness(time_ns: Times, yaw_rad: float, plate: PlateMotion) -> tuple[Array, Array]:
+    """See `Tips`, and the tilt."""
+    at = plate.at(time_ns)
+    off = np.mod(at.down_rad - yaw_rad + np.pi / 4, np.pi / 2) - np.pi / 4
+    return np.tan(at.tilt_rad) * np.cos(off), at.tilt_rad
+
+
+def _fell_ns(track: RunTrack, corners: CornerTrack, steepest_ns: int) -> int | None:
+    """When the block was first seen to tip; None if it was not, or only once it slid.
+
+    Where the frames do not say it and the sample does, it was when the plate was steepest.
+    """
+    until = track.slip_ns or track.end_ns
+    first, last = np.searchsorted(corners.time_ns, (track.tilt_ns, until))
+    seen = corners.found[first:last]
+    tipped = (corners.tipped[first:last] & seen)[seen]
+    if len(tipped) >= LEAST_FRAMES:
+        run = np.convolve(tipped, np.ones(LEAST_FRAMES), mode="valid") >= LEAST_FRAMES
+        if run.any():
+            return int(corners.time_ns[first:last][seen][int(run.argmax())])
+    return steepest_ns if FLAG in track.sample.flags and not track.slip_ns else None

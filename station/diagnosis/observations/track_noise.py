@@ -1,0 +1,39 @@
+"""How noisy a track is that does not say so itself: read from the moving block's own path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.diagnosis.observations.plate import Times
+from station.physics.contact import Array, Bools
+
+STRIDE = 3
+"""Frames between those that are compared. A tracker that smooths leaves errors that last for frames, and what counts is
+how far they bend a window of nine."""
+
+LEAST_PLACES = 50
+MOVED_M = 5e-3
+_THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
+_GAUSSIAN_MAD = 0.6745
+
+
+def track_noise(time_ns: Times, values: Array, place_m: Array, flat: Bools) -> float | None:
+    """The standard deviation of values (n,) in one frame, from their third differences while the block slides flat.
+
+    A steady push leaves none. None where the block (places (n, 2), m) slides too little to tell.
+    """
+    span = STRIDE * (len(_THIRD) - 1)
+    if len(values) <= span:
+        return None
+    first = np.arange(len(values) - span)
+    grid = first[:, None] + STRIDE * np.arange(len(_THIRD))
+    step = np.median(np.diff(time_ns))
+    together = np.abs(time_ns[grid[:, -1]] - time_ns[first] - span * step) < 0.5 * step
+    lying = np.convolve(flat, np.ones(span + 1), mode="valid") > span
+    moved = np.hypot(*(place_m[grid[:, -1]] - place_m[first]).T) > MOVED_M
+    chosen = grid[together & lying & moved]
+    if len(chosen) < LEAST_PLACES:
+        return None
+    differences = values[chosen] @ _THIRD
+    spread = float(np.median(np.abs(differences - np.median(differences)))) / _GAUSSIAN_MAD
+    return max(spread / float(np.linalg.norm(_THIRD)), 1e-9)

@@ -1,0 +1,187 @@
+"""Short windows of a slide: acceleration in its weak form, and the state at a few points to compare it with.
+
+The curvature of a parabola that is fitted to nine places is the mean of the acceleration over the window, with a weight
+that the nine times say: no derivative of a noisy path is taken. The prediction is averaged with the same weight, by
+Gauss's rule at three points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array
+
+FRAMES = 9
+LEAST_FRAMES = 7
+SLOWEST_SIGMAS = 6.0
+SLOWEST_M_S = 8e-3
+SHORTEST_M = 1e-3
+MARGIN_NS = 30_000_000
+CROOKED = 2.0
+FINE_NODES: Array = np.linspace(-1.0, 1.0, 41)
+"""For what has corners: the pull while the plate is set in motion or stopped."""
+
+
+def weight_of(times: Array) -> Array:
+    """The weight at `FINE_NODES` (41,), in sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
+
+    Twice integrated by parts: the fit's curvature is a sum of places, and each the double integral of the acceleration.
+    """
+    curvature = np.linalg.pinv(np.column_stack([np.ones_like(times), times, times**2]))[2]
+    weight = curvature @ np.maximum(times[:, None] - FINE_NODES, 0.0)
+    return weight / weight.sum()
+
+
+def _gauss(weight: Array) -> tuple[Array, Array]:
+    """Three points and their weights that average polynomials up to the fifth degree as an even weight does."""
+    second, fourth = (float(weight @ FINE_NODES**power) for power in (2, 4))
+    far, share = math.sqrt(fourth / second), 0.5 * second**2 / fourth
+    return np.array([-far, 0.0, far]), np.array([share, 1.0 - 2.0 * share, share])
+
+
+NODES, WEIGHTS = _gauss(weight_of(np.linspace(-1.0, 1.0, FRAMES)))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Window:
+    """One window: its time, the acceleration (2,) and angular acceleration, and the state at the nodes (3, …)."""
+
+    from_ns: int
+    to_ns: int
+    node_ns: Times
+    acceleration_m_s2: Array
+    yaw_acceleration_rad_s2: float
+    node_pose: Array
+    node_velocity: Array
+    acceleration_factor: float
+    """Standard deviation of the acceleration per standard deviation of a place, 1/s²."""
+    velocity_factor: float
+    """The same of the velocity, 1/s."""
+    node_yaw_rate_rad_s: Array
+    node_way_rad: Array
+    way_sigma_rad: float
+    """Of the direction at the window's middle, as the whole path gives it."""
+    frames: slice
+    weight: Array
+    """Of the acceleration at `FINE_NODES` (41,)."""
+
+
+def windows_of(track: RunTrack) -> Iterator[Window]:
+    """The windows of a slide, side by side, some frames away from onset and stop.
+
+    A window that holds a moment of rest would show too little acceleration. Those in which the block hardly moves are
+    left out.
+    """
+    if not track.slid:
+        return
+    part = track.frames(max(track.slip_ns, track.surely_ns) + MARGIN_NS, track.stop_ns - MARGIN_NS)
+    course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
+    if course is None:
+        return
+    # A straight line in time: a window's curvature is free of its noise, as of any straight line's.
+    turning = np.polyfit((track.time_ns[part] - track.slip_ns) * 1e-9, track.pose[part, 2], 1)
+    for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
+        window = _window(track, slice(first, first + FRAMES), course, turning)
+        if window is not None:
+            yield window
+
+
+class Course:
+    """The way of a slide as a smooth function of the distance along it, from the whole path.
+
+    The direction of one window's own velocity would be noisy, and its noise stand in the sideways force that is taken
+    across it: a law that turns the force with the direction would then seem to explain noise.
+    """
+
+    def __init__(
+        self, *, middle: Array, main: Array, fit: Array, inverse: Array, scale_m: float, sigma_m: float
+    ) -> None:
+        self._middle, self._main, self._fit = middle, main, fit
+        self._inverse, self._scale, self._sigma = inverse, scale_m, sigma_m
+
+    @classmethod
+    def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
+        """The course of a path (n, 2); None where nothing moved."""
+        if len(place_m) < FRAMES:
+            return None
+        middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
+        length = float(np.linalg.norm(main))
+        if length < SHORTEST_M:
+            return None
+        main = main / length
+        along, aside = _along_aside(place_m - middle, main)
+        degree = 1 if length < 5 * SHORTEST_M or len(place_m) < 3 * FRAMES else 3
+        basis = np.column_stack([(along / length) ** k for k in range(degree + 1)])
+        inverse = np.linalg.pinv(basis)
+        fit = inverse @ aside
+        left = float(np.sqrt(np.mean((aside - basis @ fit) ** 2)))
+        # A path that no such curve follows (a block that was knocked) has no direction worth a sideways force.
+        sigma_m = sigma_m if left < CROOKED * sigma_m else 10 * left
+        return cls(
+            middle=middle,
+            main=main,
+            fit=fit,
+            inverse=inverse @ inverse.T,
+            scale_m=length,
+            sigma_m=sigma_m,
+        )
+
+    def at(self, place_m: Array) -> tuple[Array, Array]:
+        """The direction (m,) at places (m, 2) near the path, and its standard error."""
+        along, _ = _along_aside(place_m - self._middle, self._main)
+        share = along / self._scale
+        order = np.arange(len(self._fit))
+        slopes = np.where(order > 0, order * share[:, None] ** np.maximum(order - 1, 0), 0.0) / self._scale
+        way = np.arctan2(self._main[1], self._main[0]) + np.arctan(slopes @ self._fit)
+        return way, self._sigma * np.sqrt(np.einsum("ij,jk,ik->i", slopes, self._inverse, slopes))
+
+
+def _along_aside(offset: Array, main: Array) -> tuple[Array, Array]:
+    return offset @ main, offset @ np.array([-main[1], main[0]])
+
+
+def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> Window | None:
+    times, pose = track.time_ns[frames], track.pose[frames]
+    middle = (int(times[0]) + int(times[-1])) // 2
+    half_s = 0.5e-9 * float(times[-1] - times[0])
+    s: Array = np.asarray((times - middle) * 1e-9 / half_s, dtype=np.float64)
+    gap = float(np.max(np.diff(s)))
+    if gap > 2.0 * (FRAMES - LEAST_FRAMES + 1) / (FRAMES - 1) * 1.2:
+        return None
+    basis = np.column_stack([np.ones_like(s), s, s * s])
+    inverse = np.linalg.pinv(basis)
+    fit = inverse @ pose
+    node = np.column_stack([np.ones_like(NODES), NODES, NODES**2]) @ fit
+    velocity = np.column_stack([np.zeros_like(NODES), np.ones_like(NODES), 2 * NODES]) @ fit / half_s
+    velocity_factor = float(np.linalg.norm(inverse[1])) / half_s
+    # The speed at the middle is free of the curvature's noise: to choose windows by the speed at their ends would
+    # choose accelerations.
+    if float(np.hypot(velocity[1, 0], velocity[1, 1])) < max(
+        SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m
+    ):
+        return None
+    way, way_sigma = course.at(node[:, :2])
+    yaw_acceleration = float(2 * fit[2, 2] / half_s**2)
+    node[:, 2] = np.polyval(turning, (middle - track.slip_ns) * 1e-9 + NODES * half_s)
+    return Window(
+        from_ns=int(times[0]),
+        to_ns=int(times[-1]),
+        node_ns=(middle + np.round(NODES * half_s * 1e9)).astype(np.int64),
+        acceleration_m_s2=2 * fit[2, :2] / half_s**2,
+        yaw_acceleration_rad_s2=yaw_acceleration,
+        node_pose=node,
+        node_velocity=velocity[:, :2],
+        node_yaw_rate_rad_s=velocity[:, 2].copy(),
+        velocity_factor=velocity_factor,
+        acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,
+        node_way_rad=way,
+        way_sigma_rad=float(way_sigma[1]),
+        frames=frames,
+        weight=weight_of(s),
+    )

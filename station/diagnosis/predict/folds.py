@@ -1,0 +1,165 @@
+"""The runs fold by fold, each predicted from the others: with the names of all runs, or with names found anew.
+
+`named` fits the numbers anew; the names have seen every run. `nested` searches anew without each fold, so that nothing
+of a run that is predicted is known; it takes several times as long.
+
+Runs that were made with the same specimen and mount stay together where a session has enough such groups: what is
+learnt of one block must hold for the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
+from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.candidates import Begins
+from station.diagnosis.search.search import Search, in_stages, with_wander
+from station.physics.contact import Array, Bools
+from station.physics.effect import Effect
+from station.physics.model import Model
+
+FOLDS = 5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fold:
+    """What is fitted to all runs but those `left_out` (r,): the plain model, and the one that was found.
+
+    `wander` is that of the runs that were fitted; `named` are the ids of the found model's effects; `less` is, by id,
+    the fit of the others alone. `anew`: the names were found without the runs that are left out.
+    """
+
+    left_out: Bools
+    wander: Mapping[str, Wander]
+    before: Fit
+    after: Fit
+    named: tuple[str, ...] = ()
+    less: Mapping[str, Fit]
+    anew: bool
+
+    def of(self, evidence: Evidence) -> Evidence:
+        """The evidence that the fold was fitted to."""
+        return replace(evidence.without(self.left_out), wander=self.wander)
+
+
+def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
+    """The number of each run's fold (r,): whole groups where there are enough of them, runs by chance otherwise."""
+    facts = evidence.facts
+    made = np.column_stack([facts.mount_rad, facts.mass_kg, facts.area_m2])
+    _, group = np.unique(made, axis=0, return_inverse=True)
+    count = int(group.max(initial=-1)) + 1
+    if count < FOLDS:
+        return rng.permutation(np.arange(evidence.runs) % FOLDS)
+    return rng.permutation(np.arange(count) % FOLDS)[group.ravel()]
+
+
+class Folding(Protocol):
+    """Fits the plain model and what was found without each fold (r,) of the runs; `jobs` is a number of processes."""
+
+    def __call__(
+        self, evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
+    ) -> tuple[Fold, ...]:
+        """One `Fold` for each number in `fold`."""
+        ...
+
+
+def named(
+    evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
+) -> tuple[Fold, ...]:
+    """Fits what was found in all runs without each fold (r,); the rest of the arguments is for those that search."""
+    del effects, seed, jobs
+    return tuple(_refitted(evidence, whole, fold == number) for number in np.unique(fold).tolist())
+
+
+def _refitted(evidence: Evidence, whole: Search, left_out: Bools) -> Fold:
+    part = evidence.without(left_out)
+    before = fit(part, whole.null.model, (), noise=whole.null.noise)
+    after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
+    names = tuple(effect.id for effect in whole.found)
+    fold = Fold(left_out=left_out, wander=part.wander, before=before, after=after, named=names, less={}, anew=False)
+    return _with_less(part, fold)
+
+
+def nested(
+    evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
+) -> tuple[Fold, ...]:
+    """Searches without each fold (r,), `jobs` of them at a time; nothing is searched for where all runs show nothing.
+
+    A fold's search has all stages. It lacks the last comparison of each term with what could stand in its place, which
+    takes as long again and mostly tells how wide a class is.
+
+    Args:
+        evidence: of all runs.
+        effects: to consider.
+        whole: the search of all runs: fits begin where its fits ended, and end where those runs' maximum is.
+        fold: (r,) number of each run's fold.
+        seed: of the nulls' draws.
+        jobs: processes; with 1 no other is started.
+    """
+    outs = [fold == number for number in np.unique(fold).tolist()]
+    if not whole.found:
+        return tuple(_plain(evidence, whole.null, out) for out in outs)
+    begin = whole.null.model, whole.ends
+    work = (delayed(_searched)(evidence, effects, begin, out, [seed, number]) for number, out in enumerate(outs))
+    found: Any = Parallel(n_jobs=min(jobs, FOLDS))(work)
+    return tuple(found)
+
+
+def _plain(evidence: Evidence, null: Fit, left_out: Bools) -> Fold:
+    """The plain model without a fold: there is no other."""
+    part = with_wander(evidence.without(left_out), Model(mu_s=null.model.mu_s))
+    before = fit(part, null.model, (), noise=null.noise)
+    return Fold(left_out=left_out, wander=part.wander, before=before, after=before, less={}, anew=True)
+
+
+def _searched(
+    evidence: Evidence, effects: Sequence[Effect], begin: tuple[Model, Begins], left_out: Bools, seed: Sequence[int]
+) -> Fold:
+    start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng(seed)
+    part = with_wander(evidence.without(left_out), start)
+    found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
+    names = tuple(term.effect.id for term in without_nuisances(found.model.model).terms)
+    fold = Fold(
+        left_out=left_out,
+        wander=part.wander,
+        before=found.null,
+        after=found.model,
+        named=names,
+        less={},
+        anew=True,
+    )
+    return _with_less(part, fold)
+
+
+def _with_less(part: Evidence, fold: Fold) -> Fold:
+    """The fold with what is left without each of its names: of a single one that is the plain model."""
+    if len(fold.named) == 1:
+        return replace(fold, less={fold.named[0]: fold.before})
+    return replace(fold, less={name: less(part, fold.after, name) for name in fold.named})
+
+
+def dropped(evidence: Evidence, fold: Fold, name: str) -> Fold:
+    """The fold without one of its names."""
+    named = tuple(other for other in fold.named if other != name)
+    return _with_less(fold.of(evidence), replace(fold, after=fold.less[name], named=named))
+
+
+def less(evidence: Evidence, after: Fit, name: str) -> Fit:
+    """The fit without one of its effects."""
+    terms = tuple(term for term in after.model.terms if term.effect.id != name)
+    kept = [term.effect for term in terms if not is_nuisance(term.effect)]
+    return fit(evidence, replace(after.model, terms=terms), kept, noise=after.noise)
+
+
+def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:
+    """The fits of given effects without each fold (r,), from the whole fit as a start."""
+    outs = [fold == number for number in np.unique(fold)]
+    return tuple((out, fit(evidence.without(out), whole.model, effects, noise=whole.noise)) for out in outs)

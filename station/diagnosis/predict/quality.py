@@ -1,0 +1,141 @@
+"""How well unseen runs are predicted, before and after, by the whole procedure; and what each name adds to that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from station.diagnosis.inference.ceiling import expected_log_run
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.predict.folds import Fold, dropped
+from station.diagnosis.predict.held_out import HeldOut, predicted, with_paths
+from station.diagnosis.result import FitQuality, Own, Quality, Value
+from station.diagnosis.search.belief import called
+from station.physics.contact import Array
+
+Classes = Mapping[str, Collection[str]]
+"""Ids of what was found in all runs, each with those that cannot be told from it."""
+
+
+def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> tuple[tuple[Fold, ...], dict[str, Own]]:
+    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds.
+
+    The one that adds least goes first: of two that do each other's work the other is then seen alone.
+    """
+    own = dict[str, Own]()
+    left = dict(classes)
+    while left:
+        each = {name: _own(evidence, folds, {called(name), *alike}) for name, alike in left.items()}
+        own |= each
+        name = min(left, key=lambda name: each[name].gain.value - each[name].gain.sd)
+        if each[name].real:
+            break
+        alike = {called(name), *left.pop(name)}
+        folds = [fold if (its := _one_of(fold, alike)) is None else dropped(evidence, fold, its) for fold in folds]
+    return tuple(folds), own
+
+
+def both_held_out(evidence: Evidence, folds: Sequence[Fold]) -> tuple[HeldOut, HeldOut]:
+    """The predictions of the plain model, and of what the procedure found without the runs."""
+    before = [(fold.left_out, fold.before) for fold in folds]
+    after = [(fold.left_out, fold.after) for fold in folds]
+    plain = with_paths(evidence, predicted(evidence, before), before)
+    if not any(fold.named for fold in folds):
+        return plain, plain
+    return plain, with_paths(evidence, predicted(evidence, after), after)
+
+
+def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, HeldOut], after: Fit) -> FitQuality:
+    """Sums up the predictions of both; `after` is the model that all runs together led to."""
+    plain, full = both
+    gain = _mean(full.log_run - plain.log_run)
+    expected = np.full(evidence.runs, np.nan)
+    for fold in folds:
+        expected[fold.left_out] = expected_log_run(fold.of(evidence), fold.after)[fold.left_out]
+    gap = _mean(expected - plain.log_run)
+    # Where the plain model already scores what can be scored, as far as one can see, there is no gap to close.
+    share = gain.value / gap.value if gap.value > gap.sd else math.nan
+    return FitQuality(
+        before=quality(plain),
+        after=quality(full),
+        log_score_gain=gain.value,
+        gain_se=gain.sd,
+        floor_onset_deg=_floor_deg(evidence, after),
+        gap_closed=share,
+        gap_closed_se=gain.sd / gap.value if gap.value > gap.sd else math.nan,
+        ceiling_log_score=_mean(np.where(np.isfinite(plain.log_run), expected, np.nan)).value,
+        nested=all(fold.anew for fold in folds),
+    )
+
+
+def _own(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> Own:
+    names = [_one_of(fold, alike) for fold in folds]
+    with_it = [(fold.left_out, fold.after) for fold in folds]
+    without = [
+        (fold.left_out, fold.after if name is None else fold.less[name])
+        for fold, name in zip(folds, names, strict=True)
+    ]
+    full, others = (with_paths(evidence, predicted(evidence, parts), parts) for parts in (with_it, without))
+    return Own(
+        gain=_mean(full.log_run - others.log_run, unit="nat"),
+        path=_median(others.path_m - full.path_m, unit="m"),
+        folds=sum(name is not None for name in names),
+    )
+
+
+def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
+    """The name of a class that was found in a fold."""
+    return next((name for name in fold.named if called(name) in alike), None)
+
+
+def quality(held: HeldOut) -> Quality:
+    """The summary of predictions, each figure with its standard error."""
+    score, within = _mean(held.log_run), _mean(held.within)
+    onset, path = np.degrees(np.abs(held.onset_rad)), 1e3 * held.path_m
+    figures = {
+        "log_score": score,
+        "onset_rmse_deg": _rms(onset),
+        "path_rmse_mm": _rms(path),
+        "coverage90": within,
+        "onset_median_deg": _median(onset),
+        "path_median_mm": _median(path),
+    }
+    values = {name: figure.value for name, figure in figures.items()}
+    return Quality(**values, se={name: figure.sd for name, figure in figures.items()})
+
+
+def _floor_deg(evidence: Evidence, after: Fit) -> float:
+    """The scatter between equal runs, as an angle."""
+    channel = evidence.channel("onset")
+    if not isinstance(channel, Onsets):
+        return math.nan
+    tilt = channel.angle_rad()
+    return math.degrees(after.noise.scatter * float(np.sqrt(np.mean((np.sin(tilt) * np.cos(tilt)) ** 2))))
+
+
+def _mean(values: Array, *, unit: str = "1") -> Value:
+    known = values[np.isfinite(values)]
+    sd = float(known.std(ddof=1)) / math.sqrt(len(known)) if len(known) > 1 else math.nan
+    return Value(value=float(known.mean()) if len(known) else math.nan, sd=sd, unit=unit)
+
+
+def _rms(values: Array) -> Value:
+    """Root of the mean square, with the standard error that the mean square's leads to."""
+    square = _mean(values**2)
+    root = math.sqrt(square.value) if square.value >= 0 else math.nan
+    return Value(value=root, sd=0.5 * square.sd / root if root > 0 else square.sd, unit="1")
+
+
+def _median(values: Array, *, unit: str = "1") -> Value:
+    """The median, with half the width of its 68 % interval by order statistics (no distribution is assumed)."""
+    known = np.sort(values[np.isfinite(values)])
+    if len(known) < 2:
+        return Value(value=float(known[0]) if len(known) else math.nan, sd=math.nan, unit=unit)
+    reach = 0.5 * math.sqrt(len(known))
+    low, high = np.clip([0.5 * len(known) - reach, 0.5 * len(known) + reach - 1], 0, len(known) - 1)
+    ends = np.interp([low, high], np.arange(len(known)), known)
+    return Value(value=float(np.median(known)), sd=0.5 * float(ends[1] - ends[0]), unit=unit)

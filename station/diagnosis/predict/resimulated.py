@@ -1,0 +1,112 @@
+"""Slides again in the planar simulator: how far a model leads blocks from where they were seen.
+
+Each slide begins at the middle of its first window, where its place and speed are known, and goes on by the recorded
+attitude alone until the evidence of it ends. The run's own level of friction is what its onset tells of it; nothing
+that the slide itself would tell is used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.ridden import Ride
+from station.diagnosis.observations.windows import FRAMES
+from station.physics.contact import Array, Bools
+from station.physics.model import Model
+from station.simulators.planar.commands import Commands, tracks
+from station.simulators.planar.simulate import Chances, simulate
+
+KNOT_NS = 10_000_000
+"""The planar simulator turns the plate evenly between moments so far apart, as it does with a whole recording."""
+
+NANO = 1e-9
+
+
+def path_errors(evidence: Evidence, model: Model, runs: Bools, *, drawn: Array) -> Array:
+    """Root mean square distances (r,), m, of the chosen runs' (r,) simulated slides from the recorded ones; else nan.
+
+    Args:
+        evidence: with `rides`; without them there is nothing to compare.
+        model: friction and effects.
+        runs: those that are wanted.
+        drawn: (r,) ln of each run's own friction over the model's, as far as it is expected; nan where nothing is.
+    """
+    errors = np.full(evidence.runs, np.nan)
+    rides = evidence.rides
+    chosen = () if rides is None else rides.of_runs(runs & np.isfinite(drawn))
+    if not chosen:
+        return errors
+    seen = [_unbent(ride, model) for ride in chosen]
+    own = np.exp(drawn[[ride.run for ride in chosen]])
+    for ride, pose, again in zip(chosen, seen, _simulated(evidence, chosen, seen, model, own=own), strict=True):
+        apart = again[: len(pose), :2] - pose[:, :2]
+        errors[ride.run] = math.sqrt(float(np.mean(np.sum(apart * apart, axis=1))))
+    return errors
+
+
+def _unbent(ride: Ride, model: Model) -> Array:
+    """The poses (k, 3) without what the model says that the camera adds to their places."""
+    pose = ride.pose.copy()
+    pose[:, :2] -= model.seen(ride.view).mean(axis=1)
+    return pose
+
+
+def _simulated(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], model: Model, *, own: Array) -> Array:
+    """The poses (n, k, 3) of the simulated slides at their frames; `own` (n,) are factors on the friction."""
+    # Poses are stamped late by the camera's delay: the attitude is read as much earlier instead.
+    delay_ns = round(model.delay_s() * 1e9)
+    punctual = replace(model, terms=tuple(term for term in model.terms if "delay_s" not in term.effect.acts_through()))
+    return simulate(
+        _commands(evidence, chosen, seen, delay_ns),
+        punctual,
+        time_s=_padded([_seconds(ride.time_ns) for ride in chosen]),
+        chances=Chances(friction=own, shake=np.zeros(len(own))),
+    ).path
+
+
+def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], delay_ns: int) -> Commands:
+    facts, place, rides = evidence.facts, np.array([ride.run for ride in chosen]), evidence.rides
+    assert rides is not None
+    knots = [_knots(ride.time_ns) for ride in chosen]
+    begun = [_begun(ride.time_ns, pose) for ride, pose in zip(chosen, seen, strict=True)]
+    return tracks(
+        [_seconds(own) for own in knots],
+        [rides.gravity_at(own - delay_ns) for own in knots],
+        border_m=rides.opening_radius_m,
+        start=np.array([start for start, _ in begun]),
+        velocity=np.array([velocity for _, velocity in begun]),
+        rest_s=np.array([ride.rest_s for ride in chosen]),
+        run=facts.number[place],
+        mass_kg=facts.mass_kg[place],
+        area_m2=facts.area_m2[place],
+        mount_rad=facts.mount_rad[place],
+        temperature_c=facts.temperature_c[place],
+        relative_humidity=facts.relative_humidity[place],
+    )
+
+
+def _begun(time_ns: Times, pose: Array) -> tuple[Array, Array]:
+    """Pose and velocity (3,) at the first frame: of a parabola through the first frames, as many as a window has."""
+    fit = np.polynomial.polynomial.polyfit(_seconds(time_ns[:FRAMES]), pose[:FRAMES], 2)
+    return fit[0], fit[1]
+
+
+def _knots(time_ns: Times) -> Times:
+    length = int(time_ns[-1] - time_ns[0])
+    return time_ns[0] + np.linspace(0, length, max(2, round(length / KNOT_NS) + 1)).astype(np.int64)
+
+
+def _seconds(time_ns: Times) -> Array:
+    return (time_ns - time_ns[0]) * NANO
+
+
+def _padded(times: Sequence[Array]) -> Array:
+    """Times (n, k) of unequal numbers, the last repeated."""
+    most = max(len(own) for own in times)
+    return np.stack([np.pad(own, (0, most - len(own)), mode="edge") for own in times])

@@ -1,0 +1,61 @@
+"""The last two sections: what to do next, and where all this comes from."""
+
+from __future__ import annotations
+
+from html import escape
+
+from station.diagnosis.report import html
+from station.diagnosis.result import Diagnosis
+
+
+def next_step(diagnosis: Diagnosis) -> str:
+    """The next experiment as a plan that `station run --plan` takes, and the model as a file."""
+    plan = diagnosis.next_experiment
+    parts: list[str] = []
+    if plan is None:
+        parts.append(html.paragraph("No further experiment is called for."))
+    else:
+        parts.append(html.paragraph(f"{plan.runs} runs: {plan.why}."))
+        parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
+        parts.append(f"<pre>{escape(plan.plan)}</pre>")
+    advice = [
+        f"<li>{escape(', '.join(one.class_ids))}: {escape(one.separated_by)}</li>"
+        for one in diagnosis.effects
+        if one.separated_by and len(one.class_ids) > 1
+    ]
+    if advice:
+        parts.append(f"<p>What separates a class:</p><ul>{''.join(advice)}</ul>")
+    return html.section("What to do next", *parts, name="next")
+
+
+def numerics(diagnosis: Diagnosis) -> str:
+    """What the simulator's own settings do, which is no physics; empty where they were not looked at."""
+    if not diagnosis.numerics:
+        return ""
+    rows = [[*(_cell(one.get(key)) for key in _NUMERICS)] for one in diagnosis.numerics]
+    why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
+    head = ("what", "size", "unit", "with these settings", "cured", "cured by")
+    table = html.table(head, rows)
+    return html.section("Numerics first", html.paragraph(why), table, name="numerics")
+
+
+_NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
+
+
+def _cell(said: object) -> str:
+    if isinstance(said, float | int):
+        return html.minus(f"{said:.3g}")
+    return "–" if said is None else escape(str(said))
+
+
+def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
+    """File, versions, seed, time and notes."""
+    rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
+    rows.append(["runs", f"{diagnosis.used_runs} used of {diagnosis.total_runs}; {diagnosis.held_out_runs} held out"])
+    rows.append(["plain simulation", escape(diagnosis.simulator)])
+    if seed is not None:
+        rows.append(["seed", str(seed)])
+    rows.append(["seconds", html.number(diagnosis.seconds, 1)])
+    rows += [[escape(name), escape(version)] for name, version in diagnosis.versions.items()]
+    rows += [["note", escape(note)] for note in diagnosis.notes]
+    return html.section("Where this comes from", html.table(("", ""), rows), name="provenance")

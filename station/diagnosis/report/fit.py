@@ -1,0 +1,108 @@
+"""The section that says how much better the simulation fits with what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from station.diagnosis.report import html
+from station.diagnosis.report.drawing import inline_svg
+from station.diagnosis.report.onsets import onsets
+from station.diagnosis.report.picture_data import PictureData
+from station.diagnosis.report.scores import scores
+from station.diagnosis.result import Diagnosis, Quality, Value
+
+
+def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
+    """Before, after and floor on held-out runs; the onsets' errors; the parameters with their intervals."""
+    parts = [_table(diagnosis)]
+    before, after = pictures.held_before, pictures.held_after
+    if before is not None and after is not None:
+        svg = inline_svg(scores(diagnosis, pictures), name="scores", alt="before, after and floor")
+        caption = "Held-out runs, with 90 % intervals. Floor: how far equal runs are apart; dashed at 0.9: what is due."
+        parts.append(html.figure(svg, caption))
+        if np.isfinite(before.onset_error_deg).sum() > 1:
+            drawn = onsets(before, after, both=bool(diagnosis.names))
+            caption = (
+                "Onsets of held-out runs: errors; quantiles against those of the predicted spread (on the line: right) "
+                "and ranks in the predicted distribution (within the grey band: right)."
+            )
+            parts.append(html.figure(inline_svg(drawn, name="onsets", alt="errors of the onsets"), caption))
+    parts.append(_parameters(diagnosis))
+    return html.section("How much better it fits", *parts, name="fit")
+
+
+def _table(diagnosis: Diagnosis) -> str:
+    fit = diagnosis.fit
+    errors = ("onset error (°): rms, median", "path error (mm): rms, median")
+    head = ("unseen runs", "log score a run", *errors, "within 90 %")
+    rows = [_quality("before: plain model", fit.before), _quality("after: with what was found", fit.after)]
+    rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
+    rows.append(["floor: equal runs", "", html.number(fit.floor_onset_deg), "", ""])
+    rows += _rerun(fit.simulator_rerun)
+    gain = (
+        f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} a run; share of "
+        f"the gap to the ceiling that was closed: {html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}. "
+        "Names and numbers were found without the runs that are predicted."
+    )
+    return html.table(head, rows, caption="Before and after") + html.paragraph(gain)
+
+
+def _quality(name: str, quality: Quality) -> list[str]:
+    told = {figure: f"{html.number(getattr(quality, figure))}{_se(quality, figure)}" for figure in _FIGURES}
+    return [
+        name,
+        told["log_score"],
+        f"{told['onset_rmse_deg']}, {told['onset_median_deg']}",
+        f"{told['path_rmse_mm']}, {told['path_median_mm']}",
+        told["coverage90"],
+    ]
+
+
+_FIGURES = ("log_score", "onset_rmse_deg", "onset_median_deg", "path_rmse_mm", "path_median_mm", "coverage90")
+
+
+def _se(quality: Quality, figure: str) -> str:
+    se = quality.se.get(figure, float("nan"))
+    return f" ± {html.number(se)}" if np.isfinite(se) else ""
+
+
+def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
+    """What another simulator says with what was found, where it was run."""
+    rows: list[list[str]] = []
+    for when in ("before", "after"):
+        said: Mapping[str, Any] = rerun.get(when) or {}
+        if said:
+            rows.append([escape(f"{rerun.get('engine', '')}, {when}"), *_cells(said)])
+        if said.get("own_level"):
+            name = f"{rerun.get('engine', '')}, {when}, each run at its own level"
+            rows.append([escape(name), *_cells(said["own_level"])])
+    return rows
+
+
+def _cells(said: Mapping[str, Any]) -> list[str]:
+    numbers = (said.get(name) for name in ("log_score", "onset_rmse_deg", "path_rmse_mm", "coverage90"))
+    return [html.number(float("nan") if value is None else float(value)) for value in numbers]
+
+
+def _parameters(diagnosis: Diagnosis) -> str:
+    rows = [["plain model", "mu_s", *html.with_error(diagnosis.mu_s)]]
+    rows.append(["plain model", "scatter", f"{diagnosis.scatter:.3g}", "–", "of mu_s"])
+    for effect in diagnosis.effects:
+        rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
+        rows += [
+            [
+                escape(effect.id),
+                escape(one.expression),
+                *html.with_error(Value(value=one.value, sd=one.sd, unit=one.unit)),
+            ]
+            for one in effect.determined
+        ]
+    return html.table(
+        ("of", "parameter", "value", "90 % interval", "unit"),
+        rows,
+        caption="Parameters (model.toml has them in SI units)",
+    )

@@ -1,0 +1,88 @@
+"""The report's first lines: the answer, for somebody who reads nothing else."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+
+from station.diagnosis.report.html import number, p_equals, paragraph
+from station.diagnosis.result import Diagnosis, EffectFound
+
+_CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The verdict as a sentence, and below it how sure, where, how much better, and what to do."""
+    lines = [_sure(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis)]
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
+    return (
+        f'<p class="verdict {_CLASS[diagnosis.verdict]}">{escape(sentence(diagnosis))}</p>'
+        f'<ul class="short">{items}</ul>'
+    )
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """The answer in one sentence."""
+    if diagnosis.verdict == "untestable":
+        reason = diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
+        return f"Nothing can be tested with this recording: {reason}."
+    claimed = claimed_effects(diagnosis)
+    if diagnosis.verdict == "not supported" or not claimed:
+        return "No missing effect is supported: the plain model, one friction coefficient, explains this recording."
+    return f"The simulation leaves out {' and '.join(_named(effect) for effect in claimed)}."
+
+
+def claimed_effects(diagnosis: Diagnosis) -> tuple[EffectFound, ...]:
+    """The effects that are claimed, likeliest first."""
+    return tuple(effect for effect in diagnosis.effects if effect.id in diagnosis.names)
+
+
+def _named(effect: EffectFound) -> str:
+    return effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
+
+
+def _sure(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict == "untestable":
+        return ""
+    chances = ", ".join(f"{', '.join(one.class_ids)}: {one.probability:.2f}" for one in diagnosis.effects)
+    told = f"; probabilities: {chances}" if chances else ""
+    return (
+        f"{diagnosis.used_runs} of {diagnosis.total_runs} runs could be used. That something is wrong with the plain "
+        f"model at all: {p_equals(diagnosis.global_p)}{told}."
+    )
+
+
+def _where(diagnosis: Diagnosis) -> str:
+    return f"Clearest place: {diagnosis.located[0].summary}." if diagnosis.located else ""
+
+
+def _better(diagnosis: Diagnosis) -> str:
+    fit = diagnosis.fit
+    if not claimed_effects(diagnosis) or not math.isfinite(fit.log_score_gain):
+        return ""
+    changes = [
+        _change("the onset error", fit.before.onset_rmse_deg, fit.after.onset_rmse_deg, "°"),
+        _change("the path error", fit.before.path_rmse_mm, fit.after.path_rmse_mm, " mm"),
+    ]
+    if changes[0] and math.isfinite(fit.floor_onset_deg):
+        changes[0] += f" (equal runs differ by {number(fit.floor_onset_deg)}°)"
+    changes.append(f"the log score a run changes by {number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}")
+    return f"On runs that the fit has not seen, {', '.join(change for change in changes if change)}."
+
+
+def _change(name: str, before: float, after: float, unit: str) -> str:
+    """How an error changes; empty where there is none."""
+    if not (math.isfinite(before) and math.isfinite(after)):
+        return ""
+    first, last = f"{number(before)}{unit}", f"{number(after)}{unit}"
+    return f"{name} stays at {first}" if first == last else f"{name} goes from {first} to {last}"
+
+
+def _next(diagnosis: Diagnosis) -> str:
+    plan = diagnosis.next_experiment
+    return f"Next: {plan.runs} runs; {plan.why}." if plan is not None else ""
+
+
+def about(diagnosis: Diagnosis) -> str:
+    """Which recording."""
+    return paragraph(f"Recording: {diagnosis.recording or 'signals in memory'}", kind="about")

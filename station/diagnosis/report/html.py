@@ -1,0 +1,75 @@
+"""Pieces of the page: figures, tables and numbers, with everything that comes from outside escaped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from html import escape
+
+from station.diagnosis.result import Value
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = "") -> str:
+    """A table of cells that are HTML already."""
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    top = "".join(f"<th>{escape(word)}</th>" for word in head)
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<div class="wide"><table>{title}<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def figure(svg: str, caption: str) -> str:
+    """A drawing with what it shows below it."""
+    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def section(title: str, *parts: str, name: str) -> str:
+    """A section; `name` is its anchor."""
+    return f'<section id="{name}"><h2>{escape(title)}</h2>{"".join(parts)}</section>'
+
+
+def paragraph(text: str, *, kind: str = "") -> str:
+    """A paragraph of plain text."""
+    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
+
+
+def number(value: float, digits: int = 2, *, sign: bool = False) -> str:
+    """A number with so many decimals; a dash where there is none."""
+    if not math.isfinite(value):
+        return "–"
+    return minus(f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}")
+
+
+def minus(text: str) -> str:
+    """A number's text with a true minus sign, at which no line breaks."""
+    return text.replace("-", "−")
+
+
+def whole(text: str) -> str:
+    """Plain text as a cell that stays on one line."""
+    return f'<span class="whole">{escape(text)}</span>'
+
+
+def p_value(p: float) -> str:
+    """A p-value; nothing below one in a million is told apart."""
+    return "≤ 1e-6" if p <= 1e-6 else f"{p:.2g}"
+
+
+def p_equals(p: float) -> str:
+    """The same in a sentence: 'p = 0.03', 'p ≤ 1e-6'."""
+    return f"p {p_value(p)}" if p <= 1e-6 else f"p = {p_value(p)}"
+
+
+def with_error(value: Value) -> tuple[str, str, str]:
+    """Value, 90 % interval and unit of a parameter, with the digits that the error leaves; lengths and angles small."""
+    factor, unit = _READ_IN.get(value.unit, (1.0, value.unit))
+    sd = factor * value.sd
+    if not math.isfinite(sd) or sd <= 0:
+        return minus(f"{factor * value.value:.3g}"), "–", unit
+    digits = min(max(0, 1 - math.floor(math.log10(sd))), 9)
+    numbers = (number(factor * one, digits) for one in (value.value, *value.interval90))
+    middle, low, high = numbers
+    return middle, whole(f"{low} … {high}"), unit
+
+
+_READ_IN = {"1": (1.0, ""), "m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")}
+"""Factors to the units in which people read small lengths and angles."""

@@ -1,0 +1,67 @@
+"""In which units people read covariates and residuals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from station.diagnosis.observations.covariates import ANGLES, TITLES
+from station.physics.contact import Array
+
+_ANGLES = ANGLES | {"tilt", "tilt_rate"}
+_LENGTHS = frozenset({"x", "y", "ahead", "previous_slide"})
+_UNITS = {
+    "speed": "m/s",
+    "slide_time": "s",
+    "tilt_rate": "°/s",
+    "step_time": "s",
+    "temperature": "°C",
+    "humidity": "%",
+    "run": "number",
+}
+_RESIDUALS = {
+    "m": (1e3, "mm"),
+    "rad": (180.0 / math.pi, "°"),
+    "relative friction": (100.0, "% of the friction"),
+    "1": (100.0, "%"),
+}
+CHANNELS = {
+    "onset": "friction at the onset",
+    "along": "friction along the slide",
+    "across": "sideways force",
+    "turn": "turning",
+    "rest": "place before the slip",
+    "plate": "the plate's marks",
+    "shape": "the mark's shape",
+}
+
+
+def covariate(name: str, values: Array) -> tuple[Array, str]:
+    """Values (n,) of a covariate as a person reads them, and the axis's label."""
+    title = TITLES.get(name, {"x": "x on the plate", "y": "y on the plate", "all": "throughout"}.get(name, name))
+    if name in _ANGLES:
+        return np.degrees(values), f"{title} ({_UNITS.get(name, '°')})"
+    if name in _LENGTHS:
+        return 1e3 * values, f"{title} (mm)"
+    if name == "dwell":
+        return values, f"{title} (log₁₀ of seconds)"
+    if name == "load":
+        return 1e3 * np.exp(values), f"{title} (g)"
+    unit = _UNITS.get(name, "")
+    return values, f"{title} ({unit})" if unit else title
+
+
+def residual(unit: str) -> tuple[float, str]:
+    """Factor and unit in which residuals of `unit` are shown."""
+    return _RESIDUALS.get(unit, (1.0, unit))
+
+
+def channel(name: str) -> str:
+    """What a channel shows."""
+    return CHANNELS.get(name, f"angle sensor {name.partition(':')[2]}")
+
+
+def short(name: str) -> str:
+    """A covariate's title without its unit."""
+    return covariate(name, np.zeros(0))[1].partition(" (")[0]

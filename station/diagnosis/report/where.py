@@ -1,0 +1,84 @@
+"""The section that says where recording and simulation differ."""
+
+from __future__ import annotations
+
+from html import escape
+
+from station.diagnosis.report import html
+from station.diagnosis.report.curves import curves, drawable
+from station.diagnosis.report.drawing import inline_svg
+from station.diagnosis.report.heat_map import heat_map
+from station.diagnosis.report.picture_data import PictureData
+from station.diagnosis.report.plate_map import channels_on_plate, plate_map
+from station.diagnosis.result import Diagnosis, Located
+
+_MOST_RUNS, _MOST_STRETCHES = 15, 3
+_MOMENT_NS = 5_000_000
+
+
+def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
+    """Residual maps over phase and covariate, the located curves, the plate, and the list of places."""
+    parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
+    parts.append(_places(diagnosis.located))
+    return html.section("Where they differ", *parts, name="where")
+
+
+def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    if not pictures.spots_before:
+        return []
+    first = heat_map(pictures.spots_before, title="Plain model: recorded − simulated")
+    caption = (
+        "Every kind of evidence (rows, in the order of a run) against everything that could explain it (columns). The "
+        "effect size is the share of the residuals that a smooth curve over the covariate takes up; p is corrected for "
+        "the whole search. Framed: beyond chance (p < 0.05)."
+    )
+    parts = [html.figure(inline_svg(first, name="map1", alt="map of residuals before"), caption)]
+    if diagnosis.names:
+        second = heat_map(pictures.spots_after, title="With what was found")
+        svg = inline_svg(second, name="map2", alt="map of residuals after")
+        parts.append(html.figure(svg, "The same map for the model that was found: what it explains should be pale."))
+    return parts
+
+
+def _curves(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    places = drawable(diagnosis.located)
+    if not places:
+        return []
+    svg = inline_svg(curves(places, pictures), name="curves", alt="residuals over what explains them")
+    return [html.figure(svg, "The clearest places: mean residual in ten bins, with 90 % intervals.")]
+
+
+def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
+    if not channels_on_plate(pictures):
+        return []
+    svg = inline_svg(plate_map(pictures, after=bool(diagnosis.names)), name="plate", alt="residuals on the plate")
+    caption = "Residuals where the block was on the plate (each picture less its median); dotted: the foam's opening."
+    return [html.figure(svg, caption)]
+
+
+def _places(places: tuple[Located, ...]) -> str:
+    if not places:
+        return html.paragraph("No place stands out beyond chance.")
+    head = ("phase", "place", "effect size", "p", "runs", "longest stretches")
+    return html.table(head, [_row(place) for place in places], caption="Places by rank")
+
+
+def _row(place: Located) -> list[str]:
+    runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
+    spans = "; ".join(html.whole(_told(run, length_ns)) for run, length_ns in _longest(place))
+    size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
+    summary = place.summary.removeprefix(f"{place.phase}: ")
+    return [html.whole(place.phase), escape(summary), size, p, runs, spans]
+
+
+def _told(run: int, length_ns: int) -> str:
+    """An onset is a moment and has no length."""
+    return f"run {run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"run {run}"
+
+
+def _longest(place: Located) -> list[tuple[int, int]]:
+    """The runs with the longest stretches, and how long these are."""
+    lengths = dict[int, int]()
+    for one in place.windows:
+        lengths[one.run] = max(lengths.get(one.run, 0), one.to_ns - one.from_ns)
+    return sorted(lengths.items(), key=lambda item: (-item[1], item[0]))[:_MOST_STRETCHES]

@@ -1,0 +1,287 @@
+"""What a stage of the search compares: effects alone, pairs, smooth terms and places, by their scores."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.diagnosis.inference.columns import Scores, Variant, scores
+from station.diagnosis.inference.errors import UNIFORM
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.gain import estimate, gain, overdispersion, p_value
+from station.diagnosis.inference.parameters import told
+from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.likelihood.systematic import is_nuisance
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.places import Place
+from station.physics.effect import Effect, Values
+from station.physics.model import Model, Term
+from station.physics.parameter import Parameter
+from station.physics.smooth import is_of_the_air, is_smooth
+
+NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
+"""Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared
+out evenly among all of its kind. A straight line against temperature or humidity counts as an effect: it has no name,
+but everybody expects it."""
+
+OFF_NULL = 0.1
+"""The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
+
+LEAST_COST = 2.0
+"""What a shape costs that nothing tells, or that is at its bound: of two laws that agree the simpler one is named."""
+
+PROMISED = 0.5
+"""The share of what the scores promise below which a fit has lost its way, and begins again where they say."""
+
+HARDLY = 0.003
+"""The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Effects (one or two), or a place: what they gain in twice the log likelihood, their BIC, the uncorrected p.
+
+    `odds` is the BIC with the prior: twice the log of the posterior odds against nothing. `against` is what the blocks'
+    paths have against a law of sliding, see `by_paths`.
+    """
+
+    effects: tuple[Effect, ...]
+    starts: tuple[Term, ...]
+    place: Place | None
+    twice_gain: float
+    size: int
+    p: float
+    bic: float
+    prior: float
+    fitted: Fit | None = None
+    against: float = 0.0
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The effects' ids in order; smooth terms by their own."""
+        return tuple(sorted(effect.id for effect in self.effects))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """The effects' ids in order, `other` for what has no name."""
+        if self.place is not None or self.smooth:
+            return ("other",)
+        return self.key
+
+    @property
+    def smooth(self) -> bool:
+        """Whether it is a smooth term."""
+        return any(is_smooth(effect) for effect in self.effects)
+
+    @property
+    def credible(self) -> bool:
+        """Whether its full fit is at a maximum, and no size at a bound: such a law wants to be what it cannot be.
+
+        With shapes it may: there a larger size and another shape say nearly the same.
+        """
+        if self.fitted is None or not self.fitted.converged:
+            return False
+        known = {term.effect.id: term.values for term in self.fitted.model.terms}
+        return all(_inside(effect, known[effect.id]) for effect in self.effects)
+
+    @property
+    def odds(self) -> float:
+        """See the class."""
+        return self.bic + 2.0 * math.log(self.prior / NONE) - self.against
+
+
+def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
+    """Each effect by its best variant, all pairs of named ones; and the pairs' variants."""
+    singles = _singles(scored)
+    named = [variant for candidate, variant in singles if not candidate.smooth]
+    couples = list(itertools.combinations(named, 2))
+    pairs = [_candidate(scored, pair, prior=PAIR / len(couples)) for pair in couples]
+    return [*(candidate for candidate, _ in singles), *pairs], couples
+
+
+def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
+    """The effects alone, by their scores around a fit."""
+    return [candidate for candidate, _ in _singles(scores(evidence, current, effects))]
+
+
+def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
+    """Each effect alone, by its best variant; the prior of its kind shared out among all of them."""
+    best: dict[str, tuple[Candidate, Variant]] = {}
+    for variant in scored.variants:
+        candidate = _candidate(scored, (variant,), prior=1.0)
+        known = best.get(variant.effect.id)
+        if known is None or candidate.twice_gain > known[0].twice_gain:
+            best[variant.effect.id] = (candidate, variant)
+    kinds = [_is_unexpected(candidate) for candidate, _ in best.values()]
+    priors = {True: OTHER / max(sum(kinds), 1), False: SINGLE / max(len(kinds) - sum(kinds), 1)}
+    return [
+        (replace(candidate, prior=priors[unexpected]), variant)
+        for (candidate, variant), unexpected in zip(best.values(), kinds, strict=True)
+    ]
+
+
+def _is_unexpected(candidate: Candidate) -> bool:
+    """Whether it has no name and is no straight line against the air, with which friction is known to change."""
+    return candidate.smooth and not all(is_of_the_air(effect) for effect in candidate.effects)
+
+
+def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:
+    columns = [column for variant in variants for column in variant.columns]
+    twice, size, p = _gained(scored, columns)
+    effects = tuple(variant.effect for variant in variants)
+    penalty = sum(variant.numbers for variant in variants) * math.log(max(scored.runs, 2))
+    return Candidate(effects, _starts(scored, variants), None, twice, size, p, twice - penalty, prior)
+
+
+def _gained(scored: Scores, columns: Sequence[int]) -> tuple[float, int, float]:
+    """Twice the gain in log likelihood by columns, how many they are, and the gain's p."""
+    total, size = gain(scored, columns)
+    twice = float(total[0]) / overdispersion(scored, columns)
+    return twice, size, float(p_value(np.array(twice), size))
+
+
+def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
+    """Where a full fit begins: at the sizes that the scores promise."""
+    sizes = iter(estimate(scored, [column for variant in variants for column in variant.columns]).tolist())
+    return tuple(_start(variant.start, sizes) for variant in variants)
+
+
+def _start(null: Term, sizes: Iterator[float]) -> Term:
+    parameters = null.effect.parameters
+    shaped = any(parameter.is_shape for parameter in parameters)
+    values = dict(null.values)
+    for parameter in parameters:
+        if parameter.is_shape:
+            continue
+        size = next(sizes)
+        if shaped and abs(size) < OFF_NULL:
+            size = math.copysign(OFF_NULL, size)
+        values[parameter.name] = parameter.clipped(parameter.neutral + size * parameter.typical)
+    return Term(null.effect, values)
+
+
+def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
+    """A place as a candidate, one of so many."""
+    twice, size, p = _gained(scored, place.columns)
+    return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), OTHER / max(of, 1))
+
+
+def _inside(effect: Effect, values: Values) -> bool:
+    if any(parameter.is_shape for parameter in effect.parameters):
+        return True
+    return all(
+        parameter.low < values[parameter.name] < parameter.high or values[parameter.name] == parameter.null
+        for parameter in effect.parameters
+    )
+
+
+Asked = Callable[["Fitter", Fit], float]
+Begins = Mapping[frozenset[str], tuple[Model, Noise]]
+"""Models with their noise by the ids of their effects."""
+
+
+class Fitter:
+    """Fits models to one evidence; of models with the same effects the likeliest is kept.
+
+    `begins` says where a model's first fit begins, if a search of nearly the same runs has already found it.
+    """
+
+    def __init__(self, evidence: Evidence, begins: Begins | None = None) -> None:
+        self.evidence, self._begins = evidence, begins or {}
+        self._known: dict[frozenset[str], Fit] = {}
+        self._asked: list[tuple[Fit, Asked, float]] = []
+
+    def once(self, fitted: Fit, ask: Asked) -> float:
+        """What `ask` says of a fit: it takes its time, and is asked once only."""
+        for known, asked, answer in self._asked:
+            if known is fitted and asked is ask:
+                return answer
+        self._asked.append((fitted, ask, ask(self, fitted)))
+        return self._asked[-1][2]
+
+    def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
+        """The fit of these effects, from `start` where none is known."""
+        key = _key(effects)
+        if key not in self._known and key in self._begins:
+            return self.refit(self._begins[key][0], effects, self._begins[key][1])
+        return self._known.get(key) or self.refit(start, effects, noise)
+
+    def ends(self) -> Begins:
+        """Where all fits ended: where those of nearly the same runs may begin."""
+        return {key: (found.model, found.noise) for key, found in self._known.items()}
+
+    def begin(self, current: Fit, candidate: Candidate) -> None:
+        """Fits the candidate from its own starts: `fitted` goes on from the likeliest fit that is known."""
+        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        self.refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
+
+    def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
+        """The candidate after a full fit of everything in the model together with it.
+
+        It begins at what its own parts were fitted to; a model that fits worse than a part of it, or far worse than its
+        scores promise, has not found its maximum, and is begun again: near that part, or where the scores say.
+        """
+        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        effects = [*acting, *candidate.effects]
+        parts = (self._known.get(_key([*acting, effect])) for effect in candidate.effects)
+        base = max([current, *(part for part in parts if part)], key=lambda part: part.log_likelihood)
+        has = {term.effect.id for term in base.model.terms}
+        missing = [start for start in candidate.starts if start.effect.id not in has]
+        found = self.fit(_with(base.model, missing), effects, noise=base.noise)
+        if found.log_likelihood < base.log_likelihood:
+            found = self.refit(_with(base.model, map(_small, missing)), effects, base.noise)
+        if 2 * (found.log_likelihood - current.log_likelihood) < PROMISED * candidate.twice_gain:
+            found = self.refit(_with(current.model, candidate.starts), effects, current.noise)
+        twice = 2 * (found.log_likelihood - current.log_likelihood)
+        cost = sum(self._cost(found, effect, parameter) for effect, parameter in self._numbers(candidate))
+        return replace(candidate, twice_gain=twice, bic=twice - cost, fitted=found)
+
+    def _numbers(self, candidate: Candidate) -> list[tuple[Effect, Parameter]]:
+        return [(effect, parameter) for effect in candidate.effects for parameter in told(self.evidence, effect)]
+
+    def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
+        """What a number costs: ln of the runs (BIC); a shape no more than the share of its range that is ruled out.
+
+        Where the effect is weak nothing tells its shape, which then explains nothing either. One at its bound costs
+        little: a law that fits only at the end of its range is likely the simpler one that it turns into there.
+        """
+        full = math.log(max(self.evidence.used(), 2))
+        if not parameter.is_shape:
+            return full
+        if found.at_bound(effect.id, parameter.name):
+            return LEAST_COST
+        sd = found.sd(effect.id, parameter.name)
+        spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
+        return min(full, max(2.0 * math.log(spread / sd), LEAST_COST))
+
+    def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
+        """The fit of these effects from `start`, or the likelier one that is known."""
+        found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)
+        known = self._known.get(key)
+        if known is None or found.log_likelihood > known.log_likelihood:
+            self._known[key] = found
+        return self._known[key]
+
+
+def _key(effects: Iterable[Effect]) -> frozenset[str]:
+    return frozenset(effect.id for effect in effects)
+
+
+def _with(model: Model, terms: Iterable[Term]) -> Model:
+    for term in terms:
+        model = model.with_term(term)
+    return model
+
+
+def _small(term: Term) -> Term:
+    """The effect hardly acting, to the same side; its shapes as they are."""
+    values = dict(term.values)
+    for parameter in term.effect.parameters:
+        if not parameter.is_shape:
+            size = math.copysign(HARDLY * parameter.typical, values[parameter.name] - parameter.neutral)
+            values[parameter.name] = parameter.clipped(parameter.neutral + size)
+    return Term(term.effect, values)

@@ -1,0 +1,150 @@
+"""Where: places by rank, with the runs and stretches of the recording that stand out, in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.covariates import TITLES
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.result import Located, Stretch
+from station.diagnosis.search.places import Place
+from station.diagnosis.search.search import Search, Stage
+from station.diagnosis.search.smooth import covariate_of
+from station.physics.contact import Array, Bools
+
+LEVEL = 0.05
+MOST_PLACES = 12
+MOST_WINDOWS = 20
+MOST_RUNS = 60
+STANDS_OUT = 0.7
+"""Quantile of the smooth part beyond which a row stands out."""
+
+BINS = 10
+
+
+def located(evidence: Evidence, found: Search) -> tuple[Located, ...]:
+    """All places that stand out beyond chance, in the stage in which they do so most."""
+    best: dict[tuple[str, str], Located] = {}
+    for stage in found.stages:
+        for place in _of_stage(evidence, stage):
+            key = (place.channel, place.covariate)
+            if key not in best or place.p < best[key].p:
+                best[key] = place
+    return tuple(sorted(best.values(), key=lambda place: (place.p, -place.effect_size))[:MOST_PLACES])
+
+
+def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
+    found = list[Located]()
+    for candidate in stage.places:
+        p = stage.calibration.corrected(candidate.p)
+        if p >= LEVEL or candidate.place is None:
+            break
+        found.append(_located(evidence, stage.before, candidate.place, p))
+    return [*found, *_of_smooth_terms(evidence, stage)]
+
+
+def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
+    """A smooth term sees onset and slide together, and so what neither shows alone: the surest one per covariate."""
+    best: dict[str, float] = {}
+    for candidate in stage.candidates:
+        p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
+        for effect in candidate.effects if p < LEVEL else ():
+            best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
+    for one in stage.places:
+        place = one.place
+        if place is not None and place.channel.shares_friction and place.covariate in best:
+            yield _located(evidence, stage.before, place, best[place.covariate])
+
+
+def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:
+    channel, rows = place.channel, place.channel.rows
+    residual, smooth, size = smooth_part(before, place)
+    known = ~rows.limit
+    out = np.flatnonzero(np.abs(smooth) >= np.quantile(np.abs(smooth), STANDS_OUT))
+    ranked = out[np.argsort(-np.abs(smooth[out]), kind="stable")]
+    runs = list(dict.fromkeys(evidence.run_number[rows.run[ranked]].astype(int).tolist()))[:MOST_RUNS]
+    windows = tuple(
+        Stretch(run=int(evidence.run_number[rows.run[row]]), from_ns=int(rows.from_ns[row]), to_ns=int(rows.to_ns[row]))
+        for row in ranked[:MOST_WINDOWS].tolist()
+    )
+    title = TITLES.get(place.covariate, place.covariate)
+    change = 2 * float(np.sqrt(np.mean(smooth**2)))
+    summary = (
+        f"{channel.phase}: {_what(channel.name)} changes by about {_amount(change, channel.unit)} with the {title}"
+        if place.covariate != "all"
+        else f"{channel.phase}: {_what(channel.name)} is off by {_amount(_middle(residual), channel.unit)} throughout"
+    )
+    return Located(
+        phase=channel.phase,
+        covariate=place.covariate,
+        channel=channel.name,
+        effect_size=size,
+        p=p,
+        runs=tuple(sorted(runs)),
+        windows=windows,
+        summary=summary,
+        curve=_curve(rows.covariates.get(place.covariate), residual, known),
+    )
+
+
+def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
+    """A place's residuals (n,), their smooth part over the covariate (n,), and its share of their size (0 … 1)."""
+    channel, rows = place.channel, place.channel.rows
+    residual = channel.residual(before.model)
+    known = ~rows.limit
+    residual = np.where(known, residual, 0.0)
+    residual = residual - np.median(residual[known]) if place.covariate != "all" else residual
+    weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)
+    if channel.shares_friction:
+        weight = np.ones(len(rows))
+    smooth = place.basis @ np.linalg.lstsq(place.basis * weight[:, None], residual * weight, rcond=None)[0]
+    size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(residual**2)), 1e-12))
+    return residual, smooth, min(size, 1.0)
+
+
+def _what(channel: str) -> str:
+    return {
+        "onset": "the friction at the onset",
+        "along": "the friction along the slide",
+        "across": "the sideways force",
+        "turn": "the block's turning",
+        "rest": "the block's place before the slip",
+        "plate": "the place of the plate's own marks",
+        "shape": "the mark's shape",
+    }.get(channel, f"the angle sensor {channel.partition(':')[2]}")
+
+
+def _amount(value: float, unit: str) -> str:
+    if unit == "m":
+        return f"{1e3 * value:.3g} mm"
+    if unit == "rad":
+        return f"{np.degrees(value):.2g}°"
+    return f"{100 * value:.2g} %" if unit in ("relative friction", "1") else f"{value:.2g} {unit}"
+
+
+def _curve(covariate: Array | None, residual: Array, known: Bools) -> tuple[tuple[float, float, float], ...]:
+    """Means of the residual in bins of the covariate, with standard errors."""
+    if covariate is None:
+        return ()
+    good = known & np.isfinite(covariate)
+    values, wanted = covariate[good], residual[good]
+    if len(values) < BINS:
+        return ()
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+    if len(edges) < 3:
+        return ()
+    number = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    points = list[tuple[float, float, float]]()
+    for one in range(len(edges) - 1):
+        mine = wanted[number == one]
+        if len(mine) > 1:
+            error = float(np.std(mine, ddof=1)) / float(np.sqrt(len(mine)))
+            points.append((float(values[number == one].mean()), float(mine.mean()), error))
+    return tuple(points)
+
+
+def _middle(values: Array) -> float:
+    return float(np.median(values))

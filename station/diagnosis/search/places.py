@@ -1,0 +1,128 @@
+"""Where residuals may stand out: every channel against everything that could explain it, as smooth columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.covariates import ANGLES
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+
+LEAST_ROWS = 12
+LEAST_SPREAD_RAD = 0.1
+LEAST_SPREAD = {
+    "dwell": 0.02,
+    "ahead": 2e-3,
+    "previous_slide": 1e-3,
+    "tilt_rate": 1e-3,
+    "x": 5e-4,
+    "y": 5e-4,
+    "load": 1e-3,
+    "temperature": 0.1,
+    "humidity": 0.5,
+}
+"""A covariate that varies less than this explains nothing (in its own unit)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A channel and a covariate; its smooth columns (rows of the channel, k) and their number in the stack."""
+
+    channel: Channel
+    covariate: str
+    basis: Array
+    columns: tuple[int, ...]
+
+    @property
+    def phase(self) -> str:
+        """When in a run it is."""
+        return self.channel.phase
+
+
+def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Array]:
+    """All places, and their columns (rows of the stack, K) from number `first_column` on."""
+    total = sum(len(channel) for channel in evidence.channels)
+    found, parts, offset = list[Place](), list[Array](), 0
+    for channel in evidence.channels:
+        for name, basis in _bases(channel).items():
+            full = np.zeros((total, basis.shape[1]))
+            full[offset : offset + len(channel)] = basis
+            scale = np.median(channel.rows.sigma) if not channel.shares_friction else 0.01
+            parts.append(full * scale)
+            number = first_column + sum(part.shape[1] for part in parts[:-1])
+            found.append(Place(channel, name, basis * scale, tuple(range(number, number + basis.shape[1]))))
+        offset += len(channel)
+    return found, np.column_stack(parts) if parts else np.zeros((total, 0))
+
+
+def _bases(channel: Channel) -> dict[str, Array]:
+    covariates = dict(channel.rows.covariates)
+    bases: dict[str, Array] = {}
+    if "x" in covariates and "y" in covariates:
+        spot = _spot(covariates.pop("x"), covariates.pop("y"))
+        if spot is not None:
+            bases["position"] = spot
+    for name, values in covariates.items():
+        basis = (
+            _angle(values)
+            if name in ANGLES
+            else _smooth(values, LEAST_SPREAD.get(name, 1e-9), 4 if name == "run" else 3)
+        )
+        if basis is not None:
+            bases[name] = basis
+    if (
+        not channel.shares_friction
+        and channel.name not in ("across", "turn", "shape")
+        and not channel.name.startswith("sensor")
+    ):
+        bases["all"] = np.ones((len(channel), 1))
+    return bases
+
+
+def _angle(angle: Array) -> Array | None:
+    """Harmonics of an angle: the first and, where the angles are dense enough, the second and third."""
+    known = np.isfinite(angle)
+    if known.sum() < max(LEAST_ROWS, 0.5 * len(angle)):
+        return None
+    turned = np.exp(1j * angle[known])
+    if 1.0 - abs(turned.mean()) < 0.5 * LEAST_SPREAD_RAD**2:
+        return None
+    distinct = len(np.unique(np.round(np.mod(angle[known], 2 * np.pi) / 0.1)))
+    order = 3 if distinct > 8 else 2 if distinct > 3 else 1
+    waves = [wave(k * np.where(known, angle, 0.0)) for k in range(1, order + 1) for wave in (np.cos, np.sin)]
+    columns = [np.where(known, wave, wave[known].mean()) for wave in waves]
+    return _independent(np.column_stack(columns))
+
+
+def _smooth(values: Array, least: float, order: int) -> Array | None:
+    """Polynomials of the standardised values; unknown ones are at the middle."""
+    known = np.isfinite(values)
+    if known.sum() < LEAST_ROWS:
+        return None
+    spread = np.ptp(np.quantile(values[known], (0.05, 0.95)))
+    if not spread > least:
+        return None
+    middle = float(np.median(values[known]))
+    scaled = np.where(known, np.clip((np.where(known, values, middle) - middle) / spread, -1.5, 1.5), 0.0)
+    distinct = len(np.unique(np.round(scaled, 3)))
+    return _independent(np.column_stack([scaled**k for k in range(1, min(order, distinct - 1) + 1)]))
+
+
+def _spot(x: Array, y: Array) -> Array | None:
+    if len(x) < LEAST_ROWS or max(np.ptp(x), np.ptp(y)) < 1e-3:
+        return None
+    u, v = x / 0.03, y / 0.03
+    return _independent(np.column_stack([u, v, u * u, u * v, v * v]))
+
+
+def _independent(columns: Array) -> Array | None:
+    """Orthonormal columns of what is left besides a constant."""
+    centred = columns - columns.mean(axis=0)
+    left, size, _ = np.linalg.svd(centred, full_matrices=False)
+    kept = size > 1e-3 * max(float(size[0]), 1e-12) if len(size) else np.zeros(0, dtype=np.bool_)
+    if not len(size) or size[0] < 1e-9:
+        return None
+    return left[:, kept] * np.sqrt(len(columns))

@@ -1,0 +1,294 @@
+"""The search: which effects, alone and in pairs, explain what the plain model does not, one stage after another.
+
+Each stage looks at the residuals of the best model so far. Scores rank all effects that the recording can show, alone
+and in pairs, beside smooth terms without a name; the session's own null, drawn from that model, says how large the
+largest gain would be by chance. Only when it is larger are the best candidates fitted in full, and the likeliest joins
+the model. At the end every term is compared once more with what could stand in its place beside all the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from station.diagnosis.inference.calibration import Calibration, calibrate
+from station.diagnosis.inference.columns import scores, variants_of
+from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.likelihood.slopes import residuals
+from station.diagnosis.likelihood.systematic import allowing_for, without_nuisances
+from station.diagnosis.likelihood.wander import wanders
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.by_paths import against_nothing, gained, judged, proposed
+from station.diagnosis.search.candidates import (
+    Begins,
+    Candidate,
+    Fitter,
+    candidates_of,
+    place_candidate,
+    single_candidates,
+)
+from station.diagnosis.search.comparison import Comparison, revised
+from station.diagnosis.search.misfit import Gained, channels_of, is_misfit, is_trifle, is_trifling_place
+from station.diagnosis.search.places import places_of
+from station.diagnosis.search.smooth import smooth_terms
+from station.diagnosis.search.untestable import untestable
+from station.physics.effect import Effect
+from station.physics.model import Model
+from station.physics.smooth import is_smooth
+
+ALARM = 0.04
+"""At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""
+
+NEXT = 0.005
+MOST_STAGES = 4
+FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
+"""How many of each kind are fitted in full in each stage, by their scores."""
+
+LEADING, PARTNERS = 3, 3
+"""How many single effects are joined in full with how many partners each."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One look at the residuals of `before`: corrected p, candidates by rank, places, and what was chosen."""
+
+    before: Fit
+    global_p: float
+    calibration: Calibration
+    candidates: tuple[Candidate, ...]
+    places: tuple[Candidate, ...]
+    chosen: Candidate | None
+    tried: int
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
+
+    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts;
+    `ends` is where all fits ended.
+    """
+
+    null: Fit
+    stages: tuple[Stage, ...]
+    model: Fit
+    compared: Mapping[str, Comparison]
+    channels: Mapping[str, frozenset[str]]
+    places: tuple[Candidate, ...]
+    untestable: Mapping[str, str]
+    ends: Begins
+
+    @property
+    def global_p(self) -> float:
+        """That anything is wrong with the plain model at all."""
+        return self.stages[0].global_p
+
+    @property
+    def found(self) -> tuple[Effect, ...]:
+        """The effects in the model, smooth terms among them."""
+        return tuple(term.effect for term in without_nuisances(self.model.model).terms)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Ids of the effects of the catalogue in the model."""
+        return tuple(effect.id for effect in self.found if not is_smooth(effect))
+
+
+def with_wander(evidence: Evidence, start: Model) -> Evidence:
+    """The evidence with how friction wanders along its slides, as the plain model leaves it.
+
+    Once for all models: what all runs have in common is taken off, and a law's misfit is no run's wander.
+    """
+    plain = fit(evidence, levelled(evidence, start), ())
+    return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
+
+
+def search(
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    *,
+    start: Model,
+    rng: np.random.Generator,
+    progress: Progress,
+    begins: Begins | None = None,
+) -> Search:
+    """Runs all stages on evidence with at least one row of friction, and compares each term with what could replace it.
+
+    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
+    """
+    staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
+    progress("comparing each with what could stand in its place")
+    model, compared = revised(staged.fitter, staged.model, staged.offered)
+    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
+    return Search(
+        null=staged.null,
+        stages=tuple(staged.stages),
+        model=model,
+        compared=compared,
+        channels=channels,
+        places=tuple(staged.places),
+        untestable=staged.untestable,
+        ends=staged.fitter.ends(),
+    )
+
+
+@dataclass(kw_only=True, eq=False)
+class Staged:
+    """What the stages come to: the plain model, the last one, what stands out beside it, and what was offered."""
+
+    null: Fit
+    model: Fit
+    fitter: Fitter
+    offered: Sequence[Effect]
+    untestable: Mapping[str, str]
+    stages: list[Stage] = field(default_factory=list[Stage])
+    places: list[Candidate] = field(default_factory=list[Candidate])
+
+
+def in_stages(
+    evidence: Evidence,
+    effects: Sequence[Effect],
+    *,
+    start: Model,
+    rng: np.random.Generator,
+    progress: Progress,
+    begins: Begins | None = None,
+) -> Staged:
+    """All stages of a search (arguments as in `search`): which effects there are, before the last comparison."""
+    progress("fitting the plain model")
+    null = fit(evidence, levelled(evidence, start), ())
+    reasons = untestable(evidence, null, effects)
+    absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
+    null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
+    offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
+    found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons)
+    known: list[Gained] = []
+    for number in range(MOST_STAGES):
+        progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
+        stage = _stage(found.fitter, found.model, offered, rng=rng, first=number == 0, known=known, progress=progress)
+        found.stages.append(stage)
+        if stage.chosen is None:
+            break
+        known.append(gained(found.fitter, found.model, stage.chosen))
+        if stage.chosen.fitted is None:
+            found.places.append(stage.chosen)
+            break
+        found.model = stage.chosen.fitted
+    return found
+
+
+def _stage(
+    fitter: Fitter,
+    current: Fit,
+    offered: Sequence[Effect],
+    *,
+    rng: np.random.Generator,
+    first: bool,
+    known: Sequence[Gained],
+    progress: Progress,
+) -> Stage:
+    evidence = fitter.evidence
+    acting = {term.effect.id for term in current.model.terms}
+    rest = [effect for effect in offered if effect.id not in acting]
+    places, columns = places_of(evidence, _column_count(evidence, rest))
+    scored = scores(evidence, current, rest, columns)
+    candidates, couples = candidates_of(scored)
+    spots = [place_candidate(scored, place, of=len(places)) for place in places]
+    progress(f"drawing the session's null for {len(candidates) + len(spots)} candidates")
+    sets = [variant.columns for variant in scored.variants] + [place.columns for place in places]
+    sets += [(*one.columns, *two.columns) for one, two in couples]
+    calibration = calibrate(scored, sets, rng)
+    global_p = calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0))
+    ranked, chosen = sorted(candidates, key=lambda candidate: -candidate.odds), None
+    if global_p < (ALARM if first else NEXT):
+        progress("fitting the best candidates in full")
+        ranked = _in_full(fitter, current, ranked, rest)
+        standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
+        chosen = _chosen(fitter, current, ranked, standing, known)
+    return Stage(
+        before=current,
+        global_p=global_p,
+        calibration=calibration,
+        candidates=tuple(ranked),
+        places=tuple(sorted(spots, key=lambda spot: spot.p)),
+        chosen=chosen,
+        tried=len(candidates) + len(spots),
+    )
+
+
+def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
+    """How many columns the variants of effects have before those of the places."""
+    return sum(
+        not parameter.is_shape for effect, _ in variants_of(evidence, effects) for parameter in effect.parameters
+    )
+
+
+def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:
+    """The best of each kind fitted in full and ranked again, those that are not credible left out; then the rest."""
+    kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
+    for candidate in ranked:
+        kinds[_kind(candidate)].append(candidate)
+    best = proposed(fitter, current, ranked)
+    best += [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
+    full = {one.key: fitter.fitted(current, one) for one in best}
+    for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
+        if pair.key not in full:
+            full[pair.key] = fitter.fitted(current, pair)
+    good = judged(fitter, [candidate for candidate in full.values() if candidate.credible])
+    rest = [candidate for candidate in ranked if candidate.key not in full]
+    return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]
+
+
+def _partnered(
+    fitter: Fitter, pairs: Sequence[Candidate], full: Iterable[Candidate], offered: Sequence[Effect]
+) -> Iterator[Candidate]:
+    """Of all pairs those of the best single effects with the best partners for what each leaves.
+
+    Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
+    """
+    known = {pair.key: pair for pair in pairs}
+    alone = [one for one in full if _kind(one) == "single" and one.credible and one.odds > 0]
+    for one in sorted(alone, key=lambda single: -single.odds)[:LEADING]:
+        for partner in _partners(fitter, one, offered)[:PARTNERS]:
+            pair = known.get(tuple(sorted((*one.key, *partner.key))))
+            if pair is not None and partner.twice_gain > 2:
+                yield replace(pair, starts=(*one.starts, *partner.starts))
+
+
+def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> list[Candidate]:
+    """The named effects by their scores around a single one's fit."""
+    if single.fitted is None:
+        return []
+    rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
+    return sorted(single_candidates(fitter.evidence, single.fitted, rest), key=lambda partner: -partner.odds)
+
+
+def _kind(candidate: Candidate) -> str:
+    return "smooth" if candidate.smooth else "single" if len(candidate.effects) == 1 else "pair"
+
+
+def _chosen(
+    fitter: Fitter,
+    current: Fit,
+    ranked: Sequence[Candidate],
+    spots: Sequence[Candidate],
+    known: Sequence[Gained],
+) -> Candidate | None:
+    """The likeliest, if it is likelier than nothing, and neither a misfit of what was gained nor a trifle.
+
+    A place stands for what no effect can say: it counts only in channels in which no smooth term acts.
+    """
+    full = [candidate for candidate in ranked if candidate.fitted is not None]
+    alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
+    alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
+    for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
+        if one.odds + against_nothing(fitter, current, one) <= 0:
+            continue
+        trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
+        if not trifle and not is_misfit(gained(fitter, current, one), known):
+            return one
+    return None

@@ -1,0 +1,163 @@
+"""Which terms without a name a recording allows: one for each thing that varies enough in it to explain anything.
+
+They are effects like the named ones (`station.physics.smooth`), fitted to the same evidence by the same likelihood, so
+that a name and a smooth term are compared on equal ground: a name wins by needing fewer numbers, and loses where its
+law does not fit.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from station.diagnosis.observations.covariates import ANGLES
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.memory import MEMORY
+from station.diagnosis.search.places import LEAST_SPREAD, LEAST_SPREAD_RAD
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.smooth import (
+    PUSHES,
+    WAVES,
+    ByRun,
+    Form,
+    Harmonics,
+    Powers,
+    Smooth,
+    SmoothPush,
+    Swings,
+    Unnamed,
+    Wave,
+    When,
+)
+
+MOST_POWERS = 3
+LEAST_PLACES_M = 2e-3
+"""Blocks that lie nearer to each other than this tell nothing of a push by the place."""
+
+SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
+"""Covariates that may swing to and fro, and how often over their whole range."""
+
+LEAST_WAVE = 0.1
+"""A harmonic that varies less over the angles that occur (of four directions every second sine) would act by its slope
+alone: nobody has seen it."""
+
+ONLY_SLIDING = frozenset({"speed"})
+ONLY_ONSET = frozenset({"dwell"})
+"""A slide renews the contact; and a run that happens to hold longer rests longer, at the onset and sliding alike."""
+LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time", "tilt_rate"})
+"""Covariates that are a push's (the place), that stand for others, or that hold the error of what they explain: an
+onset that is read late makes its slide seem younger, and its friction less than the onset's; and the tilt's rate is
+that of the moment which was read."""
+
+SAME = 1e-6
+"""Angles are the same that differ by less than this, whole turns aside."""
+
+LEAST_CHOSEN = {"dwell": 0.2}
+"""Spread from which on a covariate can only be the protocol's choice: a block that holds longer also rests longer, and
+by that little friction would seem to depend on the dwell, and not the dwell on friction."""
+
+
+def covariate_of(effect: Effect) -> str:
+    """What a smooth term depends on; empty for a named effect."""
+    return effect.covariate if isinstance(effect, Unnamed) else ""
+
+
+def smooth_terms(evidence: Evidence) -> tuple[Effect, ...]:
+    """All smooth terms that the recording's covariates allow."""
+    return tuple(itertools.chain(_frictions(evidence), _pushes(evidence)))
+
+
+def _frictions(evidence: Evidence) -> Iterator[Effect]:
+    values = _values(evidence)
+    memory = _memory(evidence)
+    for covariate, known in values.items():
+        forms = _angle_forms(known) if covariate in ANGLES else _power_forms(covariate, known)
+        for form in forms:
+            for at in _whens(evidence, covariate):
+                yield Smooth(covariate, form, at=at, by_run=memory.get(covariate))
+
+
+def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
+    sliding = evidence.channel("along") is not None
+    if covariate in ONLY_SLIDING:
+        yield frozenset({"sliding"})
+        return
+    if evidence.channel("onset") is not None:
+        yield frozenset({"onset"})
+        if sliding and covariate not in ONLY_ONSET:
+            yield frozenset({"onset", "sliding"})
+
+
+def _values(evidence: Evidence) -> dict[str, Array]:
+    """The values that occur, by covariate, where they vary enough to explain anything."""
+    found: dict[str, Array] = {}
+    for channel in (evidence.channel("onset"), evidence.channel("along")):
+        for name, values in channel.rows.covariates.items() if channel else ():
+            if name not in LEFT_OUT and name not in found and _varies(name, values):
+                found[name] = values[np.isfinite(values)]
+    return {name: values for name, values in found.items() if not _is_another(name, values, found)}
+
+
+def _is_another(name: str, values: Array, found: Mapping[str, Array]) -> bool:
+    """Whether an angle is one that stands before it: of a plate that is never turned in its mount, the grain's.
+
+    The same term under two names would count twice.
+    """
+    before = itertools.takewhile(lambda other: other != name, found)
+    return name in ANGLES and any(
+        len(found[other]) == len(values) and float(np.abs(np.exp(1j * found[other]) - np.exp(1j * values)).max()) < SAME
+        for other in before
+        if other in ANGLES
+    )
+
+
+def _varies(name: str, values: Array) -> bool:
+    known = values[np.isfinite(values)]
+    if len(known) < max(12, 0.5 * len(values)):
+        return False
+    if name in ANGLES:
+        return 1.0 - abs(np.exp(1j * known).mean()) > 0.5 * LEAST_SPREAD_RAD**2
+    return float(np.ptp(np.quantile(known, (0.05, 0.95)))) > LEAST_CHOSEN.get(name, LEAST_SPREAD.get(name, 1e-9))
+
+
+def _angle_forms(values: Array) -> Iterator[Form]:
+    """Harmonics, as many as the angles that occur can tell apart."""
+    distinct = len(np.unique(np.round(np.mod(values, 2 * np.pi) / 0.1)))
+    sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
+    for chosen in sets:
+        kept: tuple[tuple[Wave, int], ...] = tuple(
+            (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > LEAST_WAVE
+        )
+        if {k for _, k in kept} == set(chosen):  # else it would be a smaller set once more
+            yield Harmonics(waves=kept)
+
+
+def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
+    distinct = len(np.unique(np.round((values - middle) / (high - low), 3)))
+    for degree in range(1, min(MOST_POWERS, distinct - 1) + 1):
+        yield Powers(middle=middle, spread=high - low, degree=degree)
+    for often in SWINGS.get(covariate, ()):
+        yield Swings(low=float(values.min()), width=float(np.ptp(values)), often=often)
+
+
+def _memory(evidence: Evidence) -> dict[str, ByRun]:
+    """What only the onset's rows know (the run before), by the run's number as a contact counts it."""
+    onset = evidence.channel("onset")
+    if onset is None:
+        return {}
+    number = evidence.facts.number[onset.rows.run]
+    order = np.argsort(number)
+    known = onset.rows.covariates
+    return {name: ByRun(number[order], known[name][order]) for name in MEMORY if name in known}
+
+
+def _pushes(evidence: Evidence) -> Iterator[Effect]:
+    onset = evidence.channel("onset") or evidence.channel("along")
+    if onset is None or not {"x", "y"} <= onset.rows.covariates.keys():
+        return
+    if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= LEAST_PLACES_M:
+        yield from (SmoothPush(direction) for direction in PUSHES)

@@ -1,1 +1,0 @@
-"""The likelihood: noise with a draw of friction for every run, heavy tails, and the fits under it."""

@@ -1,0 +1,96 @@
+"""What is known only as a combination, and what is at a bound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from station.diagnosis.inference.determined import determined
+from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence, Setting
+from station.physics.catalogue import catalogue
+from station.physics.contact import Contact
+from station.physics.effect import Values
+from station.physics.model import Model, Term
+from station.simulators.simulator import simulator
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
+
+PER_E_FOLD, DECADES = 0.03, 2.5
+
+
+@cache
+def _strengthening() -> tuple[Evidence, Fit]:
+    """24 runs whose friction grows by three per cent an e-fold, above a speed that no slide shows."""
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    law = catalogue()["rate_strengthening"]
+    term = Term(law, {"per_e_fold": PER_E_FOLD, "slower_decades": DECADES})
+    model, rng = Model(mu_s=0.3, scatter=0.03, terms=(term,)), np.random.default_rng(3)
+    signals = joined([simulator("planar").repeat(recorded, model, rig=rig, rng=rng) for _ in range(8)])
+    evidence = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M))
+    return evidence, fit(evidence, levelled(evidence, model), [law])
+
+
+def _entangled() -> tuple[Evidence, Fit]:
+    """The same fit, its size and shape known along a line only."""
+    evidence, found = _strengthening()
+    places = [k for k, one in enumerate(found.free) if one.effect and one.effect.id == "rate_strengthening"]
+    covariance = found.covariance.copy()
+    covariance[np.ix_(places, places)] = np.array([[1.0, -0.99], [-0.99, 1.0]])
+    return evidence, replace(found, covariance=covariance)
+
+
+def test_numbers_that_stand_for_themselves_need_no_combination() -> None:
+    evidence, found = _strengthening()
+    assert determined(evidence, found, found.model.terms[-1]) == ()
+
+
+def test_the_slope_is_known_where_size_and_shape_are_not() -> None:
+    """Above the cut-off speed the slope is the size, whatever the shape."""
+    evidence, found = _entangled()
+    (slope,) = determined(evidence, found, found.model.terms[-1])
+    assert "per e-fold" in slope.expression
+    assert slope.unit == "1"
+    assert slope.value == pytest.approx(PER_E_FOLD, rel=0.1)
+    assert 0.0 < slope.sd <= 1.05 * found.sd("rate_strengthening", "per_e_fold")
+
+
+class _Silent(type(catalogue()["rate_strengthening"])):
+    """The same law, that offers no quantity of its own."""
+
+    def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
+        del contact, values
+        return {}
+
+
+def test_of_a_law_that_offers_nothing_the_best_known_line_is_given() -> None:
+    evidence, found = _entangled()
+    (line,) = determined(evidence, found, Term(_Silent(), found.model.terms[-1].values))
+    assert "per_e_fold" in line.expression
+    assert "slower_decades" in line.expression
+    size = found.sd("rate_strengthening", "per_e_fold"), found.sd("rate_strengthening", "slower_decades")
+    assert 0.0 < line.sd < 0.2 * (size[0] if line.unit == "1" and line.expression.startswith("per") else size[1])
+
+
+def test_a_number_at_its_bound_says_so_and_has_an_error() -> None:
+    evidence, found = _strengthening()
+    place = next(k for k, one in enumerate(found.free) if one.parameter and one.parameter.name == "slower_decades")
+    vector = found.vector.copy()
+    vector[place] = found.free[place].high
+    held = replace(found, vector=vector)
+    assert held.at_bound("rate_strengthening", "slower_decades")
+    assert not held.at_bound("rate_strengthening", "per_e_fold")
+    assert held.sd("rate_strengthening", "slower_decades") > 0.0
+    assert determined(evidence, held, held.model.terms[-1])
+
+
+def test_a_single_number_stands_for_itself() -> None:
+    evidence, found = _strengthening()
+    drop = catalogue()["kinetic_drop"]
+    with_drop = fit(evidence, found.model.with_term(Term(drop, drop.neutral())), [drop], noise=found.noise)
+    assert determined(evidence, with_drop, next(t for t in with_drop.model.terms if t.effect == drop)) == ()

@@ -1,0 +1,46 @@
+"""The fit finds its maximum from wherever a search begins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from station.diagnosis.inference.fit import fit, levelled
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.table import table_evidence
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
+from tests.unit.diagnosis.tables import MU, samples
+
+FALL, RUNS = 0.15, 20.0
+"""What is planted: wear that settles early in the session."""
+
+SCATTER = 0.09
+
+
+def _worn() -> list[float]:
+    """What is left of the friction in each of 200 runs, with a scatter that makes the search hard."""
+    rng = np.random.default_rng(2)
+    return [(1.0 + FALL * math.expm1(-run / RUNS)) * math.exp(rng.normal(0.0, SCATTER)) for run in range(200)]
+
+
+@pytest.mark.parametrize(
+    "begun", [{"fall": -0.05, "runs": 50.0}, {"fall": 0.4, "runs": 600.0}, {"fall": 0.3, "runs": 10.0}]
+)
+def test_wear_is_found_wherever_the_search_begins(begun: dict[str, float]) -> None:
+    """The likelihood at the end is that of a search that begins at what was planted."""
+    made = [
+        replace(one, onset_angle_rad=math.atan(math.tan(one.onset_angle_rad) * left))
+        for one, left in zip(samples(runs=200), _worn(), strict=True)
+    ]
+    evidence, wear = table_evidence(made, Setting()), catalogue()["wear"]
+    null = fit(evidence, levelled(evidence, Model(mu_s=MU)), ())
+
+    def found(start: dict[str, float]) -> float:
+        return fit(evidence, null.model.with_term(Term(wear, start)), [wear], noise=null.noise).log_likelihood
+
+    near = found({"fall": FALL, "runs": RUNS})
+    assert found(begun) == pytest.approx(near, abs=0.2)

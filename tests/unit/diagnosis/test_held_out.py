@@ -1,0 +1,104 @@
+"""Unseen runs: who is left out, how far their simulated slides go astray, and what could be scored at most."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from station.diagnosis.inference.ceiling import entropy, expected_log_run
+from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.likelihood.noise import GAUSSIAN
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.predict.folds import FOLDS, assigned, refitted
+from station.diagnosis.predict.held_out import predicted, with_paths
+from station.diagnosis.predict.quality import quality
+from station.diagnosis.predict.resimulated import path_errors
+from station.physics.model import Model
+from station.simulators.simulator import simulator
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined, session
+
+
+@cache
+def _plain() -> tuple[Evidence, Fit]:
+    evidence = evidence_of(session(), Setting(opening_radius_m=OPENING_RADIUS_M))
+    return evidence, fit(evidence, levelled(evidence, Model(mu_s=0.4)), ())
+
+
+def test_a_right_model_leads_blocks_where_they_were_seen() -> None:
+    evidence, plain = _plain()
+    everyone = np.ones(evidence.runs, dtype=np.bool_)
+    own = np.nan_to_num(evidence.channels[0].residual(plain.model))
+    right = path_errors(evidence, plain.model, everyone, drawn=own)
+    slippery = path_errors(evidence, replace(plain.model, mu_s=0.95 * plain.model.mu_s), everyone, drawn=own)
+    assert np.isfinite(right).sum() > 0.8 * evidence.runs
+    assert np.nanmedian(right) < 0.2e-3
+    assert np.nanmedian(slippery) > 3.0 * np.nanmedian(right)
+
+
+def test_every_run_is_predicted_by_a_fit_that_has_not_seen_it() -> None:
+    evidence, plain = _plain()
+    parts = refitted(evidence, plain, (), assigned(evidence, np.random.default_rng(1)))
+    assert (np.sum([out for out, _ in parts], axis=0) == 1).all()
+    assert all((part.counted == ~out).all() for out, part in parts)
+    told = quality(with_paths(evidence, predicted(evidence, parts), parts))
+    assert told.path_median_mm < 0.2
+    assert 0.0 < told.se["path_median_mm"] < told.path_median_mm
+    assert 0.0 < told.se["onset_rmse_deg"] < told.onset_rmse_deg
+
+
+def test_runs_that_are_held_out_do_not_move_the_fit() -> None:
+    """Their onsets are moved by a tenth: nothing that is fitted to the others changes."""
+    evidence, plain = _plain()
+    out = np.arange(evidence.runs) % FOLDS == 0
+    part = fit(evidence.without(out), plain.model, (), noise=plain.noise)
+    other = evidence.without(out)
+    onset = other.channels[0]
+    moved = np.where(out[onset.rows.run], onset.residual(plain.model) + 0.1, onset.residual(plain.model))
+    shift = moved - onset.residual(plain.model)
+
+    def moved_residual(self: Any, model: Model) -> Any:
+        return type(onset).residual(self, model) + shift
+
+    kind = type("Moved", (type(onset),), {"residual": moved_residual})
+    changed = object.__new__(kind)
+    changed.__dict__.update(onset.__dict__)
+    again = fit(replace(other, channels=(changed, *other.channels[1:])), plain.model, (), noise=plain.noise)
+    assert again.model.mu_s == pytest.approx(part.model.mu_s, rel=1e-9)
+    assert again.log_likelihood == pytest.approx(part.log_likelihood, rel=1e-9)
+
+
+def test_specimens_stay_together_where_there_are_enough_of_them() -> None:
+    evidence, _ = _plain()
+    specimen = np.arange(evidence.runs) % (2 * FOLDS)
+    several = replace(evidence, facts=replace(evidence.facts, mass_kg=0.01 + 0.001 * specimen))
+    fold = assigned(several, np.random.default_rng(1))
+    assert len(np.unique(fold)) == FOLDS
+    assert all(len(np.unique(fold[specimen == one])) == 1 for one in np.unique(specimen))
+
+
+def test_the_ceiling_is_near_what_a_right_model_scores() -> None:
+    evidence, plain = _plain()
+    apart = plain.log_run - expected_log_run(evidence, plain)
+    assert abs(apart.mean()) < 3.0 * apart.std() / np.sqrt(len(apart))
+
+
+@pytest.mark.parametrize("tail", [3.0, 6.0, GAUSSIAN])
+def test_the_entropy_is_that_of_the_distribution(tail: float) -> None:
+    wanted = stats.norm.entropy() if tail == GAUSSIAN else stats.t(tail).entropy()
+    assert entropy(np.array([tail]))[0] == pytest.approx(float(wanted), rel=1e-9)
+
+
+def test_a_simulation_without_noise_can_be_fitted() -> None:
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    exact = joined([simulator("planar").repeat(recorded, Model(mu_s=0.35), rig=rig) for _ in range(4)])
+    evidence = evidence_of(exact, Setting(opening_radius_m=OPENING_RADIUS_M))
+    found = fit(evidence, levelled(evidence, Model(mu_s=0.4)), ())
+    assert np.isfinite(found.log_likelihood)
+    assert found.model.mu_s == pytest.approx(0.35, rel=5e-3)

@@ -1,0 +1,66 @@
+"""The evidence of the mark's picture: its shape while the block turns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.image_rows import _mean_shape  # pyright: ignore[reportPrivateUsage]: its one user is the evidence
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
+from station.simulators.simulator import simulator
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
+
+SESSIONS = 4
+SQUARE_M = 0.005 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def evidence_with(model: Model, *, seed: int) -> Evidence:
+    """What sessions of three runs show in a world of that model."""
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    rng = np.random.default_rng(seed)
+    signals = joined([simulator("planar").repeat(recorded, model, rig=rig, rng=rng) for _ in range(SESSIONS)])
+    setting = Setting(
+        opening_radius_m=OPENING_RADIUS_M, block_side_m=rig.block.size_m[0], block_mass_kg=rig.block.mass_kg
+    )
+    return evidence_of(signals, setting)
+
+
+def test_the_mean_of_a_square_that_turns_is_that_square() -> None:
+    turned = np.linspace(-0.6, 0.6, 25)
+    at = np.exp(1j * turned)[:, None] * (SQUARE_M @ [1.0, 1j]) + (0.01 + 0.02j)
+    seen = np.stack([at.real, at.imag], axis=-1).astype(np.float64)
+    np.testing.assert_allclose(_mean_shape(seen, turned), SQUARE_M, atol=1e-12)
+    shrunk = _mean_shape(seen, np.zeros_like(turned))
+    assert np.abs(shrunk).max() < 0.97 * SQUARE_M.max(), "turned by 70° the plain mean is several per cent smaller"
+
+
+def test_a_shift_in_a_direction_of_the_camera_is_found_beside_a_sag() -> None:
+    """Planted and fitted, in metres of a vertical plate; the block's rest before its slides shows both."""
+    planted = {"shift_m": 1e-3, "fixed_x_m": -6e-4, "fixed_y_m": 8e-4}
+    sag = catalogue()["camera_sag"]
+    evidence = evidence_with(Model(mu_s=0.35, scatter=0.05).with_term(Term(sag, planted)), seed=7)
+    plain = fit(evidence, Model(mu_s=0.35), ())
+    found = fit(evidence, plain.model.with_term(Term(sag, sag.neutral())), [sag], noise=plain.noise)
+    (values,) = [term.values for term in found.model.terms if term.effect is sag]
+    for name, value in planted.items():
+        assert abs(values[name] - value) < max(3.3 * found.sd("camera_sag", name), 1e-5), name
+        assert found.sd("camera_sag", name) < 2e-4
+
+
+def test_a_block_that_turns_does_not_seem_to_shrink() -> None:
+    """Windows of a slide in which friction acts 0.5 mm beside the mass: no strain beyond its noise."""
+    model = Model(mu_s=0.35).with_term(Term(catalogue()["uneven_contact"], {"x_m": 5e-4, "y_m": 3e-4}))
+    shape = evidence_with(model, seed=3).channel("shape")
+    assert shape is not None
+    strain = shape.residual(Model(mu_s=0.35)).reshape(-1, 3)
+    sliding = shape.rows.covariates["speed"][::3] > 0.02
+    assert sliding.sum() > 20
+    area = 0.5 * strain[sliding, :2].sum(axis=1)
+    error = np.std(area) / np.sqrt(len(area))
+    assert abs(area.mean()) < 3.3 * error

@@ -1,0 +1,73 @@
+"""How fast the plate gathers and loses speed, between two readings of its attitude as well."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from shared.geometry import Array
+from station.diagnosis.observations.plate import PlateMotion
+from station.signals.tracks import AttitudeTrack, MotionTrack
+
+HZ, STEPS, STEP_S = 100.0, 40, 0.4037
+RATE_RAD_S, ACCELERATION_RAD_S2 = math.radians(5.0), math.radians(200.0)
+
+
+def _course(time_s: Array) -> tuple[Array, Array, Array]:
+    """Tilt, its rate and its acceleration (n,) of a plate that is tilted in steps, each a trapezoid of speed."""
+    fine = np.arange(0.0, STEPS * STEP_S, 1e-5)
+    phase = np.mod(fine, STEP_S)
+    ramp_s = RATE_RAD_S / ACCELERATION_RAD_S2
+    rate = np.clip(np.minimum(phase - 0.0537, 0.2371 - phase) / ramp_s, 0.0, 1.0) * RATE_RAD_S
+    tilt = np.cumsum(rate) * 1e-5
+    speeding = np.gradient(rate, 1e-5)
+    return np.interp(time_s, fine, tilt), np.interp(time_s, fine, rate), np.interp(time_s, fine, speeding)
+
+
+def _motion(*, noise_rad: float = 0.0, late_s: float = 0.0) -> PlateMotion:
+    """From readings at HZ, their rates as late as a filter makes them."""
+    time_s = np.arange(0.0, STEPS * STEP_S, 1.0 / HZ)
+    tilt, rate = _course(time_s)[0], _course(np.maximum(time_s - late_s, 0.0))[1]
+    tilt = tilt + np.random.default_rng(3).normal(0.0, noise_rad, len(tilt))
+    zero = np.zeros_like(tilt)
+    attitude = AttitudeTrack(
+        time_ns=np.round(time_s * 1e9).astype(np.int64),
+        quaternion=np.column_stack([np.cos(tilt / 2), zero, np.sin(tilt / 2), zero]),
+        rate_rad_s=np.column_stack([zero, rate, zero]),
+        pivot_m=np.zeros((len(tilt), 3)),
+    )
+    none = np.zeros(0, dtype=np.int64)
+    motions = MotionTrack(time_ns=none, end_ns=none, run=none, step=none, failed=np.zeros(0, dtype=np.bool_))
+    return PlateMotion(attitude, motions)
+
+
+def _error_rad_s2(motion: PlateMotion) -> float:
+    """Root mean square of the acceleration's error while the plate gathers or loses speed."""
+    time_s = np.arange(0.5, STEPS * STEP_S - 0.5, 1.3e-3)
+    true = _course(time_s)[2]
+    read = motion.at(np.round(time_s * 1e9).astype(np.int64)).acceleration_rad_s2[:, 1]
+    near = np.abs(true) > 1.0
+    return float(np.sqrt(np.mean(np.square(read - true)[near])))
+
+
+def test_exact_attitudes_show_where_between_two_readings_the_plate_stops() -> None:
+    """Rates alone show the mean between them: an error of a quarter of the acceleration."""
+    assert _error_rad_s2(_motion()) < 0.7 * _error_rad_s2(_motion(noise_rad=1e-4))
+
+
+@pytest.mark.parametrize("motion", [{"noise_rad": 1e-4}, {"late_s": 0.02}], ids=["noise", "late rates"])
+def test_attitudes_that_do_not_agree_with_their_rates_make_no_wild_accelerations(motion: dict[str, float]) -> None:
+    made = _motion(**motion)
+    time_ns = np.arange(500_000_000, round((STEPS * STEP_S - 0.5) * 1e9), 1_300_000)
+    read = made.at(time_ns).acceleration_rad_s2[:, 1]
+    assert np.abs(read).max() < 1.1 * ACCELERATION_RAD_S2
+
+
+@pytest.mark.parametrize("noise_rad", [0.0, 1e-4], ids=["exact", "noise"])
+def test_the_least_delay_changes_no_acceleration_at_a_reading(noise_rad: float) -> None:
+    """Frames often fall on readings: if all their accelerations jumped there, a clock's offset would seem to matter."""
+    motion, time_ns = _motion(noise_rad=noise_rad), np.arange(500_000_000, 15_000_000_000, 10_000_000)
+    now, late = (motion.at(time_ns, delay_s=delay).acceleration_rad_s2[:, 1] for delay in (0.0, 1e-6))
+    assert np.abs(late - now).max() < 2e-3 * ACCELERATION_RAD_S2

@@ -1,0 +1,228 @@
+"""The HTML report: self-contained, sound, and saying what was found."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.report import html, scores
+from station.diagnosis.report.headline import headline, sentence
+from station.diagnosis.report.page import html_page
+from station.diagnosis.report.picture_data import ChannelPicture, HeldOutPicture, PictureData
+from station.diagnosis.report.plate_map import plate_map
+from station.diagnosis.result import Located, Stretch, Value
+from station.physics.catalogue import catalogue
+from tests.unit.diagnosis.page import Page
+from tests.unit.diagnosis.tables import grained, samples
+
+
+def page_of(found: Examined) -> Page:
+    return Page(html_page(found.diagnosis, found.pictures, seed=7))
+
+
+def with_slides() -> PictureData:
+    """The table's pictures, and slides as a recording has them."""
+    rng = np.random.default_rng(2)
+    rows = 3000
+    slide = ChannelPicture(
+        name="along",
+        phase="slide",
+        unit="relative friction",
+        run=np.repeat(np.arange(60.0), 50),
+        x_m=rng.uniform(-0.04, 0.04, rows),
+        y_m=rng.uniform(-0.04, 0.04, rows),
+        before=rng.normal(0.0, 0.1, rows),
+        after=rng.normal(0.0, 0.05, rows),
+        sigma=np.full(rows, 0.02),
+        limit=np.zeros(rows, dtype=np.bool_),
+    )
+    known = grained().pictures
+    return replace(known, channels=(*known.channels, slide), opening_radius_m=0.045)
+
+
+def test_the_page_is_one_sound_file_that_fetches_nothing() -> None:
+    page = page_of(grained())
+    assert [place for place in page.fetched if not place.startswith("data:")] == []
+    assert len(page.ids) == len(set(page.ids))
+    assert {place[1:] for place in page.references} <= set(page.ids)
+    assert {"where", "what", "fit", "next", "provenance"} <= set(page.ids)
+    assert page.figures == 6  # two maps, curves, plate, scores, onsets
+
+
+def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
+    found = grained()
+    page = page_of(found)
+    assert "one of object_anisotropy, plate_anisotropy" in page.text
+    assert "cannot be told from the best" in page.text
+    assert found.diagnosis.located[0].summary in page.text
+    for name, why in found.diagnosis.untestable.items():
+        assert name in page.text
+        assert " ".join(why.split()) in page.text
+    assert found.diagnosis.next_experiment is not None
+    assert " ".join(found.diagnosis.next_experiment.plan.split()) in page.text
+    assert "seed 7" in page.text
+    assert "recorded − predicted (°)" in page.text  # figures keep their words
+
+
+def test_what_has_no_name_is_told_by_what_it_goes_with() -> None:
+    """A row of the comparison that says only `other` would leave the reader with nothing to look at."""
+    found = grained()
+    unnamed = [row.told for row in found.diagnosis.candidates if row.ids == ("other",)]
+    assert unnamed
+    assert all(told.startswith("other:") for told in unnamed)
+    assert unnamed[0] in html_page(found.diagnosis, found.pictures)
+
+
+def test_what_comes_from_outside_is_escaped() -> None:
+    found = grained()
+    nasty = '<script>alert("x")</script>&.mcap'
+    text = html_page(replace(found.diagnosis, recording=nasty, notes=(nasty,)), found.pictures)
+    assert "<script" not in text
+    assert nasty in Page(text).text
+
+
+def test_slides_are_drawn_on_the_plate_and_many_of_them_stay_small() -> None:
+    text = html_page(grained().diagnosis, with_slides())
+    assert "friction along the slide, before" in Page(text).text
+    assert len(text) < 2_000_000
+
+
+def test_the_same_diagnosis_gives_the_same_page() -> None:
+    found = grained()
+    assert html_page(found.diagnosis, found.pictures) == html_page(found.diagnosis, found.pictures)
+
+
+def test_a_recording_that_the_plain_model_explains_gets_a_page_without_an_after() -> None:
+    found = examined(samples(seed=5), catalogue(), name="plain.csv")
+    page = page_of(found)
+    assert "No missing effect is supported" in page.text
+    assert page.figures >= 3
+    assert "With what was found" not in page.text
+
+
+def test_an_untestable_recording_gets_a_page_that_says_why() -> None:
+    page = page_of(examined(samples(runs=3), catalogue(), name="short.csv"))
+    assert "Nothing can be tested with this recording: expected at least 20 runs" in page.text
+    assert page.figures == 0
+    assert "wear" in page.text
+
+
+def test_places_without_a_curve_are_listed_all_the_same() -> None:
+    found = grained()
+    place = Located(
+        phase="slide", covariate="position", channel="along", effect_size=0.4, p=0.001, runs=tuple(range(40)),
+        windows=(), summary="slide: more friction near the border",
+    )  # fmt: skip
+    page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
+    assert "slide: more friction near the border" in page.text
+
+
+@pytest.mark.parametrize("verdict", ["supported", "not supported", "indistinguishable", "untestable"])
+def test_every_verdict_has_its_sentence(verdict: str) -> None:
+    found = replace(grained().diagnosis, verdict=verdict)  # pyright: ignore[reportArgumentType]: four words
+    assert sentence(found).endswith(".")
+
+
+# --- how things are said ----------------------------------------------------------------------------------------------
+
+
+def test_what_the_simulators_settings_do_stands_first() -> None:
+    found = grained()
+    check = {"id": "solver_creep", "size": 8.0615, "unit": "deg", "cured_by": "<cone>", "before": 12.147, "after": None}
+    text = html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)
+    assert "solver_creep 8.06 deg 12.1 – <cone>" in Page(text).text
+    assert text.index("Numerics first") < text.index("Where they differ")
+    assert "Numerics first" not in html_page(found.diagnosis, found.pictures)
+
+
+def test_a_recording_without_onsets_is_told_by_its_paths() -> None:
+    found = grained().diagnosis
+    nothing = replace(found.fit.before, onset_rmse_deg=math.nan)
+    before, after = replace(nothing, path_rmse_mm=1.14), replace(nothing, path_rmse_mm=1.03)
+    said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
+    assert "has not seen, the path error goes from 1.14 mm to 1.03 mm, the log score" in said
+    assert "–" not in said
+    same = replace(found.fit, before=replace(before, onset_rmse_deg=3.441), after=replace(before, onset_rmse_deg=3.44))
+    assert "the onset error stays at 3.44° (equal runs differ" in headline(replace(found, fit=same))
+
+
+def test_of_each_run_the_longest_stretch_is_named_once() -> None:
+    found = grained()
+    windows = tuple(
+        Stretch(run=run, from_ns=0, to_ns=int(1e9 * length)) for run, length in ((3, 2.0), (3, 2.5), (5, 1.0), (3, 2.4))
+    )
+    place = replace(found.diagnosis.located[0], windows=windows)
+    page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
+    assert page.text.count("run 3,") == 1
+    assert "run 3, 2.50 s ; run 5, 1.00 s" in page.text
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (Value(value=-0.00193298, sd=6e-7, unit="m"), ("−1.93298", "−1.93397 … −1.93199", "mm")),
+        (Value(value=0.01, sd=0.002, unit="rad"), ("0.57", "0.38 … 0.76", "°")),
+        (Value(value=-0.4, sd=0.02, unit="1"), ("−0.400", "−0.433 … −0.367", "")),
+        (Value(value=-0.4, sd=math.nan, unit="s"), ("−0.4", "–", "s")),
+    ],
+)
+def test_parameters_have_units_and_digits_that_people_read(value: Value, told: tuple[str, str, str]) -> None:
+    middle, interval, unit = html.with_error(value)
+    assert (middle, re.sub("<[^>]*>", "", interval), unit) == told
+
+
+def test_the_plate_is_shown_as_far_as_blocks_came() -> None:
+    known = with_slides()
+    wide = replace(known, opening_radius_m=0.75)
+    limits = [plate_map(one, after=False).axes[0].get_xlim()[1] for one in (known, wide)]
+    assert limits[0] == pytest.approx(45.0)
+    assert limits[1] < 70.0
+
+
+@pytest.mark.parametrize(("p", "told"), [(0.0312, "p = 0.031"), (1e-9, "p ≤ 1e-6")])
+def test_a_small_p_has_no_equals_sign(p: float, told: str) -> None:
+    assert html.p_equals(p) == told
+
+
+# --- numbers of the figures -------------------------------------------------------------------------------------------
+
+
+def test_the_interval_of_a_root_mean_square_holds_it_nine_times_in_ten() -> None:
+    rng = np.random.default_rng(1)
+    held = 0
+    for _ in range(400):
+        _, low, high = scores.root_mean_square(rng.normal(0.0, 2.0, 80))
+        held += low <= 2.0 <= high
+    assert 0.85 < held / 400 < 0.95
+
+
+def test_shares_keep_within_nought_and_one() -> None:
+    for hits, count in ((0, 5), (5, 5), (3, 7), (9, 10)):
+        share, low, high = scores.wilson(hits, count)
+        assert 0.0 <= low <= share <= high <= 1.0
+        wanted = binomtest(hits, count).proportion_ci(0.9, method="wilson")
+        assert (low, high) == pytest.approx((wanted.low, wanted.high), abs=1e-3)
+    assert math.isnan(scores.wilson(0, 0)[0])
+
+
+def test_ranks_are_uniform_and_coverage_right_where_the_model_is() -> None:
+    pictures = examined(samples(runs=300, seed=8), catalogue()).pictures
+    held = pictures.held_before
+    assert isinstance(held, HeldOutPicture)
+    inside = np.mean(np.abs(held.rank - 0.5) <= 0.45)
+    assert 0.84 < inside < 0.96
+    assert abs(float(np.mean(held.rank)) - 0.5) < 0.06
+
+
+def test_residuals_after_are_smaller_than_before_where_something_was_found() -> None:
+    channel = grained().pictures.channel("onset")
+    assert channel is not None
+    assert np.std(channel.after) < 0.4 * np.std(channel.before)
+    assert grained().pictures.spots_before[0].p < 0.01
+    assert len(channel.run) == 60

@@ -1,0 +1,43 @@
+"""How long a block had lain: what the protocol chose where a model asks, and what happened where a slide asks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.rested import GRID_RAD, Rested
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
+from tests.recovery.test_parameters import evidence
+
+MU = 0.35
+AGEING = {"per_decade": 0.3, "sliding_age_log10_s": 0.0}
+
+
+def test_each_run_is_asked_at_its_own_tilt() -> None:
+    """Ten and twenty seconds for each radian."""
+    rested = Rested(np.outer([10.0, 20.0], GRID_RAD), typical_rad=0.3)
+    np.testing.assert_allclose(rested.at(np.array([0.2, 0.123])), [2.0, 2.46])
+    np.testing.assert_allclose(rested.typical(), [3.0, 6.0])
+    np.testing.assert_allclose(rested.of([1]).at(0.5), [10.0])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_slide_is_that_of_a_block_that_rested_until_it_slid(seed: int) -> None:
+    """A run that holds longer has aged longer: its own draw is less than what its onset has over the model's.
+
+    Were it taken for all of that, slides of runs that held long would seem too easy by what the block aged meanwhile.
+    """
+    ageing = catalogue()["contact_aging"]
+    truth = Model(mu_s=MU, scatter=0.12).with_term(Term(ageing, ageing.neutral() | AGEING))
+    seen = evidence(truth, np.random.default_rng(seed))
+    onset, along = seen.channel("onset"), seen.channel("along")
+    assert isinstance(onset, Onsets)
+    assert along is not None
+    drawn, over = onset.drawn(truth, seen.runs)
+    apart = along.residual(truth) - over[along.rows.run]
+    known = drawn[along.rows.run] != 0.0
+    slope = np.polyfit(drawn[along.rows.run][known], apart[known], 1)[0]
+    assert abs(slope) < 0.03, slope
+    assert np.polyfit(drawn[drawn != 0.0], over[drawn != 0.0], 1)[0] > 1.05
