@@ -8,7 +8,7 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
 from station.app.simulating import simulator_of
-from station.diagnosis.report.headline import sentence
+from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, model_of_table

@@ -9,6 +9,9 @@ from typing import Any
 
 from shared.errors import UserError
 from shared.rig import RigConfig
+from station.diagnosis.diagnose import Examined
+from station.diagnosis.given import against_given
+from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
@@ -25,9 +28,9 @@ Progress = Callable[[str], None]
 
 
 def simulated_again(
-    diagnosis: Diagnosis, recorded: Signals, *, rig: RigConfig, simulate: str, progress: Progress
+    examined: Examined, recorded: Signals, *, rig: RigConfig, setting: Setting, simulate: str, progress: Progress
 ) -> Diagnosis:
-    """The diagnosis with `simulator_rerun` and `numerics` filled in.
+    """The diagnosis with `simulator_rerun` and `numerics` filled in, and against the simulation that was given.
 
     `simulate` is the name of a simulator, or the path of a simulation's recording (.mcap).
 
@@ -35,11 +38,15 @@ def simulated_again(
         UserError: for another name, or a file that cannot be read.
     """
     refuse_unknown(simulate, rig=rig)
+    diagnosis = examined.diagnosis
     if diagnosis.verdict == "untestable":
         return diagnosis
     mu_s = diagnosis.mu_s.value
     if simulate.endswith(".mcap"):
-        return _elsewhere(diagnosis, recorded, Path(simulate), mu_s=mu_s)
+        simulated = load_signals(open_recording(Path(simulate)))
+        known = catalogue_of_table(rig.physics)
+        answer = against_given(examined, simulated, known, setting=setting, name=simulate, progress=progress)
+        return _elsewhere(answer, recorded, simulated, mu_s=mu_s)
     found: list[dict[str, Any]] = []
     if simulate == "mujoco":
         progress("checking what MuJoCo's own settings do")
@@ -67,10 +74,9 @@ def refuse_unknown(simulate: str, *, rig: RigConfig) -> None:
     own_setup(rig)
 
 
-def _elsewhere(diagnosis: Diagnosis, recorded: Signals, path: Path, *, mu_s: float) -> Diagnosis:
-    """Against a recording that another simulator made: there is a before, and no after."""
-    simulated = load_signals(open_recording(path))
+def _elsewhere(diagnosis: Diagnosis, recorded: Signals, simulated: Signals, *, mu_s: float) -> Diagnosis:
+    """With the errors of a recording that another simulator made: there is a before, and no after."""
     before: Errors = errors(recorded, simulated)
-    table = {"engine": str(path), "before": before.summary(), "after": {}}
+    table = {"engine": diagnosis.simulator, "before": before.summary(), "after": {}}
     fit = replace(diagnosis.fit, simulator_rerun=table)
-    return replace(diagnosis, simulator=str(path), fit=fit, numerics=tuple(artefacts(simulated, mu_s=mu_s)))
+    return replace(diagnosis, fit=fit, numerics=tuple(artefacts(simulated, mu_s=mu_s)))

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis.against import Found
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
+from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.observations.build import evidence_of
@@ -32,13 +34,6 @@ from station.signals.session import Signals
 
 EVEN = 0.5
 """What is less likely than not is not supported."""
-
-EXACT = 0.01
-"""Of a number's size: no law says it more exactly, nor does a mark's side, from which all lengths are taken.
-
-On concealed cases with hundreds of runs, frictions that differ by direction came out up to 2 % small with a third of a
-per cent as their standard error, for a cause that is not known.
-"""
 
 LEAST_RUNS = 20
 """With fewer runs no scatter can be told, and so no effect from it."""
@@ -66,10 +61,11 @@ def diagnose(
 
 @dataclass(frozen=True, kw_only=True)
 class Examined:
-    """A diagnosis, and what its figures are drawn from."""
+    """A diagnosis, what its figures are drawn from, and what was found in which evidence (None: nothing can be)."""
 
     diagnosis: Diagnosis
     pictures: PictureData
+    found: Found | None = None
 
 
 def examined(
@@ -117,7 +113,7 @@ def examined(
     quality = compared(evidence, folds, both, model)
     answer = _answer(evidence, found, _Judged(belief, own, model, quality), catalogue, name=name)
     pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
-    return Examined(diagnosis=answer, pictures=pictures)
+    return Examined(diagnosis=answer, pictures=pictures, found=Found(evidence=evidence, search=found, belief=belief))
 
 
 def _why_not(evidence: Evidence) -> str | None:
@@ -169,7 +165,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     untestable = dict(found.untestable)
     if tall is not None and shows_tipping(evidence, tall):
         untestable.pop(TIPPING, None)
-    verdict = _verdict(effects, claimed=claimed)
+    verdict = overall(effects, claimed=claimed)
     if tips is not None:
         effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
         verdict = "supported"
@@ -249,34 +245,15 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
         class_ids=near,
         probability=belief.effects[effect.id],
         verdict=verdict if own.real and belief.effects[effect.id] > EVEN else "not supported",
-        parameters={
-            parameter.name: Value(
-                value=term.values[parameter.name],
-                sd=_sd(fitted, term, parameter.name),
-                unit=parameter.unit,
-                at_bound=fitted.at_bound(effect.id, parameter.name),
-            )
-            for parameter in effect.parameters
-        },
+        parameters=values_of(fitted, term),
         determined=determined(evidence, fitted, term),
         own=own,
         separated_by=effect.separated_by,
     )
 
 
-def _sd(fitted: Fit, term: Term, name: str) -> float:
-    """Of a number; nan of one that is not free."""
-    return math.hypot(fitted.sd(term.effect.id, name), EXACT * _size(term, name))
-
-
-def _size(term: Term, name: str) -> float:
-    """Of a number, or of the vector that it is a component of: numbers alike, on both sides of 0."""
-    kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in term.effect.parameters}
-    like = [other for other, kind in kinds.items() if kind == kinds[name] and kind[1] == -kind[2]] or [name]
-    return math.hypot(*(term.values[other] for other in like))
-
-
-def _verdict(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
+def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
+    """The verdict on a recording: that of what is clear, or that it cannot be told."""
     if not claimed or all(effect.verdict == "not supported" for effect in effects):
         return "not supported"
     clear = [effect for effect in effects if effect.verdict == "supported"]

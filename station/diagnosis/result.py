@@ -11,6 +11,9 @@ import numpy as np
 
 Verdict = Literal["supported", "not supported", "indistinguishable", "untestable"]
 
+Side = Literal["recording", "simulation", "both"]
+"""Who has an effect, of a recording and the simulation that was given."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Value:
@@ -25,6 +28,23 @@ class Value:
     def interval90(self) -> tuple[float, float]:
         """From the standard error."""
         return self.value - 1.645 * self.sd, self.value + 1.645 * self.sd
+
+    def __str__(self) -> str:
+        """The number with as many digits as its standard error has two of, its unit, and whether it is at a bound."""
+        unit = ("" if self.unit == "1" else f" {self.unit}") + (" (at its bound)" if self.at_bound else "")
+        if not math.isfinite(self.sd) or self.sd == 0:
+            return f"{self.value:.3g}{unit}"
+        digits = max(0, 1 - math.floor(math.log10(self.sd)))
+        return f"{self.value:.{digits}f} ± {self.sd:.{digits}f}{unit}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Differs:
+    """A number that recording and simulation set differently; `name` is mu_s, or an effect's id and parameter."""
+
+    name: str
+    recording: Value
+    simulation: Value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +120,7 @@ class EffectFound:
     separated_by: str = ""
     determined: tuple[Combination, ...] = ()
     own: Own | None = None
+    side: Side = "recording"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,7 +194,11 @@ class Candidates:
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
-    """The whole answer."""
+    """The whole answer.
+
+    `given`: the baseline is a simulation that the user gave, and `differs` what both set differently. Without one the
+    baseline is one constant friction.
+    """
 
     recording: str
     total_runs: int
@@ -196,6 +221,8 @@ class Diagnosis:
     numerics: tuple[Mapping[str, Any], ...]
     notes: tuple[str, ...]
     model: Mapping[str, Any]
+    given: bool = False
+    differs: tuple[Differs, ...] = ()
     seconds: float = math.nan
     versions: Mapping[str, str] = field(default_factory=dict[str, str])
 
@@ -217,7 +244,11 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "used": diagnosis.used_runs,
                 "held_out": diagnosis.held_out_runs,
             },
-            "baseline": {"simulator": diagnosis.simulator, "parameters": {"mu_s": _value(diagnosis.mu_s)}},
+            "baseline": {
+                "simulator": diagnosis.simulator,
+                "parameters": {"mu_s": _value(diagnosis.mu_s)},
+                "differs": [_differs(one) for one in diagnosis.differs],
+            },
             "global_p": diagnosis.global_p,
             "located": [_located(place) for place in diagnosis.located],
             "verdict": diagnosis.verdict,
@@ -260,6 +291,12 @@ def _value(value: Value) -> dict[str, Any]:
     return {"value": value.value, "sd": value.sd, "unit": value.unit, "interval90": list(value.interval90)}
 
 
+def _differs(one: Differs) -> dict[str, Any]:
+    both = {"recording": one.recording, "simulation": one.simulation}
+    told = {side: {"value": value.value, "sd": value.sd} for side, value in both.items()}
+    return {"name": one.name, **told, "unit": one.recording.unit}
+
+
 def _located(place: Located) -> dict[str, Any]:
     return {
         "phase": place.phase,
@@ -282,6 +319,7 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "parameters": {name: _value(value) | {"at_bound": value.at_bound} for name, value in effect.parameters.items()},
         "determined": [asdict(one) for one in effect.determined],
         "held_out": None if effect.own is None else _own(effect.own),
+        "side": effect.side,
     }
 
 

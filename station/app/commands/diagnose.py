@@ -179,7 +179,8 @@ def diagnose_file(
     if simulate:
         if config is None or not isinstance(recorded, Signals):
             raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
-        answer = simulated_again(answer, recorded, rig=config, simulate=simulate, progress=tell)
+        setting = setting_of(config)
+        answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
     answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
 

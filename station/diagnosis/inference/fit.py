@@ -173,7 +173,8 @@ class _Search:
     def _noise(self) -> Noise:
         """Of the runs that count."""
         known = restricted(self.evidence, self.at, self.counts)
-        return with_tails(known[0], known[1], estimate_noise(*known))
+        noise = with_tails(known[0], known[1], estimate_noise(*known))
+        return noise if self.evidence.floor is None else noise.at_least(self.evidence.floor)
 
     def _whiten(self) -> None:
         self.whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, self.model))

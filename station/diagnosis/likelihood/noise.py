@@ -48,6 +48,15 @@ class Noise:
         """Relative scatter of a run's static friction."""
         return math.hypot(self.friction, self.own.get("onset", 0.0))
 
+    def at_least(self, floor: Noise) -> Noise:
+        """The larger of both, number by number."""
+        return Noise(
+            friction=max(self.friction, floor.friction),
+            own={name: max(own, floor.own.get(name, 0.0)) for name, own in self.own.items()},
+            factor={name: max(factor, floor.factor.get(name, 0.0)) for name, factor in self.factor.items()},
+            tail=self.tail,
+        )
+
 
 def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     """The noise of residuals by channel, by robust moments: within runs, between runs, and between channels."""

@@ -16,6 +16,7 @@ from station.diagnosis.observations.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools
 
 if TYPE_CHECKING:
+    from station.diagnosis.likelihood.noise import Noise
     from station.diagnosis.likelihood.wander import Wander
     from station.diagnosis.observations.paths import Paths
     from station.diagnosis.observations.ridden import Rides
@@ -50,7 +51,7 @@ class Evidence:
     `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
     that is not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are
     predicted, and nothing is fitted to them; None: there are none. `wander` is how friction wanders along the slides,
-    by channel, where that has been estimated.
+    by channel, where that has been estimated. `floor` is the least noise that rows and runs are taken to have.
     """
 
     channels: tuple[Channel, ...]
@@ -63,6 +64,7 @@ class Evidence:
     rides: Rides | None = None
     held_out: Bools | None = None
     wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
+    floor: Noise | None = None
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, if the recording has it."""

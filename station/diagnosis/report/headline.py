@@ -6,39 +6,18 @@ import math
 from html import escape
 
 from station.diagnosis.report.html import number, p_equals, paragraph
-from station.diagnosis.result import Diagnosis, EffectFound
+from station.diagnosis.report.sentences import claimed_effects, sentence, set_differently
+from station.diagnosis.result import Diagnosis
 
 _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
 
 
 def headline(diagnosis: Diagnosis) -> str:
     """The verdict as a sentence, and below it how sure, where, how much better, and what to do."""
-    lines = [_sure(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis)]
+    lines = [*set_differently(diagnosis), _sure(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis)]
     items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
-    return (
-        f'<p class="verdict {_CLASS[diagnosis.verdict]}">{escape(sentence(diagnosis))}</p>'
-        f'<ul class="short">{items}</ul>'
-    )
-
-
-def sentence(diagnosis: Diagnosis) -> str:
-    """The answer in one sentence."""
-    if diagnosis.verdict == "untestable":
-        reason = diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
-        return f"Nothing can be tested with this recording: {reason}."
-    claimed = claimed_effects(diagnosis)
-    if diagnosis.verdict == "not supported" or not claimed:
-        return "No missing effect is supported: the plain model, one friction coefficient, explains this recording."
-    return f"The simulation leaves out {' and '.join(_named(effect) for effect in claimed)}."
-
-
-def claimed_effects(diagnosis: Diagnosis) -> tuple[EffectFound, ...]:
-    """The effects that are claimed, likeliest first."""
-    return tuple(effect for effect in diagnosis.effects if effect.id in diagnosis.names)
-
-
-def _named(effect: EffectFound) -> str:
-    return effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
+    kind, said = _CLASS[diagnosis.verdict], escape(sentence(diagnosis))
+    return f'<p class="verdict {kind}">{said}</p><ul class="short">{items}</ul>'
 
 
 def _sure(diagnosis: Diagnosis) -> str:
@@ -47,8 +26,8 @@ def _sure(diagnosis: Diagnosis) -> str:
     chances = ", ".join(f"{', '.join(one.class_ids)}: {one.probability:.2f}" for one in diagnosis.effects)
     told = f"; probabilities: {chances}" if chances else ""
     return (
-        f"{diagnosis.used_runs} of {diagnosis.total_runs} runs could be used. That something is wrong with the plain "
-        f"model at all: {p_equals(diagnosis.global_p)}{told}."
+        f"{diagnosis.used_runs} of {diagnosis.total_runs} runs could be used. That something is wrong with the "
+        f"{'given simulation' if diagnosis.given else 'plain model'} at all: {p_equals(diagnosis.global_p)}{told}."
     )
 
 

@@ -8,7 +8,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Value
+from station.diagnosis.report.sentences import sentence, set_differently
+from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
@@ -17,6 +18,7 @@ _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported":
 def summary(diagnosis: Diagnosis) -> RenderableType:
     """Verdict first, then what, where, how much better, and what to do next."""
     parts: list[RenderableType] = [_headline(diagnosis)]
+    parts += [Text(f"Set differently: {said}") for said in set_differently(diagnosis)]
     if diagnosis.verdict == "untestable":
         return Group(*parts, *(Text(f"  {note}") for note in diagnosis.notes))
     if diagnosis.effects:
@@ -37,18 +39,9 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
 def _headline(diagnosis: Diagnosis) -> Text:
     line = Text()
     line.append(f"{diagnosis.recording}: ")
-    line.append(_sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
+    line.append(sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
     line.append(f"  ({diagnosis.used_runs} of {diagnosis.total_runs} runs, global p = {diagnosis.global_p:.2g})")
     return line
-
-
-def _sentence(diagnosis: Diagnosis) -> str:
-    if diagnosis.verdict == "untestable":
-        return "nothing can be tested with this recording"
-    if diagnosis.verdict == "not supported":
-        return "no missing effect is supported; the plain model explains this recording"
-    names = [_name(effect) for effect in diagnosis.effects if effect.verdict != "not supported"]
-    return "left out of the simulation: " + " and ".join(names)
 
 
 def _simulated(diagnosis: Diagnosis) -> list[Text]:
@@ -63,37 +56,28 @@ def _simulated(diagnosis: Diagnosis) -> list[Text]:
         figures = [
             " to ".join("–" if (one := level[key]) is None else f"{one:.2f}" for level in levels) for key in _RERUN
         ]
-        lines.append(Text(f"In {rerun['engine']}, at each run's own level: onset {figures[0]}°, path {figures[1]} mm"))
+        level = ", at each run's own level" if "own_level" in rerun["before"] else ""
+        lines.append(Text(f"In {rerun['engine']}{level}: onset {figures[0]}°, path {figures[1]} mm"))
     return lines
 
+
+_WHERE: dict[Side, str] = {"recording": "recording", "simulation": "simulation", "both": "recording and simulation"}
 
 _RERUN = ("onset_rmse_deg", "path_rmse_mm")
 
 
-def _name(effect: EffectFound) -> str:
-    return effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
-
-
 def _effects(diagnosis: Diagnosis) -> Table:
     table = Table(box=None, pad_edge=False)
-    for column in ("What", "probability", "verdict", "how much"):
+    columns = ("What", "in the", "probability", "verdict", "how much")
+    for column in columns if diagnosis.given else (columns[0], *columns[2:]):
         table.add_column(column)
     for effect in diagnosis.effects:
-        values = ", ".join(f"{name} = {_value(value)}" for name, value in effect.parameters.items())
+        values = ", ".join(f"{name} = {value}" for name, value in effect.parameters.items())
         known = (Value(value=one.value, sd=one.sd, unit=one.unit) for one in effect.determined)
-        values += "".join(
-            f"; {one.expression}: {_value(value)}" for one, value in zip(effect.determined, known, strict=True)
-        )
-        table.add_row(", ".join(effect.class_ids), f"{effect.probability:.2f}", effect.verdict, values)
+        values += "".join(f"; {one.expression}: {value}" for one, value in zip(effect.determined, known, strict=True))
+        cells = [", ".join(effect.class_ids), _WHERE[effect.side], f"{effect.probability:.2f}", effect.verdict, values]
+        table.add_row(*(cells if diagnosis.given else (cells[0], *cells[2:])))
     return table
-
-
-def _value(value: Value) -> str:
-    unit = ("" if value.unit == "1" else f" {value.unit}") + (" (at its bound)" if value.at_bound else "")
-    if not math.isfinite(value.sd) or value.sd == 0:
-        return f"{value.value:.3g}{unit}"
-    digits = max(0, 1 - math.floor(math.log10(value.sd)))
-    return f"{value.value:.{digits}f} ± {value.sd:.{digits}f}{unit}"
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
@@ -107,7 +91,8 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
     told = [part for part in parts if part]
-    return Text("Prediction of unseen runs: " + ("; ".join(told) if told else "there is nothing to compare"))
+    since = ", from one constant friction to what the recording has" if diagnosis.given else ""
+    return Text(f"Prediction of unseen runs{since}: {'; '.join(told) or 'there is nothing to compare'}")
 
 
 def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:

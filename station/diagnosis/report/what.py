@@ -25,12 +25,14 @@ def what(diagnosis: Diagnosis) -> str:
 
 def _probabilities(diagnosis: Diagnosis) -> str:
     rows = [
-        [escape(", ".join(one.class_ids)), escape(one.title), html.number(one.probability), one.verdict]
+        [escape(", ".join(one.class_ids)), escape(one.title), html.number(one.probability), one.verdict, one.side]
         for one in diagnosis.effects
     ]
-    rows.append(["other", "something outside the catalogue", html.number(diagnosis.other_probability), ""])
-    rows.append(["none", "the plain model is right", html.number(diagnosis.none_probability), ""])
-    table = html.table(("effect or class", "in words", "probability", "verdict"), rows, caption="What is believed")
+    rows.append(["other", "something outside the catalogue", html.number(diagnosis.other_probability), "", ""])
+    rows.append(["none", "the plain model is right", html.number(diagnosis.none_probability), "", ""])
+    columns = ("effect or class", "in words", "probability", "verdict", "who has it")
+    shown = len(columns) if diagnosis.given else len(columns) - 1
+    table = html.table(columns[:shown], [row[:shown] for row in rows], caption="What is believed")
     tried = html.paragraph(
         f"{diagnosis.candidates_tried} candidates (effects alone and in pairs, smooth places) were tried; that the "
         "best of so many looks good by chance is part of every p."

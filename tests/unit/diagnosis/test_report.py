@@ -12,10 +12,11 @@ from scipy.stats import binomtest
 
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.report import html, scores
-from station.diagnosis.report.headline import headline, sentence
+from station.diagnosis.report.headline import headline
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.picture_data import ChannelPicture, HeldOutPicture, PictureData
 from station.diagnosis.report.plate_map import plate_map
+from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Located, Stretch, Value
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.page import Page

@@ -1,0 +1,174 @@
+"""The recording beside the simulation that was given: what both set differently, and what only one of the two has.
+
+Both are searched for effects by the same method. The simulation is looked at with the recording's noise: a file without
+scatter and without camera noise shows differences that no recording could, and those are nobody's missing physics. Then
+the effects of both are fitted to both, and each is compared by its numbers: an effect is left out of the simulation
+where they must differ, and not where it was found.
+
+The difference d of k numbers has the covariance C = C_recording + C_simulation and gains d' C^-1 d of twice the log
+likelihood over no difference (Wald 1943, Trans. Am. Math. Soc. 54, 426). It has to pay ln(runs) for each number, like
+whatever the search adds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from station.diagnosis.inference.calibration import LEAST_P
+from station.diagnosis.inference.fit import Fit, as_simulated, fit
+from station.diagnosis.inference.values import EXACT, inexact, values_of
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.result import Differs, Side, Value
+from station.diagnosis.search.belief import Belief, called
+from station.diagnosis.search.search import Search
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Term
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Found:
+    """What was found in one recording, the user's or his simulation's, and the evidence it was found in."""
+
+    evidence: Evidence
+    search: Search
+    belief: Belief
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Beside:
+    """One effect, or the friction's level (`effect` None), in the recording and in the simulation.
+
+    `odds` is twice the log odds that its numbers differ; `side` says who has it.
+    """
+
+    effect: Effect | None
+    side: Side
+    numbers: tuple[Differs, ...]
+    gain: float
+    odds: float
+
+    @property
+    def probability(self) -> float:
+        """That the two differ."""
+        return 1.0 / (1.0 + math.exp(-0.5 * max(min(self.odds, 700.0), -700.0)))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Against:
+    """All comparisons, the level first; `global_p` is that recording and simulation differ in nothing."""
+
+    level: Beside
+    effects: tuple[Beside, ...]
+    global_p: float
+
+    @property
+    def differs(self) -> tuple[Differs, ...]:
+        """The numbers of what both have and set differently, the level's first."""
+        both = (one for one in (self.level, *self.effects) if one.side == "both" and one.odds > 0)
+        return tuple(number for one in both for number in one.numbers)
+
+
+def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
+    """The simulation's evidence with the recording's noise as the least that its rows and runs have.
+
+    A row of the simulation is given at least the standard deviation of a middling row of the recording's channel.
+    """
+    noise = recorded.search.model.noise
+    factor = dict[str, float]()
+    for channel in simulated.channels:
+        same = recorded.evidence.channel(channel.name)
+        if same is not None:
+            measured = noise.factor[channel.name] * float(np.median(same.rows.sigma))
+            factor[channel.name] = measured / max(float(np.median(channel.rows.sigma)), 1e-12)
+    return replace(simulated, floor=replace(noise, factor=factor), wander=recorded.evidence.wander)
+
+
+def against(recorded: Found, simulated: Found) -> Against:
+    """Fits the effects of both to both, and compares their numbers."""
+    effects = _joint(recorded, simulated)
+    fits = [_fitted(one, other, effects) for one, other in ((recorded, simulated), (simulated, recorded))]
+    level = _level(recorded, simulated, fits)
+    beside = tuple(_beside(effect, recorded, simulated, fits) for effect in effects)
+    gain = level.gain + sum(one.gain for one in beside)
+    differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
+    last = recorded.search.stages[-1]
+    left_p = last.global_p if last.chosen is None else 1.0
+    return Against(level=level, effects=beside, global_p=min(1.0, max(2.0 * min(differ_p, left_p), LEAST_P)))
+
+
+def _joint(recorded: Found, simulated: Found) -> list[Effect]:
+    """The effects of both. Of what cannot be told apart the recording's name stands for both."""
+    mine = list(recorded.search.found)
+    known = {name for classes in recorded.belief.classes.values() for name in classes} | {one.id for one in mine}
+    for effect in simulated.search.found:
+        alike = {called(effect.id), effect.id, *simulated.belief.classes.get(effect.id, ())}
+        if not alike & known:
+            mine.append(effect)
+    return mine
+
+
+def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
+    """All effects fitted to one of the two; what only the other has begins at its null, shaped as there."""
+    model = one.search.model.model
+    acting = {term.effect.id for term in model.terms}
+    there = {term.effect.id: term.values for term in other.search.model.model.terms}
+    for effect in effects:
+        if effect.id not in acting:
+            shapes = {p.name: there.get(effect.id, {}).get(p.name, p.neutral) for p in effect.parameters if p.is_shape}
+            model = model.with_term(Term(effect, {**effect.neutral(), **shapes}))
+    return fit(one.evidence, model, effects, noise=one.search.model.noise)
+
+
+def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
+    """The coefficient of friction, with what a law's own inexactness and the runs' scatter leave open."""
+    each = [_mu(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
+    number = Differs(name="mu_s", recording=each[0], simulation=each[1])
+    gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
+    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=gain - _price(recorded, 1))
+
+
+def _mu(evidence: Evidence, fitted: Fit) -> Value:
+    mu_s = as_simulated(evidence, fitted).mu_s
+    sd = mu_s * math.hypot(fitted.noise.scatter / math.sqrt(max(evidence.used(), 1)), EXACT)
+    return Value(value=mu_s, sd=sd, unit="1")
+
+
+def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
+    """One effect's numbers in both; its shapes only where both were found to have it."""
+    has = [effect.id in {one.id for one in found.search.found} for found in (recorded, simulated)]
+    free = fits[0].of_effect(effect.id)[0]
+    kept = [place for place, parameter in enumerate(free) if all(has) or not parameter.is_shape]
+    names = [free[place].name for place in kept]
+    terms = [next(term for term in fitted.model.terms if term.effect.id == effect.id) for fitted in fits]
+    each = [values_of(fitted, term) for fitted, term in zip(fits, terms, strict=True)]
+    numbers = tuple(
+        Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names
+    )
+    covariance = sum(
+        (
+            fitted.of_effect(effect.id)[1][np.ix_(kept, kept)] + np.diag([inexact(term, name) ** 2 for name in names])
+            for fitted, term in zip(fits, terms, strict=True)
+        ),
+        np.zeros((len(kept), len(kept))),
+    )
+    gain = _gain(numbers, covariance)
+    odds = gain - _price(recorded, len(numbers))
+    side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
+    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds)
+
+
+def _gain(numbers: Sequence[Differs], covariance: Array) -> float:
+    """Twice the log likelihood that numbers gain by differing, whose difference has a covariance (k, k)."""
+    apart = np.array([one.recording.value - one.simulation.value for one in numbers])
+    return float(apart @ np.linalg.pinv(covariance, hermitian=True) @ apart)
+
+
+def _price(recorded: Found, count: int) -> float:
+    """What so many numbers have to gain."""
+    return count * math.log(max(recorded.evidence.used(), 2))

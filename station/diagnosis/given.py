@@ -1,0 +1,113 @@
+"""The answer against a simulation that the user gives as a recording: about the difference of the two alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from shared.errors import UserError
+from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
+from station.diagnosis.diagnose import EVEN, LEAST_RUNS, Examined, overall
+from station.diagnosis.inference.values import values_of
+from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.result import Diagnosis, EffectFound
+from station.diagnosis.search.belief import beliefs, called
+from station.diagnosis.search.search import Progress, search
+from station.physics.catalogue import Catalogue
+from station.physics.model import Model
+from station.signals.session import Signals
+
+
+def against_given(
+    examined: Examined,
+    simulated: Signals,
+    catalogue: Catalogue,
+    *,
+    setting: Setting,
+    name: str,
+    seed: int = 1,
+    progress: Progress = lambda _: None,
+) -> Diagnosis:
+    """The diagnosis with a simulation's recording of the same commands in place of the plain model.
+
+    Args:
+        examined: of the user's recording.
+        simulated: what the simulator recorded.
+        catalogue: the effects to consider, as for the recording.
+        setting: sizes of plate and block.
+        name: how the simulation is called in the result.
+        seed: of the null's draws.
+        progress: is told what is being done.
+
+    Raises:
+        UserError: if too little slides in the simulation.
+    """
+    answer, recorded = examined.diagnosis, examined.found
+    if recorded is None:
+        return answer
+    progress("reading the simulation")
+    evidence = as_noisy_as(recorded, evidence_of(simulated, setting))
+    if evidence.used() < LEAST_RUNS:
+        notes = "; ".join(evidence.notes) or "the others neither slide nor hold"
+        raise UserError(
+            f"Expected a simulation with at least {LEAST_RUNS} runs that can be compared, got {evidence.used()} in "
+            f"{name}: {notes}"
+        )
+    effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
+    start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
+    found = search(evidence, effects, start=start, rng=rng, progress=lambda said: progress(f"simulation: {said}"))
+    theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
+    progress("comparing recording and simulation")
+    return _told(answer, against(recorded, theirs), theirs, name=name)
+
+
+def _told(answer: Diagnosis, compared: Against, simulated: Found, *, name: str) -> Diagnosis:
+    """The recording's own answer, each of its effects beside the simulation's, and what only that has."""
+    beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
+    mine = [_of_recording(effect, beside.get(effect.id)) for effect in answer.effects]
+    known = {effect.id for effect in mine}
+    theirs = [_of_simulation(one, simulated) for key, one in beside.items() if key not in known]
+    effects = tuple(sorted((*mine, *theirs), key=lambda effect: -effect.probability))
+    claimed = any(effect.verdict != "not supported" for effect in effects)
+    return replace(
+        answer,
+        simulator=name,
+        given=True,
+        global_p=compared.global_p,
+        effects=effects,
+        differs=compared.differs,
+        verdict=overall(effects, claimed=claimed),
+    )
+
+
+def _of_recording(effect: EffectFound, beside: Beside | None) -> EffectFound:
+    """What the recording has: the simulation lacks it only as far as their numbers must differ."""
+    if beside is None:
+        return effect
+    probability = effect.probability * beside.probability
+    verdict = effect.verdict if probability > EVEN else "not supported"
+    return replace(effect, side=beside.side, probability=probability, verdict=verdict)
+
+
+def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
+    """What only the simulation was found to have."""
+    effect = beside.effect
+    assert effect is not None
+    classes: Mapping[str, tuple[str, ...]] = simulated.belief.classes
+    fitted = simulated.search.model
+    near = classes.get(effect.id, (called(effect.id),))
+    probability = simulated.belief.effects.get(effect.id, 0.0) * beside.probability
+    likely = "indistinguishable" if len(near) > 1 else "supported"
+    return EffectFound(
+        id=called(effect.id),
+        title=effect.title,
+        class_ids=near,
+        probability=probability,
+        verdict=likely if probability > EVEN else "not supported",
+        parameters=next(values_of(fitted, term) for term in fitted.model.terms if term.effect.id == effect.id),
+        separated_by=effect.separated_by,
+        side=beside.side,
+    )

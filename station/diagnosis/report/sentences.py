@@ -1,0 +1,54 @@
+"""The answer in words, for the terminal and for the page."""
+
+from __future__ import annotations
+
+from station.diagnosis.result import Diagnosis, EffectFound, Side
+
+
+def sentence(diagnosis: Diagnosis) -> str:
+    """The answer in one sentence."""
+    return f"{_said(diagnosis)}."
+
+
+def _said(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict == "untestable":
+        reason = diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
+        return f"Nothing can be tested with this recording: {reason}"
+    claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
+    parts = [words.format(_names(claimed[side])) for side, words in _CLAIMS.items() if claimed[side]]
+    if parts:
+        said = "; ".join(parts)
+        return said[0].upper() + said[1:]
+    if diagnosis.given:
+        level = any(one.name == "mu_s" for one in diagnosis.differs)
+        return "Nothing is left out of the simulation" + (", but its friction has another level" if level else "")
+    if diagnosis.located:
+        return "No missing effect is supported, although something depends on what one friction coefficient does not"
+    return "No missing effect is supported: the plain model, one friction coefficient, explains this recording"
+
+
+_CLAIMS: dict[Side, str] = {
+    "recording": "The simulation leaves out {}",
+    "both": "recording and simulation differ in {}",
+    "simulation": "only the simulation has {}",
+}
+
+
+def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ...]:
+    """The effects that are claimed, likeliest first; those that some sides have, or all."""
+    claimed = (effect for effect in diagnosis.effects if effect.verdict in ("supported", "indistinguishable"))
+    return tuple(effect for effect in claimed if not sides or effect.side in sides)
+
+
+def set_differently(diagnosis: Diagnosis) -> list[str]:
+    """What recording and simulation set differently, a sentence for each number, the level of friction first."""
+    return [
+        f"{one.name} is {one.recording} in the recording and {one.simulation} in the simulation"
+        for one in diagnosis.differs
+    ]
+
+
+def _names(effects: tuple[EffectFound, ...]) -> str:
+    return " and ".join(
+        effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}" for effect in effects
+    )

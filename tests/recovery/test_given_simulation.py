@@ -1,0 +1,119 @@
+"""The given simulation is the baseline: the answer is about its difference from the recording, in all six ways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from shared.errors import UserError
+from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.given import against_given
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.report.sentences import sentence
+from station.diagnosis.result import Diagnosis, as_json
+from station.physics.catalogue import Catalogue, catalogue
+from station.physics.model import Model, Term
+from station.signals.session import Signals
+from station.simulators.simulator import simulator
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
+
+REPEATS = 14
+SCATTER = 0.06
+SETTING = Setting(opening_radius_m=OPENING_RADIUS_M)
+NEAR = {"kinetic_drop", "stribeck", "contact_aging"}
+"""What this session cannot tell from a drop, or not always."""
+
+
+def known() -> Catalogue:
+    return catalogue()
+
+
+def model(mu_s: float, drop: float, *, scatter: float = 0.0) -> Model:
+    plain = Model(mu_s=mu_s, scatter=scatter)
+    return plain.with_term(Term(known()["kinetic_drop"], {"drop": drop})) if drop else plain
+
+
+def simulated(truth: Model, rng: np.random.Generator | None = None) -> Signals:
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    return joined([simulator("planar").repeat(recorded, truth, rig=rig, rng=rng) for _ in range(REPEATS)])
+
+
+@cache
+def recording(mu_s: float, drop: float) -> Examined:
+    """A session with the runs' scatter and the corners' noise, and its own diagnosis."""
+    rng = np.random.default_rng(20261342)
+    return examined(simulated(model(mu_s, drop, scatter=SCATTER), rng), known(), setting=SETTING)
+
+
+@cache
+def against(recorded: tuple[float, float], given: tuple[float, float]) -> Diagnosis:
+    """The answer about a simulation without scatter and without noise."""
+    return against_given(recording(*recorded), simulated(model(*given)), known(), setting=SETTING, name="sim.mcap")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Level and drop of both, and what must be said: whether the level differs, and who has the drop."""
+
+    recorded: tuple[float, float]
+    given: tuple[float, float]
+    level: bool
+    side: str | None
+
+
+CASES = {
+    "the level alone": Case((0.35, 0.0), (0.25, 0.0), level=True, side=None),
+    "an effect is left out": Case((0.35, 0.2), (0.35, 0.0), level=False, side="recording"),
+    "an effect is left out, and the level": Case((0.35, 0.2), (0.25, 0.0), level=True, side="recording"),
+    "the effect is contained": Case((0.35, 0.2), (0.35, 0.2), level=False, side=None),
+    "half of the effect is contained": Case((0.35, 0.2), (0.35, 0.1), level=False, side="both"),
+    "only the simulation has it": Case((0.35, 0.0), (0.35, 0.2), level=False, side="simulation"),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_answer_is_about_the_difference(name: str) -> None:
+    case = CASES[name]
+    answer = against(case.recorded, case.given)
+    claimed = [effect for effect in answer.effects if effect.verdict in ("supported", "indistinguishable")]
+    assert {effect.side for effect in claimed} == ({case.side} if case.side else set()), sentence(answer)
+    assert all(set(effect.class_ids) & NEAR for effect in claimed), sentence(answer)
+    differs = {one.name.split(".")[0]: one for one in answer.differs}
+    assert ("mu_s" in differs) == case.level, answer.differs
+    if case.level:
+        assert differs["mu_s"].simulation.value == pytest.approx(case.given[0], rel=0.03)
+        recorded = differs["mu_s"].recording
+        assert abs(recorded.value - case.recorded[0]) < 3 * recorded.sd + 0.02 * recorded.value
+    if case.side == "both":
+        ratio = next(one for id_, one in differs.items() if id_ in NEAR)
+        assert ratio.simulation.value == pytest.approx(0.5 * ratio.recording.value, rel=0.35)
+    if case.side is None:
+        assert answer.verdict == "not supported"
+        assert sentence(answer).startswith("Nothing is left out of the simulation")
+
+
+def test_the_keys_of_the_difference_are_added_to_the_contract() -> None:
+    answer = as_json(against((0.35, 0.2), (0.25, 0.0)))
+    (level,) = answer["baseline"]["differs"]
+    assert level["name"] == "mu_s"
+    assert set(level) == {"name", "recording", "simulation", "unit"}
+    assert set(level["recording"]) == {"value", "sd"}
+    assert {effect["side"] for effect in answer["effects"]} == {"recording"}
+    assert answer["baseline"]["simulator"] == "sim.mcap"
+
+
+def test_without_a_simulation_the_recordings_own_answer_stands() -> None:
+    answer = as_json(recording(0.35, 0.2).diagnosis)
+    assert answer["baseline"]["differs"] == []
+    assert answer["effects"][0]["side"] == "recording"
+
+
+def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:
+    recorded, rig = golden()
+    few = simulator("planar").repeat(recorded, model(0.35, 0.0), rig=rig)
+    with pytest.raises(UserError, match=r"at least 20 runs that can be compared, got 3 in sim\.mcap"):
+        against_given(recording(0.35, 0.0), few, known(), setting=SETTING, name="sim.mcap")
