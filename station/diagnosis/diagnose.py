@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis import thresholds
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
 from station.diagnosis.likelihood.systematic import without_nuisances
@@ -21,7 +22,6 @@ from station.diagnosis.predict.quality import both_held_out, compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
 from station.diagnosis.search.belief import Belief, beliefs, called
-from station.diagnosis.search.candidates import NONE, SINGLE
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, Search, search, with_wander
 from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
@@ -29,22 +29,6 @@ from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
-
-EVEN = 0.5
-"""What is less likely than not is not supported."""
-
-EXACT = 0.01
-"""Of a number's size: no law says it more exactly, nor does a mark's side, from which all lengths are taken.
-
-On concealed cases with hundreds of runs, frictions that differ by direction came out up to 2 % small with a third of a
-per cent as their standard error, for a cause that is not known.
-"""
-
-LEAST_RUNS = 20
-"""With fewer runs no scatter can be told, and so no effect from it."""
-
-LEAST_SLID = 10
-"""The same for runs that slid."""
 
 TIPPING = "tipping"
 """The effect that is told by runs that fall over, not by how they slide."""
@@ -126,11 +110,13 @@ def _why_not(evidence: Evidence) -> str | None:
     if not evidence.channels or used == 0:
         reasons = "; ".join(evidence.notes) or "there is no run with a slide"
         return f"expected runs with an onset or a slide, found none: {reasons}"
-    if used < LEAST_RUNS:
-        return f"expected at least {LEAST_RUNS} runs with an onset or a slide, found {used}: record more runs"
+    if used < thresholds.LEAST_RUNS:
+        return (
+            f"expected at least {thresholds.LEAST_RUNS:g} runs with an onset or a slide, found {used}: record more runs"
+        )
     slid = _slid(evidence)
-    if slid < LEAST_SLID:
-        return f"expected at least {LEAST_SLID} runs in which the block slid, found {slid}: tilt further"
+    if slid < thresholds.LEAST_SLID:
+        return f"expected at least {thresholds.LEAST_SLID:g} runs in which the block slid, found {slid}: tilt further"
     return None
 
 
@@ -164,8 +150,8 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
     tall = catalogue.get(TIPPING)
-    prior = SINGLE / max(len(catalogue), 1)
-    tips = tipped_over(evidence, tall, prior=prior / (prior + NONE))
+    prior = thresholds.SINGLE / max(len(catalogue), 1)
+    tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
     untestable = dict(found.untestable)
     if tall is not None and shows_tipping(evidence, tall):
         untestable.pop(TIPPING, None)
@@ -232,7 +218,7 @@ def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[Effect
                 title=f"something outside the catalogue: {where}",
                 class_ids=("other",),
                 probability=believed,
-                verdict="supported" if believed > EVEN else "not supported",
+                verdict="supported" if believed > thresholds.EVEN else "not supported",
                 parameters={},
             )
         )
@@ -248,7 +234,7 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
         title=effect.title,
         class_ids=near,
         probability=belief.effects[effect.id],
-        verdict=verdict if own.real and belief.effects[effect.id] > EVEN else "not supported",
+        verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters={
             parameter.name: Value(
                 value=term.values[parameter.name],
@@ -266,7 +252,7 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
 
 def _sd(fitted: Fit, term: Term, name: str) -> float:
     """Of a number; nan of one that is not free."""
-    return math.hypot(fitted.sd(term.effect.id, name), EXACT * _size(term, name))
+    return math.hypot(fitted.sd(term.effect.id, name), thresholds.EXACT * _size(term, name))
 
 
 def _size(term: Term, name: str) -> float:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit, levelled
@@ -30,19 +31,15 @@ from station.diagnosis.search.candidates import (
     single_candidates,
 )
 from station.diagnosis.search.comparison import Comparison, revised
-from station.diagnosis.search.misfit import Gained, channels_of, is_misfit, is_trifle, is_trifling_place
+from station.diagnosis.search.misfit import Gained, channels_of, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
+from station.diagnosis.search.trifle import is_trifle, is_trifling_place
 from station.diagnosis.search.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
 from station.physics.smooth import is_smooth
 
-ALARM = 0.04
-"""At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""
-
-NEXT = 0.005
-MOST_STAGES = 4
 FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
 """How many of each kind are fitted in full in each stage, by their scores."""
 
@@ -167,7 +164,7 @@ def in_stages(
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons)
     known: list[Gained] = []
-    for number in range(MOST_STAGES):
+    for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
         stage = _stage(found.fitter, found.model, offered, rng=rng, first=number == 0, known=known, progress=progress)
         found.stages.append(stage)
@@ -204,7 +201,7 @@ def _stage(
     calibration = calibrate(scored, sets, rng)
     global_p = calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0))
     ranked, chosen = sorted(candidates, key=lambda candidate: -candidate.odds), None
-    if global_p < (ALARM if first else NEXT):
+    if global_p < (thresholds.ALARM if first else thresholds.NEXT):
         progress("fitting the best candidates in full")
         ranked = _in_full(fitter, current, ranked, rest)
         standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
@@ -233,7 +230,9 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
     best = proposed(fitter, current, ranked)
-    best += [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
+    best += [
+        one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > thresholds.PROMISING
+    ]
     full = {one.key: fitter.fitted(current, one) for one in best}
     for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
         if pair.key not in full:
@@ -255,7 +254,7 @@ def _partnered(
     for one in sorted(alone, key=lambda single: -single.odds)[:LEADING]:
         for partner in _partners(fitter, one, offered)[:PARTNERS]:
             pair = known.get(tuple(sorted((*one.key, *partner.key))))
-            if pair is not None and partner.twice_gain > 2:
+            if pair is not None and partner.twice_gain > thresholds.PROMISING:
                 yield replace(pair, starts=(*one.starts, *partner.starts))
 
 
