@@ -12,6 +12,7 @@ loses by `Outcome.worth`. A diagnosis takes 2 to 40 s of processor time.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ import pytest
 
 from tests.benchmarks.knock_out.cases import CASES, Case
 from tests.benchmarks.knock_out.rules import RULES, Rule, another
-from tests.benchmarks.knock_out.running import outcome
+from tests.benchmarks.knock_out.running import Outcome, outcome
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(8 * 3600)]
 
@@ -49,7 +50,7 @@ def test_which_rules_save_cases(tmp_path: Path) -> None:
     assert right > 0
 
 
-def _compare(rule: Rule, before: dict[Case, object], folder: Path) -> None:
+def _compare(rule: Rule, before: Mapping[Case, Outcome], folder: Path) -> None:
     """Prints what changes without a rule, and how many cases it saves and loses."""
     fired = [case for case in before if rule.number or outcome(case, folder).fired.get(rule.name, 0)]
     saved = lost = 0

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import Scores, Variant, scores
 from station.diagnosis.inference.errors import UNIFORM
 from station.diagnosis.inference.fit import Fit, fit
@@ -99,6 +100,15 @@ def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, 
 def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
     """The effects alone, by their scores around a fit."""
     return [candidate for candidate, _ in _singles(scores(evidence, current, effects))]
+
+
+def tested_alone(
+    evidence: Evidence, current: Fit, effects: Sequence[Effect], rng: np.random.Generator
+) -> tuple[list[Candidate], Calibration]:
+    """The same, with the null of the session's own that is drawn from the fit."""
+    scored = scores(evidence, current, effects)
+    calibration = calibrate(scored, [variant.columns for variant in scored.variants], rng)
+    return [candidate for candidate, _ in _singles(scored)], calibration
 
 
 def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:

@@ -10,11 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
 from station.diagnosis.search.by_paths import against_nothing, gained, judged
-from station.diagnosis.search.candidates import Candidate, Fitter, single_candidates
+from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
 from station.diagnosis.search.misfit import Gained, superfluous, temperature
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
@@ -28,11 +30,13 @@ NAMED_FITS, SMOOTH_FITS = 8, 4
 class Comparison:
     """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty.
 
-    `against_nothing` is what the blocks' paths have against that, see `by_paths`.
+    `by_chance` is the probability that the best of all scores around `without` comes by chance, by the session's own
+    null; `against_nothing` is what the blocks' paths have against an empty place, see `by_paths`.
     """
 
     without: Fit
     candidates: tuple[Candidate, ...]
+    by_chance: float = 0.0
     against_nothing: float = 0.0
 
     @property
@@ -67,25 +71,34 @@ class Comparison:
         return tuple(chosen)
 
 
-def revised(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit, dict[str, Comparison]]:
+def revised(
+    fitter: Fitter, current: Fit, offered: Sequence[Effect], rng: np.random.Generator
+) -> tuple[Fit, dict[str, Comparison]]:
     """The model with each term the best for its place, and the comparisons by the ids of its terms."""
     compared = dict[str, Comparison]()
     for _ in range(ROUNDS):
-        current, compared, changed = _round(fitter, current, offered)
+        current, compared, changed = _round(fitter, current, offered, rng)
         if not changed:
             break
     kept = {effect.id for effect in _terms(current.model)}
     return current, {name: comparison for name, comparison in compared.items() if name in kept}
 
 
-def _round(fitter: Fitter, current: Fit, offered: Sequence[Effect]) -> tuple[Fit, dict[str, Comparison], bool]:
-    """Every term compared once; a better one takes its place, and one that is not needed leaves."""
+def _round(
+    fitter: Fitter, current: Fit, offered: Sequence[Effect], rng: np.random.Generator
+) -> tuple[Fit, dict[str, Comparison], bool]:
+    """Every term compared once; a better one takes its place, and one that is not needed leaves.
+
+    A further name is looked for in a stage of its own if what is left is beyond chance; one that came as half of a pair
+    has to stand the same test here.
+    """
     compared, gains, changed = dict[str, Comparison](), dict[str, Gained](), False
     for effect in _terms(current.model):
-        comparison = _comparison(fitter, current, effect, offered)
+        comparison = _comparison(fitter, current, effect, offered, rng)
+        further = bool(_terms(comparison.without.model)) and comparison.by_chance > thresholds.NEXT
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
-        if comparison.needless or is_trifle(fitter.evidence, comparison.without, current):
+        if comparison.needless or further or is_trifle(fitter.evidence, comparison.without, current):
             current, changed = comparison.without, True
             continue
         if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + thresholds.SWAP):
@@ -103,10 +116,13 @@ def _terms(model: Model) -> list[Effect]:
     return [term.effect for term in without_nuisances(model).terms]
 
 
-def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[Effect]) -> Comparison:
+def _comparison(
+    fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[Effect], rng: np.random.Generator
+) -> Comparison:
     without = _less(fitter, current, effect)
     known = {term.effect.id for term in without.model.terms}
-    ranked = single_candidates(fitter.evidence, without, [one for one in offered if one.id not in known])
+    ranked, null = tested_alone(fitter.evidence, without, [one for one in offered if one.id not in known], rng)
+    by_chance = null.corrected(min(one.p for one in ranked))
     ranked.sort(key=lambda candidate: -candidate.odds)
     named = [one for one in ranked if not one.smooth and one.key != (effect.id,)][:NAMED_FITS]
     smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
@@ -114,7 +130,7 @@ def _comparison(fitter: Fitter, current: Fit, effect: Effect, offered: Sequence[
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
     good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
     good.sort(key=lambda candidate: -candidate.odds)
-    return Comparison(without, tuple(good), against_nothing(fitter, without, good[0]))
+    return Comparison(without, tuple(good), by_chance, against_nothing(fitter, without, good[0]))
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:

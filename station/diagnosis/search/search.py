@@ -119,7 +119,7 @@ def search(
     """
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
     progress("comparing each with what could stand in its place")
-    model, compared = revised(staged.fitter, staged.model, staged.offered)
+    model, compared = revised(staged.fitter, staged.model, staged.offered, rng.spawn(1)[0])
     channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
     return Search(
         null=staged.null,

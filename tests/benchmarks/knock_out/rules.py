@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -139,7 +139,7 @@ def _holder(place: str) -> tuple[Any, str]:
 
 
 @contextmanager
-def _patched(changes: Sequence[tuple[Any, str, Any]]) -> Iterator[None]:
+def _patched(changes: Sequence[tuple[Any, str, Any]]) -> Generator[None]:
     kept = [(holder, name, vars(holder)[name]) for holder, name, _ in changes]
     for holder, name, new in changes:
         setattr(holder, name, new)
@@ -151,7 +151,7 @@ def _patched(changes: Sequence[tuple[Any, str, Any]]) -> Iterator[None]:
 
 
 @contextmanager
-def without(rule: Rule) -> Iterator[None]:
+def without(rule: Rule) -> Generator[None]:
     """The station without a rule."""
     new = rule.off() if rule.number else property(rule.off) if rule.is_property else rule.off
     with _patched([(*_holder(place), new) for place in rule.places]):
@@ -159,7 +159,7 @@ def without(rule: Rule) -> Iterator[None]:
 
 
 @contextmanager
-def watched(fired: Counter[str]) -> Iterator[None]:
+def watched(fired: Counter[str]) -> Generator[None]:
     """The station as it is; `fired` counts how often each rule gave another answer than when it is off."""
     changes: list[tuple[Any, str, Any]] = []
     for rule in RULES:

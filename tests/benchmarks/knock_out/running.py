@@ -130,7 +130,7 @@ def _found(case: Case, folder: Path, *, anew: bool) -> Found:
 
 
 def _read(told: dict[str, Any]) -> Outcome:
-    claims, refused = (
-        tuple(Claim(**one | {"alike": tuple(one["alike"])}) for one in told[key]) for key in ("claims", "refused")
-    )
-    return Outcome(**{**told, "claims": claims, "refused": refused})
+    def listed(key: str) -> tuple[Claim, ...]:
+        return tuple(Claim(**one | {"alike": tuple(one["alike"])}) for one in told.pop(key))
+
+    return Outcome(claims=listed("claims"), refused=listed("refused"), **told)
