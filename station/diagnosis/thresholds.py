@@ -245,12 +245,6 @@ PATHS_MOST = Threshold(
     meaning="The paths say no more than this.",
     how="By hand on development cases: enough to tell neighbours apart.",
 )
-PATHS_SECOND = Threshold(
-    80.0,
-    unit="2 ln L",
-    meaning="A second law of sliding has to bring the paths more than this beside the first.",
-    how="Up to 44 where there was none, and 230 and 607 where there was, on development cases.",
-)
 PATHS_NEAR = Threshold(
     2.0,
     meaning="Laws are proposed that miss the paths' own by less than this times what the nearest does.",
@@ -305,6 +299,11 @@ LEAST_KNOWN_SHARE = Threshold(
 )
 LEAST_SPREAD_RAD = Threshold(
     0.1, unit="rad", meaning="An angle that varies less explains nothing.", how="6°: a block's yaw as a hand puts it."
+)
+LEAST_WAVE = Threshold(
+    0.1,
+    meaning="A harmonic that varies less over the angles that occur explains nothing: it would act by its slope alone.",
+    how="By hand: of four directions every second sine.",
 )
 LEAST_DWELL_S = Threshold(
     0.2,

@@ -18,7 +18,6 @@ from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisanc
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.search.candidates import Candidate, Fitter
-from station.diagnosis.search.misfit import Gained, gained_by
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.model import Term
 
@@ -38,33 +37,9 @@ def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
         if group is not None:
             groups.setdefault(group, []).append(candidate)
     against = dict[tuple[str, ...], float]()
-    for (others, laws), members in groups.items():
-        short = _of_a_second(fitter, members, groups.get((others, 2), ())) if laws == 1 else {}
-        against |= {key: max(each, short.get(key, 0.0)) for key, each in _against(fitter, members).items()}
+    for members in groups.values():
+        against |= _against(fitter, members)
     return [replace(candidate, against=against.get(candidate.key, 0.0)) for candidate in candidates]
-
-
-def gained(fitter: Fitter, without: Fit, candidate: Candidate) -> Gained:
-    """What a candidate gains over a model that lacks it, where, and of that what it gains in the paths."""
-    known = gained_by(fitter.evidence, candidate)
-    return replace(known, twice_gain=known.twice_gain + thresholds.PATHS_SHARE * _gain(fitter, without, candidate))
-
-
-def against_nothing(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
-    """What the paths have against a model that lacks the candidate."""
-    return min(
-        max(_gain(fitter, without, candidate) - thresholds.PATHS_SLACK, 0.0) * thresholds.PATHS_SHARE,
-        thresholds.PATHS_MOST,
-    )
-
-
-def _gain(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
-    """Of twice the paths' log likelihood; 0 for what they do not tell."""
-    paths, fitted = fitter.evidence.paths, candidate.fitted
-    told = paths is not None and not candidate.smooth and _group(paths, candidate) is not None
-    if not told or fitted is None or without.model.acting("delay_s"):
-        return 0.0
-    return max(2.0 * (fitter.once(fitted, _of_paths) - fitter.once(without, _of_paths)), 0.0)
 
 
 def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
@@ -128,22 +103,6 @@ def _against(fitter: Fitter, members: Sequence[Candidate]) -> dict[tuple[str, ..
         key: min(max(best - each - thresholds.PATHS_SLACK, 0.0) * thresholds.PATHS_SHARE, thresholds.PATHS_MOST)
         for key, each in twice.items()
     }
-
-
-def _of_a_second(
-    fitter: Fitter, alone: Sequence[Candidate], pairs: Sequence[Candidate]
-) -> dict[tuple[str, ...], float]:
-    """What the paths have against each law alone, by key, where they want a second beside it."""
-    short = dict[tuple[str, ...], float]()
-    for one in alone:
-        near = [
-            pair for pair in pairs if set(one.key) < set(pair.key) and pair.odds > one.odds - 2 * thresholds.PATHS_MOST
-        ]
-        gains = [_twice(fitter, pair) - _twice(fitter, one) for pair in near]
-        short[one.key] = min(
-            max(max(gains, default=0.0) - thresholds.PATHS_SECOND, 0.0) * thresholds.PATHS_SHARE, thresholds.PATHS_MOST
-        )
-    return short
 
 
 def _twice(fitter: Fitter, candidate: Candidate) -> float:

@@ -15,9 +15,9 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
-from station.diagnosis.search.by_paths import against_nothing, gained, judged
+from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
-from station.diagnosis.search.misfit import Gained, superfluous, temperature
+from station.diagnosis.search.misfit import Gained, gained_by, superfluous, temperature
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -31,24 +31,28 @@ class Comparison:
     """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty.
 
     `by_chance` is the probability that the best of all scores around `without` comes by chance, by the session's own
-    null; `against_nothing` is what the blocks' paths have against an empty place, see `by_paths`.
+    null.
     """
 
     without: Fit
     candidates: tuple[Candidate, ...]
     by_chance: float = 0.0
-    against_nothing: float = 0.0
+
+    @property
+    def is_further(self) -> bool:
+        """True if it is a place beside other names, and what is left without it is within chance."""
+        return bool(_terms(self.without.model)) and self.by_chance > thresholds.NEXT
 
     @property
     def needless(self) -> bool:
         """Whether nothing is likelier than anything."""
-        return self.candidates[0].odds + self.against_nothing < 0
+        return self.candidates[0].odds < 0
 
     def shares(self) -> dict[str, float]:
         """Posterior by id, all smooth terms together as `other`, nothing as `none`; they add up to 1."""
-        top = max((-self.against_nothing, *(candidate.odds for candidate in self.candidates)))
+        top = max((0.0, *(candidate.odds for candidate in self.candidates)))
         heat = temperature(candidate.twice_gain for candidate in self.candidates)
-        weights = {"none": math.exp(-0.5 * (top + self.against_nothing) / heat)}
+        weights = {"none": math.exp(-0.5 * top / heat)}
         for candidate in self.candidates:
             (name,) = candidate.ids
             # A smooth term has no law whose misfit could be excused.
@@ -95,17 +99,16 @@ def _round(
     compared, gains, changed = dict[str, Comparison](), dict[str, Gained](), False
     for effect in _terms(current.model):
         comparison = _comparison(fitter, current, effect, offered, rng)
-        further = bool(_terms(comparison.without.model)) and comparison.by_chance > thresholds.NEXT
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
-        if comparison.needless or further or is_trifle(fitter.evidence, comparison.without, current):
+        if comparison.needless or comparison.is_further or is_trifle(fitter.evidence, comparison.without, current):
             current, changed = comparison.without, True
             continue
         if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + thresholds.SWAP):
             current, changed, mine = best.fitted, True, best
         if mine is not None:
             compared[mine.effects[0].id] = comparison
-            gains[mine.effects[0].id] = gained(fitter, comparison.without, mine)
+            gains[mine.effects[0].id] = gained_by(fitter.evidence, mine)
     name = superfluous(gains)
     if name is not None:
         current, changed = compared[name].without, True
@@ -130,7 +133,7 @@ def _comparison(
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
     good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
     good.sort(key=lambda candidate: -candidate.odds)
-    return Comparison(without, tuple(good), by_chance, against_nothing(fitter, without, good[0]))
+    return Comparison(without, tuple(good), by_chance)
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:

@@ -21,7 +21,7 @@ from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, without_nuisances
 from station.diagnosis.likelihood.wander import wanders
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.by_paths import against_nothing, gained, judged, proposed
+from station.diagnosis.search.by_paths import judged, proposed
 from station.diagnosis.search.candidates import (
     Begins,
     Candidate,
@@ -31,7 +31,7 @@ from station.diagnosis.search.candidates import (
     single_candidates,
 )
 from station.diagnosis.search.comparison import Comparison, revised
-from station.diagnosis.search.misfit import Gained, channels_of, is_misfit
+from station.diagnosis.search.misfit import Gained, channels_of, gained_by, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
 from station.diagnosis.search.trifle import is_trifle, is_trifling_place
@@ -170,7 +170,7 @@ def in_stages(
         found.stages.append(stage)
         if stage.chosen is None:
             break
-        known.append(gained(found.fitter, found.model, stage.chosen))
+        known.append(gained_by(evidence, stage.chosen))
         if stage.chosen.fitted is None:
             found.places.append(stage.chosen)
             break
@@ -285,9 +285,9 @@ def _chosen(
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
     for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
-        if one.odds + against_nothing(fitter, current, one) <= 0:
+        if one.odds <= 0:
             continue
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
-        if not trifle and not is_misfit(gained(fitter, current, one), known):
+        if not trifle and not is_misfit(gained_by(fitter.evidence, one), known):
             return one
     return None

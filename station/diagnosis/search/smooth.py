@@ -47,7 +47,7 @@ onset that is read late makes its slide seem younger, and its friction less than
 that of the moment which was read."""
 
 SAME = 1e-6
-"""Angles are the same that differ by less, whole turns aside, and waves constant that vary by less: rounding."""
+"""Angles are the same that differ by less, whole turns aside: rounding."""
 
 
 def covariate_of(effect: Effect) -> str:
@@ -120,7 +120,7 @@ def _angle_forms(values: Array) -> Iterator[Form]:
     sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
     for chosen in sets:
         kept: tuple[tuple[Wave, int], ...] = tuple(
-            (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > SAME
+            (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > thresholds.LEAST_WAVE
         )
         if {k for _, k in kept} == set(chosen):  # else it would be a smaller set once more
             yield Harmonics(waves=kept)

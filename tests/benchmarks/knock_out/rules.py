@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from station.diagnosis import thresholds
-from station.diagnosis.search import misfit
 
 Off = Callable[..., Any]
 
@@ -53,20 +52,8 @@ def _one(*_: Any, **__: Any) -> float:
     return 1.0
 
 
-def _zero(*_: Any, **__: Any) -> float:
-    return 0.0
-
-
 def _empty(*_: Any, **__: Any) -> list[Any]:
     return []
-
-
-def _nothing(*_: Any, **__: Any) -> dict[Any, Any]:
-    return {}
-
-
-def _some(one: Any, _: Any) -> bool:
-    return any(value > 0 for value in one.values())
 
 
 def _as_they_are(_: Any, candidates: Sequence[Any]) -> list[Any]:
@@ -77,14 +64,6 @@ def _against(one: Any, _: Any) -> bool:
     return any(candidate.against > 0 for candidate in one)
 
 
-def _more(one: Any, other: Any) -> bool:
-    return bool(one.twice_gain > other.twice_gain + 1.0)
-
-
-def _in_search(fitter: Any, _: Any, candidate: Any) -> Any:
-    return misfit.gained_by(fitter.evidence, candidate)
-
-
 def _full_cost(fitter: Any, _found: Any, _effect: Any, _parameter: Any) -> float:
     return math.log(max(fitter.evidence.used(), 2))
 
@@ -92,6 +71,7 @@ def _full_cost(fitter: Any, _found: Any, _effect: Any, _parameter: Any) -> float
 S = "station.diagnosis.search."
 RULES: tuple[Rule, ...] = (
     Rule(name="misfit", places=(S + "search:is_misfit",), off=_false),
+    Rule(name="further name by chance", places=(S + "comparison:Comparison.is_further",), off=_false, is_property=True),
     Rule(name="misfit at the end", places=(S + "comparison:superfluous",), off=_none),
     Rule(name="trifle", places=(S + "search:is_trifle", S + "comparison:is_trifle"), off=_false),
     Rule(name="trifling place", places=(S + "search:is_trifling_place",), off=_false),
@@ -100,15 +80,6 @@ RULES: tuple[Rule, ...] = (
         places=(S + "search:judged", S + "comparison:judged"),
         off=_as_they_are,
         differs=_against,
-    ),
-    Rule(name="paths want a second law", places=(S + "by_paths:_of_a_second",), off=_nothing, differs=_some),
-    Rule(
-        name="paths against nothing",
-        places=(S + "search:against_nothing", S + "comparison:against_nothing"),
-        off=_zero,
-    ),
-    Rule(
-        name="paths count as gain", places=(S + "search:gained", S + "comparison:gained"), off=_in_search, differs=_more
     ),
     Rule(name="paths propose laws", places=(S + "search:proposed",), off=_empty),
     Rule(name="pairs by partners", places=(S + "search:_partnered",), off=_empty),
