@@ -9,9 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.search.candidates import Candidate
-from station.diagnosis.search.comparison import Comparison
-from station.diagnosis.search.misfit import Gained, trust
 from station.diagnosis.search.search import Search, Stage
 from station.physics.smooth import PREFIX
 
@@ -31,34 +28,11 @@ def beliefs(found: Search) -> Belief:
     """From the comparisons of the model's terms with what could stand in their places."""
     shares = {name: comparison.shares() for name, comparison in found.compared.items()}
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
-    effects = {
-        name: _trust(found, name) * sum(shares[name].get(member, 0.0) for member in members)
-        for name, members in classes.items()
-    }
+    effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
     other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
-    places = [_sure(place.odds) * _trust_in_place(found, place) for place in found.places]
+    places = [_sure(place.odds) for place in found.places]
     other = max([other, *places])
     return Belief(effects=effects, classes=classes, places=places, other=other, none=_none(found.stages[0]))
-
-
-def _trust(found: Search, name: str) -> float:
-    """The probability that a term is more than the misfit of the others."""
-    gains = _gains(found)
-    return trust(gains.pop(name), gains.values())
-
-
-def _trust_in_place(found: Search, place: Candidate) -> float:
-    """The probability that what stands out at a place is more than the misfit of the laws that act there."""
-    channel = place.place.channel.name if place.place is not None else ""
-    return trust(Gained(frozenset({channel}), place.twice_gain), _gains(found).values())
-
-
-def _gains(found: Search) -> dict[str, Gained]:
-    return {name: Gained(found.channels[name], _gain(one, name)) for name, one in found.compared.items()}
-
-
-def _gain(comparison: Comparison, name: str) -> float:
-    return max((one.twice_gain for one in comparison.candidates if one.effects[0].id == name), default=0.0)
 
 
 def called(effect_id: str) -> str:

@@ -2,14 +2,13 @@
 
 No law is exact, and with enough runs its misfit stands out. A likelihood that takes laws for exact would be ever surer
 of the least wrong one (Miller & Dunson 2019, JASA 114, 1113: coarsened posteriors). Chance makes a gain of about 1 in
-twice the log likelihood; a law that gains G leaves one of about G / KNOWN_TO. This one number says how much a
-candidate must be better than another for the same place (`temperature`), how much of a further gain in the same
-channels is believed (`trust`), and when it is not looked at (`is_misfit`).
+twice the log likelihood; a law that gains G leaves one of about G / KNOWN_TO. This one number says how much better a
+candidate must be than another for the same place (`temperature`), and which further gain is none (`is_misfit`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from station.diagnosis import thresholds
@@ -30,10 +29,10 @@ def gained_by(evidence: Evidence, candidate: Candidate) -> Gained:
     """What a candidate gains, and where."""
     if candidate.place is not None:
         return Gained(frozenset({candidate.place.channel.name}), candidate.twice_gain)
-    return Gained(channels_of(evidence, candidate.effects), candidate.twice_gain)
+    return Gained(_channels_of(evidence, candidate.effects), candidate.twice_gain)
 
 
-def channels_of(evidence: Evidence, effects: Iterable[Effect]) -> frozenset[str]:
+def _channels_of(evidence: Evidence, effects: Iterable[Effect]) -> frozenset[str]:
     """The channels that effects can change."""
     hooks = frozenset[str]().union(*(effect.acts_through() for effect in effects))
     return frozenset(channel.name for channel in evidence.channels if channel.hooks & hooks)
@@ -49,15 +48,9 @@ def misfit(gains: Iterable[float]) -> float:
     return max(gains, default=0.0) / thresholds.KNOWN_TO
 
 
-def trust(new: Gained, known: Iterable[Gained]) -> float:
-    """The probability that a gain is more than what is known leaves to it in its channels."""
-    left = misfit(other.twice_gain for other in known if new.channels & other.channels)
-    return new.twice_gain / max(new.twice_gain + left, 1e-9)
-
-
-def is_misfit(new: Gained, known: Sequence[Gained]) -> bool:
-    """True if a gain is likelier the misfit of what is known than more."""
-    return trust(new, known) < thresholds.EVEN
+def is_misfit(new: Gained, known: Iterable[Gained]) -> bool:
+    """True if a gain is no larger than what others leave in its channels by not being exact."""
+    return new.twice_gain < misfit(other.twice_gain for other in known if new.channels & other.channels)
 
 
 def superfluous(gains: Mapping[str, Gained]) -> str | None:

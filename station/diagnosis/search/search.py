@@ -31,7 +31,7 @@ from station.diagnosis.search.candidates import (
     single_candidates,
 )
 from station.diagnosis.search.comparison import Comparison, revised
-from station.diagnosis.search.misfit import Gained, channels_of, gained_by, is_misfit
+from station.diagnosis.search.misfit import Gained, gained_by, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
 from station.diagnosis.search.trifle import is_trifle, is_trifling_place
@@ -66,15 +66,13 @@ class Stage:
 class Search:
     """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts;
-    `ends` is where all fits ended.
+    `compared` has, for each term of the model by its id, what could stand in its place; `ends` is where all fits ended.
     """
 
     null: Fit
     stages: tuple[Stage, ...]
     model: Fit
     compared: Mapping[str, Comparison]
-    channels: Mapping[str, frozenset[str]]
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     ends: Begins
@@ -120,13 +118,11 @@ def search(
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
     progress("comparing each with what could stand in its place")
     model, compared = revised(staged.fitter, staged.model, staged.offered, rng.spawn(1)[0])
-    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
     return Search(
         null=staged.null,
         stages=tuple(staged.stages),
         model=model,
         compared=compared,
-        channels=channels,
         places=tuple(staged.places),
         untestable=staged.untestable,
         ends=staged.fitter.ends(),
