@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from station.diagnosis.inference.calibration import LEAST_P
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, as_simulated, fit
-from station.diagnosis.inference.values import EXACT, inexact, values_of
+from station.diagnosis.inference.values import inexact, values_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.belief import Belief, called
@@ -99,7 +99,7 @@ def against(recorded: Found, simulated: Found) -> Against:
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
     last = recorded.search.stages[-1]
     left_p = last.global_p if last.chosen is None else 1.0
-    return Against(level=level, effects=beside, global_p=min(1.0, max(2.0 * min(differ_p, left_p), LEAST_P)))
+    return Against(level=level, effects=beside, global_p=min(1.0, max(2.0 * min(differ_p, left_p), thresholds.LEAST_P)))
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:
@@ -135,7 +135,7 @@ def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
 
 def _mu(evidence: Evidence, fitted: Fit) -> Value:
     mu_s = as_simulated(evidence, fitted).mu_s
-    sd = mu_s * math.hypot(fitted.noise.scatter / math.sqrt(max(evidence.used(), 1)), EXACT)
+    sd = mu_s * math.hypot(fitted.noise.scatter / math.sqrt(max(evidence.used(), 1)), thresholds.EXACT)
     return Value(value=mu_s, sd=sd, unit="1")
 
 

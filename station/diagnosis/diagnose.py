@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis import thresholds
 from station.diagnosis.against import Found
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
@@ -23,7 +24,6 @@ from station.diagnosis.predict.quality import both_held_out, compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
 from station.diagnosis.search.belief import Belief, beliefs, called
-from station.diagnosis.search.candidates import NONE, SINGLE
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, Search, search, with_wander
 from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
@@ -31,15 +31,6 @@ from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
-
-EVEN = 0.5
-"""What is less likely than not is not supported."""
-
-LEAST_RUNS = 20
-"""With fewer runs no scatter can be told, and so no effect from it."""
-
-LEAST_SLID = 10
-"""The same for runs that slid."""
 
 TIPPING = "tipping"
 """The effect that is told by runs that fall over, not by how they slide."""
@@ -122,11 +113,13 @@ def _why_not(evidence: Evidence) -> str | None:
     if not evidence.channels or used == 0:
         reasons = "; ".join(evidence.notes) or "there is no run with a slide"
         return f"expected runs with an onset or a slide, found none: {reasons}"
-    if used < LEAST_RUNS:
-        return f"expected at least {LEAST_RUNS} runs with an onset or a slide, found {used}: record more runs"
+    if used < thresholds.LEAST_RUNS:
+        return (
+            f"expected at least {thresholds.LEAST_RUNS:g} runs with an onset or a slide, found {used}: record more runs"
+        )
     slid = _slid(evidence)
-    if slid < LEAST_SLID:
-        return f"expected at least {LEAST_SLID} runs in which the block slid, found {slid}: tilt further"
+    if slid < thresholds.LEAST_SLID:
+        return f"expected at least {thresholds.LEAST_SLID:g} runs in which the block slid, found {slid}: tilt further"
     return None
 
 
@@ -160,8 +153,8 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
     tall = catalogue.get(TIPPING)
-    prior = SINGLE / max(len(catalogue), 1)
-    tips = tipped_over(evidence, tall, prior=prior / (prior + NONE))
+    prior = thresholds.SINGLE / max(len(catalogue), 1)
+    tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
     untestable = dict(found.untestable)
     if tall is not None and shows_tipping(evidence, tall):
         untestable.pop(TIPPING, None)
@@ -228,7 +221,7 @@ def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[Effect
                 title=f"something outside the catalogue: {where}",
                 class_ids=("other",),
                 probability=believed,
-                verdict="supported" if believed > EVEN else "not supported",
+                verdict="supported" if believed > thresholds.EVEN else "not supported",
                 parameters={},
             )
         )
@@ -244,7 +237,7 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
         title=effect.title,
         class_ids=near,
         probability=belief.effects[effect.id],
-        verdict=verdict if own.real and belief.effects[effect.id] > EVEN else "not supported",
+        verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters=values_of(fitted, term),
         determined=determined(evidence, fitted, term),
         own=own,

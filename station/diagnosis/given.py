@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from shared.errors import UserError
+from station.diagnosis import thresholds
 from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
-from station.diagnosis.diagnose import EVEN, LEAST_RUNS, Examined, overall
+from station.diagnosis.diagnose import Examined, overall
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Setting
@@ -50,10 +51,10 @@ def against_given(
         return answer
     progress("reading the simulation")
     evidence = as_noisy_as(recorded, evidence_of(simulated, setting))
-    if evidence.used() < LEAST_RUNS:
+    if evidence.used() < thresholds.LEAST_RUNS:
         notes = "; ".join(evidence.notes) or "the others neither slide nor hold"
         raise UserError(
-            f"Expected a simulation with at least {LEAST_RUNS} runs that can be compared, got {evidence.used()} in "
+            f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, got {evidence.used()} in "
             f"{name}: {notes}"
         )
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
@@ -88,7 +89,7 @@ def _of_recording(effect: EffectFound, beside: Beside | None) -> EffectFound:
     if beside is None:
         return effect
     probability = effect.probability * beside.probability
-    verdict = effect.verdict if probability > EVEN else "not supported"
+    verdict = effect.verdict if probability > thresholds.EVEN else "not supported"
     return replace(effect, side=beside.side, probability=probability, verdict=verdict)
 
 
@@ -106,7 +107,7 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
         title=effect.title,
         class_ids=near,
         probability=probability,
-        verdict=likely if probability > EVEN else "not supported",
+        verdict=likely if probability > thresholds.EVEN else "not supported",
         parameters=next(values_of(fitted, term) for term in fitted.model.terms if term.effect.id == effect.id),
         separated_by=effect.separated_by,
         side=beside.side,

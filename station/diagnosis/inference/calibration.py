@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Scores, drawn_scores
 from station.diagnosis.inference.gain import gain, p_value
 from station.physics.contact import Array
 
 DRAWS = 1000
-LEAST_P = 1e-6
-"""No tail is known so well that a smaller p would mean anything."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +31,7 @@ class Calibration:
             return (count + 1) / (len(self.smallest) + 1)
         tests = -np.log1p(-0.05) / max(float(np.quantile(self.smallest, 0.05)), 1e-12)
         expected = float(-np.expm1(tests * np.log1p(-min(p, 0.5))))
-        return min(max(expected, LEAST_P), (count + 1) / (len(self.smallest) + 1))
+        return min(max(expected, thresholds.LEAST_P), (count + 1) / (len(self.smallest) + 1))
 
 
 def calibrate(

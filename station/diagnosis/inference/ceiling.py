@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import betaln, digamma
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
-from station.diagnosis.likelihood.noise import GAUSSIAN
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence
@@ -34,4 +34,4 @@ def entropy(tail: Array) -> Array:
     """
     student = 0.5 * (tail + 1.0) * (digamma(0.5 * (tail + 1.0)) - digamma(0.5 * tail))
     student = student + 0.5 * np.log(tail) + betaln(0.5 * tail, 0.5)
-    return np.where(tail >= GAUSSIAN, 0.5 * np.log(2.0 * np.pi * np.e), student)
+    return np.where(tail >= thresholds.GAUSSIAN, 0.5 * np.log(2.0 * np.pi * np.e), student)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.parameters import Free, told
-from station.diagnosis.likelihood.noise import GAUSSIAN
 from station.diagnosis.likelihood.slopes import residuals, slopes
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -95,7 +95,7 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     table = whitening(np.column_stack([own, *parts]))[counted]
     run, tail = whitening.run[counted], whitening.tail[counted]
     slope, _ = pulls(white[counted], tail, whitening.limit[counted])
-    expected = np.where(tail >= GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
+    expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
     weighted = np.sqrt(expected)[:, None] * table
     nuisance, candidates = weighted[:, : len(fit.free)], weighted[:, len(fit.free) :]
     precision = np.array([number.precision for number in fit.free])

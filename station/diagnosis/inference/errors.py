@@ -6,14 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.diagnosis.likelihood.noise import GAUSSIAN
+from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
-
-TRUSTED_AFTER_RUNS = 30.0
-"""With so many runs their own scatter counts for half of what it says."""
-
-MOST_WIDER = 6.0
 
 UNIFORM = 12.0
 """The squared width of evenly spread numbers over their variance."""
@@ -40,7 +35,7 @@ class Curvature:
         (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
         1967; Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
         """
-        expected = np.where(self.tail >= GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
+        expected = np.where(self.tail >= thresholds.GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
         weight = np.where(self.limit, self.curve, expected)
         table = self.slope
         information = (table * weight[:, None]).T @ table + np.diag(precision)
@@ -51,6 +46,6 @@ class Curvature:
         meat = share.T @ share * (runs / max(runs - table.shape[1], 1)) + np.diag(precision)
         sandwich = of_model @ meat @ of_model
         ratio = np.diag(sandwich) / np.maximum(np.diag(of_model), 1e-300)
-        wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + TRUSTED_AFTER_RUNS)
-        scale = np.minimum(np.sqrt(wider), MOST_WIDER)
+        wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + thresholds.TRUSTED_AFTER_RUNS)
+        scale = np.minimum(np.sqrt(wider), thresholds.MOST_WIDER)
         return np.asarray(of_model * np.outer(scale, scale), dtype=np.float64)

@@ -233,7 +233,7 @@ class _Search:
             self.vector, self.model, self.at = best.vector, best.model, best.at
             self.white, self.whitening = best.white, best.whitening
             return False
-        return gain < 0.5  # no way up from here: as good as converged only if little was to be gained
+        return gain < WORTH_RENEWING  # no way up from here: as good as converged only if little was to be gained
 
     def _at(self, vector: Array) -> _Tried:
         model = model_of(vector, self.free, base=self.model)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import chi2
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Scores
 from station.physics.contact import Array, Bools
 
@@ -83,7 +84,7 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
     ratio = float(np.trace(np.linalg.solve(scaled, scatter))) / len(chosen)
     # With few runs the ratio itself is noisy: only what exceeds its own uncertainty counts.
     active = max(float((np.abs(shares).sum(axis=1) > 0).sum()), 2.0)
-    return max(ratio - 1.5 * np.sqrt(2.0 / active), 1.0)
+    return max(ratio - thresholds.OVERDISPERSED * np.sqrt(2.0 / active), 1.0)
 
 
 def p_value(total: Array, size: int) -> Array:

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import math
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.result import Value
 from station.physics.model import Term
-
-EXACT = 0.01
-"""Of a number's size: no law says it more exactly, nor does a mark's side, from which all lengths are taken.
-
-On concealed cases with hundreds of runs, frictions that differ by direction came out up to 2 % small with a third of a
-per cent as their standard error, for a cause that is not known.
-"""
 
 
 def values_of(fitted: Fit, term: Term) -> dict[str, Value]:
@@ -31,7 +25,7 @@ def values_of(fitted: Fit, term: Term) -> dict[str, Value]:
 
 def inexact(term: Term, name: str) -> float:
     """How far a number is open, in its unit, whatever the recording says."""
-    return EXACT * _size(term, name)
+    return thresholds.EXACT * _size(term, name)
 
 
 def _size(term: Term, name: str) -> float:

@@ -18,17 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from station.diagnosis import thresholds
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
 
-GAUSSIAN = 200.0
-TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, GAUSSIAN)
-LEAST_RUNS = 8
+TAILS = (3.0, 4.0, 6.0, 10.0, 20.0, thresholds.GAUSSIAN)
 CENSORED_ROUNDS = 30
-MOST_CENSORED = 2.0
-_CLIP = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +80,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         channel = next(channel for channel in evidence.channels if channel.name == "onset")
         own["onset"] *= _censoring(residuals["onset"], channel.rows.limit)
     friction = _share(means, errors, own)
-    return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, GAUSSIAN))
+    return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, thresholds.GAUSSIAN))
 
 
 def _factor(values: Array, sigma: Array, run: Times) -> float:
@@ -141,7 +138,7 @@ def _robust_sd(values: Array) -> float:
 def _clipped(values: Array) -> Array:
     middle = float(np.median(values))
     mad = 1.4826 * float(np.median(np.abs(values - middle)))
-    return np.clip(values, middle - _CLIP * mad, middle + _CLIP * mad) if mad else values
+    return np.clip(values, middle - thresholds.CLIP * mad, middle + thresholds.CLIP * mad) if mad else values
 
 
 def _censoring(values: Array, limit: Bools) -> float:
@@ -150,7 +147,7 @@ def _censoring(values: Array, limit: Bools) -> float:
     Maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26, 24;
     Dempster, Laird, Rubin 1977).
     """
-    if not limit.any() or (~limit).sum() < LEAST_RUNS:
+    if not limit.any() or (~limit).sum() < thresholds.LEAST_KNOWN:
         return 1.0
     clipped = _clipped(values[~limit])
     plain = max(float(np.std(clipped)), 1e-9)
@@ -163,7 +160,7 @@ def _censoring(values: Array, limit: Bools) -> float:
         everything = np.concatenate([clipped, expected])
         mean = float(np.mean(everything))
         scale = math.sqrt(float(np.sum((everything - mean) ** 2) + np.sum(square)) / len(everything))
-    return min(max(scale / plain, 1.0), MOST_CENSORED)
+    return min(max(scale / plain, 1.0), thresholds.MOST_CENSORED)
 
 
 def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
@@ -175,7 +172,7 @@ def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[st
     if "onset" not in means or "along" not in means:
         return 0.0
     both = np.isfinite(means["onset"]) & np.isfinite(means["along"])
-    if both.sum() < LEAST_RUNS:
+    if both.sum() < thresholds.LEAST_KNOWN:
         return 0.0
     apart = _robust_sd(means["onset"][both] - means["along"][both]) ** 2
     apart = max(apart - float(np.median(errors["along"][both])) ** 2, 1e-10)

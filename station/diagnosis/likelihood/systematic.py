@@ -17,24 +17,18 @@ from typing import ClassVar
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
-PRIOR = 0.003
-"""Standard deviation of the shift, relative: 0.06° at a tilt of 20°."""
-
-BLUR_S2 = 2e-4
-"""The same of the variance of an onset's time: readings near a corner of the tilt's course scatter to one side."""
-
-PICTURE_M, TILTED = 2e-6, 0.05
-"""A fiftieth of a pixel: the mean of many frames of many runs, all alike, is not surer. And the sine of a tilt."""
+TILTED = 0.05
+"""The sine from which on a plate is tilted."""
 
 LEAST_SLOPE = 0.05
-FARTHEST = 3.0
-"""How many of its typical sizes an effect may plausibly have: the standard deviation of one that is allowed for."""
+"""On a plate more level than that a late reading has no relative size."""
 
 
 class OnsetReading(Effect):
@@ -47,8 +41,8 @@ class OnsetReading(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="shift", unit="1", low=-0.1, high=0.1, typical=PRIOR),
-        Parameter(name="blur_s2", unit="s²", low=-5e-3, high=5e-3, typical=BLUR_S2),
+        Parameter(name="shift", unit="1", low=-0.1, high=0.1, typical=thresholds.ONSET_SHIFT),
+        Parameter(name="blur_s2", unit="s²", low=-5e-3, high=5e-3, typical=thresholds.ONSET_BLUR_S2),
     )
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
@@ -77,8 +71,8 @@ class PictureReading(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="sag_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
-        Parameter(name="step_m", unit="m", low=-2e-5, high=2e-5, typical=PICTURE_M),
+        Parameter(name="sag_m", unit="m", low=-2e-5, high=2e-5, typical=thresholds.PLACE_TRUSTED_M),
+        Parameter(name="step_m", unit="m", low=-2e-5, high=2e-5, typical=thresholds.PLACE_TRUSTED_M),
     )
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
@@ -113,7 +107,9 @@ def allowing_for(model: Model, effects: Iterable[Effect]) -> Model:
 
 def _allowed(effect: Effect) -> Term:
     """The same law under another name, its plausible size as the standard deviation of its prior."""
-    wide = tuple(replace(parameter, typical=FARTHEST * parameter.typical) for parameter in effect.parameters)
+    wide = tuple(
+        replace(parameter, typical=thresholds.PLAUSIBLE * parameter.typical) for parameter in effect.parameters
+    )
     same = type("Allowed", (type(effect),), {"id": f"_{effect.id}", "parameters": wide})()
     return Term(same, effect.neutral())
 

@@ -17,20 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from station.diagnosis import thresholds
 from station.diagnosis.compiled import compiled
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
-
-REACH_M = (5e-4, 2e-2)
-"""Bounds of the reach. A shorter one is the frames' own noise, a longer one the run's own level of friction: both have
-terms of their own. `tests/unit/diagnosis/test_wander.py` shows what is found of what was planted between them."""
-
-LEAST_RUNS = 8
-"""Runs from which on their common course at one place in the order of windows is known well enough to be taken off."""
-
-CLIPPED = 4.0
-"""Robust standard deviations beyond which a residual is an outlier, and would read as wander."""
 
 STEPS = 150
 """Evaluations of the likelihood: of four numbers, in a simplex."""
@@ -56,7 +47,7 @@ def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wan
     return {
         channel.name: _wander(evidence, channel, residuals[channel.name])
         for channel in evidence.channels
-        if channel.travelled_m is not None and len(np.unique(channel.rows.run)) >= LEAST_RUNS
+        if channel.travelled_m is not None and len(np.unique(channel.rows.run)) >= thresholds.LEAST_KNOWN
     }
 
 
@@ -87,7 +78,7 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
 
     Of free numbers (4,); the reach by a logistic function within its bounds.
     """
-    low, high = np.log(REACH_M)
+    low, high = math.log(thresholds.SHORTEST_REACH_M), math.log(thresholds.LONGEST_REACH_M)
     share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
     factor, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
     return factor, spread * own, spread * sd, math.exp(low + share * (high - low))
@@ -105,13 +96,13 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
     steps = np.zeros(int(number.max(initial=0)) + 1)
     for one in np.unique(after):
         mine = step[after == one]
-        steps[one] = float(np.median(mine)) if len(mine) >= LEAST_RUNS else 0.0
+        steps[one] = float(np.median(mine)) if len(mine) >= thresholds.LEAST_KNOWN else 0.0
     return residual - np.cumsum(steps)[number]
 
 
 def _clipped(values: Array) -> Array:
     middle = float(np.median(values))
-    reach = CLIPPED * 1.4826 * float(np.median(np.abs(values - middle)))
+    reach = thresholds.WANDER_CLIP * 1.4826 * float(np.median(np.abs(values - middle)))
     return np.clip(values, middle - reach, middle + reach)
 
 

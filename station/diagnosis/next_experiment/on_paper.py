@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
-from station.diagnosis.likelihood.noise import GAUSSIAN, Noise
+from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.observations.channel import Rows, rows_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.moments import Moments, RunFacts
@@ -113,12 +114,14 @@ def _noise(noise: Noise | None) -> Noise:
     names = ("onset", "along", "across", "turn")
     if noise is None:
         own = {"onset": 0.04, "along": 0.02, "across": 0.002, "turn": 0.3}
-        return Noise(friction=0.1, own=own, factor=dict.fromkeys(names, 1.0), tail=dict.fromkeys(names, GAUSSIAN))
+        return Noise(
+            friction=0.1, own=own, factor=dict.fromkeys(names, 1.0), tail=dict.fromkeys(names, thresholds.GAUSSIAN)
+        )
     return Noise(
         friction=noise.friction,
         own={name: noise.own.get(name, 0.02) for name in names},
         factor={name: noise.factor.get(name, 1.0) for name in names},
-        tail=dict.fromkeys(names, GAUSSIAN),
+        tail=dict.fromkeys(names, thresholds.GAUSSIAN),
     )
 
 

@@ -83,9 +83,6 @@ class Channel(ABC):
         return bool(self.hooks & effect.acts_through())
 
 
-FRICTION_TRUSTED = 0.003
-"""0.06° at a tilt of 20°: attitude, clock, and the corners of a tilt's course; and what a simulator's contact does."""
-
 CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     "onset": CONTACT_HOOKS | {"shaking"},

@@ -24,6 +24,8 @@ FREE_M, OUTWARDS_M = 1e-3, 1e-4
 
 LEAST_FRAMES = 6
 GRID_S = 1e-3
+LEAST_M_S2 = 1e-3
+"""A smaller pull, or press, has no ratio to another."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -118,6 +120,6 @@ def _still_tilt(tilt_rad: Array, pull: Array, press: Array, still_pull: Array) -
 
     `pull` and `press` are those of the turning plate on a block at rest, `still_pull` gravity's alone, m/s².
     """
-    share = pull / np.where(np.abs(still_pull) > 1e-3, still_pull, 1e-3)
-    level = np.maximum(press, 1e-3) / GRAVITY_M_S2
-    return np.where(np.abs(still_pull) > 1e-3, np.arctan2(np.sin(tilt_rad) * share, level), tilt_rad)
+    share = pull / np.where(np.abs(still_pull) > LEAST_M_S2, still_pull, LEAST_M_S2)
+    level = np.maximum(press, LEAST_M_S2) / GRAVITY_M_S2
+    return np.where(np.abs(still_pull) > LEAST_M_S2, np.arctan2(np.sin(tilt_rad) * share, level), tilt_rad)

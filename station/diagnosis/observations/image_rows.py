@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shared.messages import CameraGeometry
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.marks import (
     CREEP_POINTS,
-    PLACE_TRUSTED_M,
-    STRAIN_TRUSTED,
     PlateMarks,
     Rest,
     Shape,
@@ -73,7 +72,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     sigma = np.array([s.track.sigma_m * np.sqrt(1 / s.frames + 1 / b.frames) for b, s in pairs])
     creeping = _creeping(stretches, recorded)
     rows = rows_of(
-        {**_span(stretches), "sigma": np.hypot(sigma, PLACE_TRUSTED_M)},
+        {**_span(stretches), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)},
         {name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()}
         | {"tilt": view.tilt_rad},
     )
@@ -123,7 +122,7 @@ def _fiducial(
         "run": np.array(run),
         "from_ns": np.array(from_ns),
         "to_ns": np.array(to_ns),
-        "sigma": np.hypot(sigma, PLACE_TRUSTED_M),
+        "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M),
     }
     covariates = {
         "tilt": views[0].tilt_rad,
@@ -166,7 +165,7 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
         "run": recorded.facts.number[span["run"]],
     }
     rows = rows_of(
-        {**thrice, "sigma": np.repeat(np.hypot(sigma, STRAIN_TRUSTED), 3)},
+        {**thrice, "sigma": np.repeat(np.hypot(sigma, thresholds.STRAIN_TRUSTED), 3)},
         {name: np.repeat(values, 3) for name, values in covariates.items()},
     )
     return [Shape(rows, strain_of(view.point_m, seen, yaw), view, yaw)]

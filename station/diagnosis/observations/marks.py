@@ -6,15 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Moments
 from station.physics.contact import Array, View
 from station.physics.model import Model
-
-PLACE_TRUSTED_M, STRAIN_TRUSTED = 2e-6, 1e-4
-"""What a mean place, or a mark's shape, is trusted to, of however many frames it is the mean: a fiftieth of a pixel."""
-
-ANGLE_TRUSTED_RAD = 2e-4
 
 CREEP_POINTS = 12
 SENSOR_POINTS = 7
@@ -30,7 +26,7 @@ class Rest(Channel):
     name: str = "rest"
     phase: str = "pre-slip"
     unit: str = "m"
-    trusted: float = PLACE_TRUSTED_M
+    trusted: float = thresholds.PLACE_TRUSTED_M
 
     def __init__(
         self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
@@ -54,7 +50,7 @@ class PlateMarks(Channel):
     name: str = "plate"
     phase: str = "pre-slip"
     unit: str = "m"
-    trusted: float = PLACE_TRUSTED_M
+    trusted: float = thresholds.PLACE_TRUSTED_M
 
     def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
         super().__init__(rows)
@@ -75,7 +71,7 @@ class Shape(Channel):
     name: str = "shape"
     phase: str = "camera at rest"
     unit: str = "1"
-    trusted: float = STRAIN_TRUSTED
+    trusted: float = thresholds.STRAIN_TRUSTED
 
     def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array) -> None:
         super().__init__(rows)
@@ -118,7 +114,7 @@ class Sensor(Channel):
     name: str = "sensor"
     phase: str = "pre-slip"
     unit: str = "rad"
-    trusted: float = ANGLE_TRUSTED_RAD
+    trusted: float = thresholds.ANGLE_TRUSTED_RAD
 
     def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
         super().__init__(rows)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.memory import memory_of
 from station.diagnosis.observations.moments import Moments
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 UNRESOLVED = "onset_unresolved"
 LEAST_SIGMA_RAD = 2e-4
 """What an attitude is trusted to, whatever a fit's standard error says."""
-
-LEAST_TILT_RAD = 0.02
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -73,7 +72,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
     """Whether the plate was tilted, and the block free."""
     time_ns = _moment_ns(track, recorded.plate)
-    steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > LEAST_TILT_RAD)
+    steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > thresholds.LEAST_TILT_RAD)
     return steep and not leans(track, recorded.setting)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from station.diagnosis.observations.channel import FRICTION_TRUSTED, Channel, Rows
+from station.diagnosis import thresholds
+from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
 from station.physics.contact import Array
 from station.physics.dissipation import held_along, threshold
@@ -33,7 +34,7 @@ class Onsets(Channel):
     phase: str = "onset"
     unit: str = "relative friction"
     shares_friction: bool = True
-    trusted: float = FRICTION_TRUSTED
+    trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, moments: Moments) -> None:
         super().__init__(rows)

@@ -23,6 +23,9 @@ APART_S = 0.0025
 """Accelerations are the rates' differences from this much before to this much after. An acceleration that jumps at each
 reading would jump for all frames at once that fall on readings, and the least delay would seem to matter."""
 
+COVERED_S = 0.2
+"""A moment that is farther from any reading has no attitude."""
+
 NEAR_S, STILL_RAD = 0.05, 5e-4
 """What moves by less than the second in twice the first is at rest."""
 
@@ -86,7 +89,7 @@ class PlateMotion:
             return False
         second = (time_ns - self._origin) * 1e-9
         place = int(np.searchsorted(self._time_s, second))
-        return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < 0.2)
+        return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < COVERED_S)
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate at `time_ns` − `delay_s`."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import Times
-from station.diagnosis.observations.slide_rows import FREE_M
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.views import block_view
 from station.diagnosis.observations.windows import FRAMES
@@ -63,7 +63,7 @@ def rides(recorded: Recorded) -> Rides:
 def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | None:
     track = recorded.tracks[place]
     part = track.frames(from_ns, to_ns + 1)
-    touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < FREE_M)
+    touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < thresholds.FREE_M)
     part = slice(part.start, part.start + int(touching[0])) if len(touching) else part
     if part.stop - part.start < FRAMES:
         return None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows, rows_of
 from station.diagnosis.observations.directions import Believed, believed
 from station.diagnosis.observations.driving import driving
@@ -32,9 +33,6 @@ LEAST_MU = 0.15
 LEAST_SLOPE_RAD = 0.05
 """On a plate more level than that there is no steepest line."""
 
-FREE_M = 1e-3
-"""Windows nearer to the foam than this are left out: they show the foam."""
-
 
 def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
     """The windows of slides in which the block is free of the foam, wherever it lay before, with their runs' places."""
@@ -42,7 +40,7 @@ def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
         (place, window)
         for place, track in enumerate(recorded.tracks)
         for window in windows_of(track)
-        if recorded.setting.free_m(track.pose[window.frames]).min() > FREE_M
+        if recorded.setting.free_m(track.pose[window.frames]).min() > thresholds.FREE_M
     ]
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.diagnosis.observations.channel import FRICTION_TRUSTED, Channel, Rows
+from station.diagnosis import thresholds
+from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, View
@@ -134,7 +135,7 @@ class Along(_Slides):
     sees: bool = True
     unit: str = "relative friction"
     shares_friction: bool = True
-    trusted: float = FRICTION_TRUSTED
+    trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
@@ -169,7 +170,7 @@ class Across(_Slides):
     name: str = "across"
     sees: bool = True
     unit: str = "relative friction"
-    trusted: float = FRICTION_TRUSTED
+    trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
@@ -190,10 +191,6 @@ class Across(_Slides):
         return self._recorded - (held - self._mean(changed) - self._seen(model, self._left)) / self._unit_force
 
 
-TURN_TRUSTED_RAD_S2 = 0.5
-"""A block whose friction acts 3 µm beside its mass turns so."""
-
-
 class Turn(_Slides):
     """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
 
@@ -203,7 +200,7 @@ class Turn(_Slides):
 
     name: str = "turn"
     unit: str = "rad/s²"
-    trusted: float = TURN_TRUSTED_RAD_S2
+    trusted: float = thresholds.TURN_TRUSTED_RAD_S2
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)

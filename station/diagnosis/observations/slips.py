@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.breakaway import Breakaways, Law
 from station.diagnosis.observations.breakaway_law import session_law
 from station.diagnosis.observations.early import Early, early
@@ -23,11 +24,6 @@ from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
-
-LEAST_RUNS = 8
-PLAIN_SIGMAS = 4.0
-"""Up to so many standard errors of the means of V and k a session's slides count as plain, and the rig's readings stay.
-"""
 
 READ = 61
 """Moments that a slip is read from."""
@@ -54,7 +50,7 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> 
     """
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
-    if len(found) < LEAST_RUNS or _plain([look for _, look in found.values()]):
+    if len(found) < thresholds.LEAST_KNOWN or _plain([look for _, look in found.values()]):
         return Reread(tuple(tracks))
     paths = Breakaways.of(list(found.values()))
     law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in found.values()])))
@@ -70,9 +66,10 @@ def _seen(track: RunTrack, plate: PlateMotion, setting: Setting) -> tuple[Early,
 
 
 def _plain(looks: Sequence[Look]) -> bool:
-    pulls = np.clip(np.array([(look.lacking, look.slowing) for look in looks]), -PLAIN_SIGMAS, PLAIN_SIGMAS)
+    most = thresholds.PLAIN_SIGMAS
+    pulls = np.clip(np.array([(look.lacking, look.slowing) for look in looks]), -most, most)
     lacking, slowing = pulls.mean(axis=0) * np.sqrt(len(pulls)) / np.maximum(pulls.std(axis=0), 1.0)
-    return bool(lacking < PLAIN_SIGMAS and abs(slowing) < PLAIN_SIGMAS)
+    return bool(lacking < most and abs(slowing) < most)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis import thresholds
 from station.diagnosis.observations.build import facts_of
 from station.diagnosis.observations.channel import rows_of
 from station.diagnosis.observations.evidence import Evidence, Setting
@@ -25,7 +26,7 @@ APART_NS = 600_000_000_000
 
 def table_evidence(samples: Sequence[Sample], setting: Setting) -> Evidence:
     """The onsets of a table's rows. A row without run number, times or places has the columns' defaults."""
-    usable = [sample for sample in samples if 0.02 < sample.onset_angle_rad < math.pi / 2]
+    usable = [sample for sample in samples if thresholds.LEAST_TILT_RAD < sample.onset_angle_rad < math.pi / 2]
     if not usable:
         return Evidence(
             channels=(), run_number=np.zeros(0), facts=facts_of([], setting), total_runs=len(samples),

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import PlateMotion, Times
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array, Bools
@@ -30,7 +31,6 @@ FALL_NS = 400_000_000
 """A block that begins to tip is seen to within this time."""
 
 LOOKS = 200
-LEAST_TILT_RAD = 0.02
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -100,7 +100,7 @@ def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) 
         return None
     times = np.linspace(track.tilt_ns, until, LOOKS).astype(np.int64)
     steepness, tilt = _steepness(times, yaw, plate)
-    if tilt.max() < LEAST_TILT_RAD:
+    if tilt.max() < thresholds.LEAST_TILT_RAD:
         return None
     fell_ns = _fell_ns(track, corners, int(times[tilt.argmax()]))
     if fell_ns is None:

@@ -27,6 +27,8 @@ UNKNOWN_M, UNKNOWN_RAD = 1e-4, 1e-3
 """Noise of another tracker's track that neither says it nor shows it."""
 
 _STOP_FRAMES = 4
+_TURNED = 0.5
+"""The least norm of a quaternion that is one: a tracker that lost its target writes zeros."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,7 +116,7 @@ def _corners(corners: CornerTrack, geometry: CameraGeometry) -> _Track:
 
 
 def _other_tracker(block: PoseTrack) -> _Track:
-    usable = np.isfinite(block.quaternion).all(axis=1) & (np.linalg.norm(block.quaternion, axis=1) > 0.5)
+    usable = np.isfinite(block.quaternion).all(axis=1) & (np.linalg.norm(block.quaternion, axis=1) > _TURNED)
     block = block.select(usable)
     turn = Rotation.from_quat(block.quaternion, scalar_first=True).as_matrix()
     yaw = np.unwrap(_heading(turn))

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
 FRAMES = 9
 LEAST_FRAMES = 7
-SLOWEST_SIGMAS = 6.0
-SLOWEST_M_S = 8e-3
-SHORTEST_M = 1e-3
+UNEVEN = 1.2
+"""The factor on the largest gap between frames that their jitter explains."""
+
 MARGIN_NS = 30_000_000
-CROOKED = 2.0
 FINE_NODES: Array = np.linspace(-1.0, 1.0, 41)
 """For what has corners: the pull while the plate is set in motion or stopped."""
 
@@ -112,17 +112,17 @@ class Course:
             return None
         middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
         length = float(np.linalg.norm(main))
-        if length < SHORTEST_M:
+        if length < thresholds.SHORTEST_M:
             return None
         main = main / length
         along, aside = _along_aside(place_m - middle, main)
-        degree = 1 if length < 5 * SHORTEST_M or len(place_m) < 3 * FRAMES else 3
+        degree = 1 if length < 5 * thresholds.SHORTEST_M or len(place_m) < 3 * FRAMES else 3
         basis = np.column_stack([(along / length) ** k for k in range(degree + 1)])
         inverse = np.linalg.pinv(basis)
         fit = inverse @ aside
         left = float(np.sqrt(np.mean((aside - basis @ fit) ** 2)))
         # A path that no such curve follows (a block that was knocked) has no direction worth a sideways force.
-        sigma_m = sigma_m if left < CROOKED * sigma_m else 10 * left
+        sigma_m = sigma_m if left < thresholds.CROOKED * sigma_m else 10 * left
         return cls(
             middle=middle,
             main=main,
@@ -152,7 +152,7 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
     half_s = 0.5e-9 * float(times[-1] - times[0])
     s: Array = np.asarray((times - middle) * 1e-9 / half_s, dtype=np.float64)
     gap = float(np.max(np.diff(s)))
-    if gap > 2.0 * (FRAMES - LEAST_FRAMES + 1) / (FRAMES - 1) * 1.2:
+    if gap > 2.0 * (FRAMES - LEAST_FRAMES + 1) / (FRAMES - 1) * UNEVEN:
         return None
     basis = np.column_stack([np.ones_like(s), s, s * s])
     inverse = np.linalg.pinv(basis)
@@ -163,7 +163,7 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
     # The speed at the middle is free of the curvature's noise: to choose windows by the speed at their ends would
     # choose accelerations.
     if float(np.hypot(velocity[1, 0], velocity[1, 1])) < max(
-        SLOWEST_M_S, SLOWEST_SIGMAS * velocity_factor * track.sigma_m
+        thresholds.SLOWEST_M_S, thresholds.SLOWEST_SIGMAS * velocity_factor * track.sigma_m
     ):
         return None
     way, way_sigma = course.at(node[:, :2])

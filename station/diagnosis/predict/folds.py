@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from joblib import Parallel, delayed
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
 from station.diagnosis.likelihood.wander import Wander
@@ -26,7 +27,7 @@ from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model
 
-FOLDS = 5
+FOLDS = int(thresholds.FOLDS)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.likelihood.noise import GAUSSIAN
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import refitted
@@ -21,6 +21,10 @@ from station.physics.effect import Effect
 
 Parts = Iterable[tuple[Bools, Fit]]
 """Fits, each with the runs (r,) that it has not seen."""
+
+
+UPPER = 0.95
+"""The quantile at which the central 90 % end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +81,9 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
     onset[rows.run[chosen]] = (residual * np.sin(tilt) * np.cos(tilt))[chosen]
     spread = np.sqrt(part.noise.scatter**2 + rows.sigma**2 + channel.shaking(part.model) ** 2)
     tail = part.noise.tail[channel.name]
-    law: Any = norm if tail >= GAUSSIAN else student(tail)
+    law: Any = norm if tail >= thresholds.GAUSSIAN else student(tail)
     pull = residual / spread
-    within[rows.run[chosen]] = (np.abs(pull) <= float(law.ppf(0.95)))[chosen]
+    within[rows.run[chosen]] = (np.abs(pull) <= float(law.ppf(UPPER)))[chosen]
     rank[rows.run[chosen]] = law.cdf(pull)[chosen]
 
 

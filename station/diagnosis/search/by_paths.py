@@ -11,28 +11,17 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import variants_of
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.search.candidates import Candidate, Fitter
-from station.diagnosis.search.misfit import Gained, gained_by
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.model import Term
 
-SLACK, SHARE, MOST = 20.0, 0.25, 12.0
-"""Of twice the log likelihood of the paths: what a fit may be short of, the share of the rest that counts, and up to
-how much."""
-
-SECOND = 80.0
-"""What a second law has to bring the paths beside the first, which is never quite nature's: up to 44 where there was
-none, and 230 and 607 where there was, on development cases."""
-
 FAMILY = "speed law"
-NEARBY, NEAR_M_S2 = 2.0, 0.01
-"""Laws are proposed that come so near to the paths' own, times what the nearest does, or in any case."""
-
 Group = tuple[frozenset[str], int]
 """What candidates have besides their laws of sliding, and how many such laws."""
 
@@ -48,30 +37,9 @@ def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
         if group is not None:
             groups.setdefault(group, []).append(candidate)
     against = dict[tuple[str, ...], float]()
-    for (others, laws), members in groups.items():
-        short = _of_a_second(fitter, members, groups.get((others, 2), ())) if laws == 1 else {}
-        against |= {key: max(each, short.get(key, 0.0)) for key, each in _against(fitter, members).items()}
+    for members in groups.values():
+        against |= _against(fitter, members)
     return [replace(candidate, against=against.get(candidate.key, 0.0)) for candidate in candidates]
-
-
-def gained(fitter: Fitter, without: Fit, candidate: Candidate) -> Gained:
-    """What a candidate gains over a model that lacks it, where, and of that what it gains in the paths."""
-    known = gained_by(fitter.evidence, candidate)
-    return replace(known, twice_gain=known.twice_gain + SHARE * _gain(fitter, without, candidate))
-
-
-def against_nothing(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
-    """What the paths have against a model that lacks the candidate."""
-    return min(max(_gain(fitter, without, candidate) - SLACK, 0.0) * SHARE, MOST)
-
-
-def _gain(fitter: Fitter, without: Fit, candidate: Candidate) -> float:
-    """Of twice the paths' log likelihood; 0 for what they do not tell."""
-    paths, fitted = fitter.evidence.paths, candidate.fitted
-    told = paths is not None and not candidate.smooth and _group(paths, candidate) is not None
-    if not told or fitted is None or without.model.acting("delay_s"):
-        return 0.0
-    return max(2.0 * (fitter.once(fitted, _of_paths) - fitter.once(without, _of_paths)), 0.0)
 
 
 def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
@@ -84,7 +52,7 @@ def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[
         return []
     laws = [one for one in ranked if one.effects and all(effect.family == FAMILY for effect in one.effects)]
     near = [(one, *paths.nearest(_starts(fitter.evidence, one))) for one in laws]
-    most = max(NEARBY * min((off for *_, off in near), default=0.0), NEAR_M_S2)
+    most = max(thresholds.PATHS_NEAR * min((off for *_, off in near), default=0.0), thresholds.PATHS_NEAR_M_S2)
     chosen = [replace(one, starts=terms) for one, terms, off in near if off < most]
     for one in chosen:
         fitter.begin(current, one)
@@ -126,24 +94,15 @@ def _group(paths: Paths, candidate: Candidate) -> Group | None:
 def _against(fitter: Fitter, members: Sequence[Candidate]) -> dict[tuple[str, ...], float]:
     """By key. What is so far behind that nothing against the others would bring it to the front is not looked at."""
     top = max(member.odds for member in members)
-    near = {member.key: member for member in members if member.odds > top - 2 * MOST}
+    near = {member.key: member for member in members if member.odds > top - 2 * thresholds.PATHS_MOST}
     if len(near) < 2:
         return dict.fromkeys(near, 0.0)
     twice = {key: _twice(fitter, member) for key, member in near.items()}
     best = max(twice.values())
-    return {key: min(max(best - each - SLACK, 0.0) * SHARE, MOST) for key, each in twice.items()}
-
-
-def _of_a_second(
-    fitter: Fitter, alone: Sequence[Candidate], pairs: Sequence[Candidate]
-) -> dict[tuple[str, ...], float]:
-    """What the paths have against each law alone, by key, where they want a second beside it."""
-    short = dict[tuple[str, ...], float]()
-    for one in alone:
-        near = [pair for pair in pairs if set(one.key) < set(pair.key) and pair.odds > one.odds - 2 * MOST]
-        gains = [_twice(fitter, pair) - _twice(fitter, one) for pair in near]
-        short[one.key] = min(max(max(gains, default=0.0) - SECOND, 0.0) * SHARE, MOST)
-    return short
+    return {
+        key: min(max(best - each - thresholds.PATHS_SLACK, 0.0) * thresholds.PATHS_SHARE, thresholds.PATHS_MOST)
+        for key, each in twice.items()
+    }
 
 
 def _twice(fitter: Fitter, candidate: Candidate) -> float:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
+from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import Scores, Variant, scores
 from station.diagnosis.inference.errors import UNIFORM
 from station.diagnosis.inference.fit import Fit, fit
@@ -23,16 +25,8 @@ from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 from station.physics.smooth import is_of_the_air, is_smooth
 
-NONE, SINGLE, PAIR, OTHER = 0.5, 0.365, 0.12, 0.015
-"""Prior probabilities that a stage's residuals hold nothing, one effect, two, something without a name; each is shared
-out evenly among all of its kind. A straight line against temperature or humidity counts as an effect: it has no name,
-but everybody expects it."""
-
 OFF_NULL = 0.1
 """The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
-
-LEAST_COST = 2.0
-"""What a shape costs that nothing tells, or that is at its bound: of two laws that agree the simpler one is named."""
 
 PROMISED = 0.5
 """The share of what the scores promise below which a fit has lost its way, and begins again where they say."""
@@ -91,7 +85,7 @@ class Candidate:
     @property
     def odds(self) -> float:
         """See the class."""
-        return self.bic + 2.0 * math.log(self.prior / NONE) - self.against
+        return self.bic + 2.0 * math.log(self.prior / thresholds.NONE) - self.against
 
 
 def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
@@ -99,13 +93,22 @@ def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, 
     singles = _singles(scored)
     named = [variant for candidate, variant in singles if not candidate.smooth]
     couples = list(itertools.combinations(named, 2))
-    pairs = [_candidate(scored, pair, prior=PAIR / len(couples)) for pair in couples]
+    pairs = [_candidate(scored, pair, prior=thresholds.PAIR / len(couples)) for pair in couples]
     return [*(candidate for candidate, _ in singles), *pairs], couples
 
 
 def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
     """The effects alone, by their scores around a fit."""
     return [candidate for candidate, _ in _singles(scores(evidence, current, effects))]
+
+
+def tested_alone(
+    evidence: Evidence, current: Fit, effects: Sequence[Effect], rng: np.random.Generator
+) -> tuple[list[Candidate], Calibration]:
+    """The same, with the null of the session's own that is drawn from the fit."""
+    scored = scores(evidence, current, effects)
+    calibration = calibrate(scored, [variant.columns for variant in scored.variants], rng)
+    return [candidate for candidate, _ in _singles(scored)], calibration
 
 
 def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
@@ -117,7 +120,7 @@ def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
         if known is None or candidate.twice_gain > known[0].twice_gain:
             best[variant.effect.id] = (candidate, variant)
     kinds = [_is_unexpected(candidate) for candidate, _ in best.values()]
-    priors = {True: OTHER / max(sum(kinds), 1), False: SINGLE / max(len(kinds) - sum(kinds), 1)}
+    priors = {True: thresholds.OTHER / max(sum(kinds), 1), False: thresholds.SINGLE / max(len(kinds) - sum(kinds), 1)}
     return [
         (replace(candidate, prior=priors[unexpected]), variant)
         for (candidate, variant), unexpected in zip(best.values(), kinds, strict=True)
@@ -167,7 +170,7 @@ def _start(null: Term, sizes: Iterator[float]) -> Term:
 def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
     """A place as a candidate, one of so many."""
     twice, size, p = _gained(scored, place.columns)
-    return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), OTHER / max(of, 1))
+    return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), thresholds.OTHER / max(of, 1))
 
 
 def _inside(effect: Effect, values: Values) -> bool:
@@ -253,10 +256,10 @@ class Fitter:
         if not parameter.is_shape:
             return full
         if found.at_bound(effect.id, parameter.name):
-            return LEAST_COST
+            return thresholds.LEAST_COST
         sd = found.sd(effect.id, parameter.name)
         spread = (parameter.high - parameter.low) / math.sqrt(UNIFORM)
-        return min(full, max(2.0 * math.log(spread / sd), LEAST_COST))
+        return min(full, max(2.0 * math.log(spread / sd), thresholds.LEAST_COST))
 
     def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
         """The fit of these effects from `start`, or the likelier one that is known."""

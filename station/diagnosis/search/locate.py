@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
@@ -15,7 +16,6 @@ from station.diagnosis.search.search import Search, Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
 
-LEVEL = 0.05
 MOST_PLACES = 12
 MOST_WINDOWS = 20
 MOST_RUNS = 60
@@ -40,7 +40,7 @@ def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
     found = list[Located]()
     for candidate in stage.places:
         p = stage.calibration.corrected(candidate.p)
-        if p >= LEVEL or candidate.place is None:
+        if p >= thresholds.LEVEL or candidate.place is None:
             break
         found.append(_located(evidence, stage.before, candidate.place, p))
     return [*found, *_of_smooth_terms(evidence, stage)]
@@ -51,7 +51,7 @@ def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
     best: dict[str, float] = {}
     for candidate in stage.candidates:
         p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
-        for effect in candidate.effects if p < LEVEL else ():
+        for effect in candidate.effects if p < thresholds.LEVEL else ():
             best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
     for one in stage.places:
         place = one.place

@@ -6,25 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 
-LEAST_ROWS = 12
-LEAST_SPREAD_RAD = 0.1
-LEAST_SPREAD = {
-    "dwell": 0.02,
-    "ahead": 2e-3,
-    "previous_slide": 1e-3,
-    "tilt_rate": 1e-3,
-    "x": 5e-4,
-    "y": 5e-4,
-    "load": 1e-3,
-    "temperature": 0.1,
-    "humidity": 0.5,
-}
-"""A covariate that varies less than this explains nothing (in its own unit)."""
+DEPENDENT = 1e-3
+"""Of the largest singular value: what is smaller is the other columns again."""
+
+CONSTANT = 1e-9
+"""What varies by less is constant but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +58,7 @@ def _bases(channel: Channel) -> dict[str, Array]:
         if spot is not None:
             bases["position"] = spot
     for name, values in covariates.items():
-        basis = (
-            _angle(values)
-            if name in ANGLES
-            else _smooth(values, LEAST_SPREAD.get(name, 1e-9), 4 if name == "run" else 3)
-        )
+        basis = _angle(values) if name in ANGLES else _smooth(values, least_spread(name), 4 if name == "run" else 3)
         if basis is not None:
             bases[name] = basis
     if (
@@ -82,13 +70,18 @@ def _bases(channel: Channel) -> dict[str, Array]:
     return bases
 
 
+def least_spread(covariate: str) -> float:
+    """What a covariate must vary by to explain anything, in its own unit."""
+    return thresholds.LEAST_DWELL_S if covariate == "dwell" else CONSTANT
+
+
 def _angle(angle: Array) -> Array | None:
     """Harmonics of an angle: the first and, where the angles are dense enough, the second and third."""
     known = np.isfinite(angle)
-    if known.sum() < max(LEAST_ROWS, 0.5 * len(angle)):
+    if known.sum() < max(thresholds.LEAST_ROWS, thresholds.LEAST_KNOWN_SHARE * len(angle)):
         return None
     turned = np.exp(1j * angle[known])
-    if 1.0 - abs(turned.mean()) < 0.5 * LEAST_SPREAD_RAD**2:
+    if 1.0 - abs(turned.mean()) < 0.5 * thresholds.LEAST_SPREAD_RAD**2:
         return None
     distinct = len(np.unique(np.round(np.mod(angle[known], 2 * np.pi) / 0.1)))
     order = 3 if distinct > 8 else 2 if distinct > 3 else 1
@@ -100,7 +93,7 @@ def _angle(angle: Array) -> Array | None:
 def _smooth(values: Array, least: float, order: int) -> Array | None:
     """Polynomials of the standardised values; unknown ones are at the middle."""
     known = np.isfinite(values)
-    if known.sum() < LEAST_ROWS:
+    if known.sum() < thresholds.LEAST_ROWS:
         return None
     spread = np.ptp(np.quantile(values[known], (0.05, 0.95)))
     if not spread > least:
@@ -112,7 +105,7 @@ def _smooth(values: Array, least: float, order: int) -> Array | None:
 
 
 def _spot(x: Array, y: Array) -> Array | None:
-    if len(x) < LEAST_ROWS or max(np.ptp(x), np.ptp(y)) < 1e-3:
+    if len(x) < thresholds.LEAST_ROWS or max(np.ptp(x), np.ptp(y)) < thresholds.LEAST_PLACES_M:
         return None
     u, v = x / 0.03, y / 0.03
     return _independent(np.column_stack([u, v, u * u, u * v, v * v]))
@@ -122,7 +115,7 @@ def _independent(columns: Array) -> Array | None:
     """Orthonormal columns of what is left besides a constant."""
     centred = columns - columns.mean(axis=0)
     left, size, _ = np.linalg.svd(centred, full_matrices=False)
-    kept = size > 1e-3 * max(float(size[0]), 1e-12) if len(size) else np.zeros(0, dtype=np.bool_)
-    if not len(size) or size[0] < 1e-9:
+    kept = size > DEPENDENT * max(float(size[0]), 1e-12) if len(size) else np.zeros(0, dtype=np.bool_)
+    if not len(size) or size[0] < CONSTANT:
         return None
     return left[:, kept] * np.sqrt(len(columns))

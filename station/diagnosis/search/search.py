@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit, levelled
@@ -20,7 +21,7 @@ from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, without_nuisances
 from station.diagnosis.likelihood.wander import wanders
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.by_paths import against_nothing, gained, judged, proposed
+from station.diagnosis.search.by_paths import judged, proposed
 from station.diagnosis.search.candidates import (
     Begins,
     Candidate,
@@ -30,19 +31,15 @@ from station.diagnosis.search.candidates import (
     single_candidates,
 )
 from station.diagnosis.search.comparison import Comparison, revised
-from station.diagnosis.search.misfit import Gained, channels_of, is_misfit, is_trifle, is_trifling_place
+from station.diagnosis.search.misfit import Gained, gained_by, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
+from station.diagnosis.search.trifle import is_trifle, is_trifling_place
 from station.diagnosis.search.untestable import untestable
 from station.physics.effect import Effect
 from station.physics.model import Model
 from station.physics.smooth import is_smooth
 
-ALARM = 0.04
-"""At which global p the first stage looks for names; later ones are stricter, as each adds to what is claimed."""
-
-NEXT = 0.005
-MOST_STAGES = 4
 FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
 """How many of each kind are fitted in full in each stage, by their scores."""
 
@@ -69,15 +66,13 @@ class Stage:
 class Search:
     """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place, and `channels` where it acts;
-    `ends` is where all fits ended.
+    `compared` has, for each term of the model by its id, what could stand in its place; `ends` is where all fits ended.
     """
 
     null: Fit
     stages: tuple[Stage, ...]
     model: Fit
     compared: Mapping[str, Comparison]
-    channels: Mapping[str, frozenset[str]]
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     ends: Begins
@@ -122,14 +117,12 @@ def search(
     """
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
     progress("comparing each with what could stand in its place")
-    model, compared = revised(staged.fitter, staged.model, staged.offered)
-    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
+    model, compared = revised(staged.fitter, staged.model, staged.offered, rng.spawn(1)[0])
     return Search(
         null=staged.null,
         stages=tuple(staged.stages),
         model=model,
         compared=compared,
-        channels=channels,
         places=tuple(staged.places),
         untestable=staged.untestable,
         ends=staged.fitter.ends(),
@@ -167,13 +160,13 @@ def in_stages(
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons)
     known: list[Gained] = []
-    for number in range(MOST_STAGES):
+    for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
         stage = _stage(found.fitter, found.model, offered, rng=rng, first=number == 0, known=known, progress=progress)
         found.stages.append(stage)
         if stage.chosen is None:
             break
-        known.append(gained(found.fitter, found.model, stage.chosen))
+        known.append(gained_by(evidence, stage.chosen))
         if stage.chosen.fitted is None:
             found.places.append(stage.chosen)
             break
@@ -204,7 +197,7 @@ def _stage(
     calibration = calibrate(scored, sets, rng)
     global_p = calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0))
     ranked, chosen = sorted(candidates, key=lambda candidate: -candidate.odds), None
-    if global_p < (ALARM if first else NEXT):
+    if global_p < (thresholds.ALARM if first else thresholds.NEXT):
         progress("fitting the best candidates in full")
         ranked = _in_full(fitter, current, ranked, rest)
         standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
@@ -233,7 +226,9 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
     best = proposed(fitter, current, ranked)
-    best += [one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > 2]
+    best += [
+        one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > thresholds.PROMISING
+    ]
     full = {one.key: fitter.fitted(current, one) for one in best}
     for pair in _partnered(fitter, kinds["pair"], full.values(), offered):
         if pair.key not in full:
@@ -255,7 +250,7 @@ def _partnered(
     for one in sorted(alone, key=lambda single: -single.odds)[:LEADING]:
         for partner in _partners(fitter, one, offered)[:PARTNERS]:
             pair = known.get(tuple(sorted((*one.key, *partner.key))))
-            if pair is not None and partner.twice_gain > 2:
+            if pair is not None and partner.twice_gain > thresholds.PROMISING:
                 yield replace(pair, starts=(*one.starts, *partner.starts))
 
 
@@ -286,9 +281,9 @@ def _chosen(
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
     alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
     for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
-        if one.odds + against_nothing(fitter, current, one) <= 0:
+        if one.odds <= 0:
             continue
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
-        if not trifle and not is_misfit(gained(fitter, current, one), known):
+        if not trifle and not is_misfit(gained_by(fitter.evidence, one), known):
             return one
     return None

@@ -12,10 +12,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.memory import MEMORY
-from station.diagnosis.search.places import LEAST_SPREAD, LEAST_SPREAD_RAD
+from station.diagnosis.search.places import least_spread
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.smooth import (
@@ -34,15 +35,8 @@ from station.physics.smooth import (
 )
 
 MOST_POWERS = 3
-LEAST_PLACES_M = 2e-3
-"""Blocks that lie nearer to each other than this tell nothing of a push by the place."""
-
 SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
 """Covariates that may swing to and fro, and how often over their whole range."""
-
-LEAST_WAVE = 0.1
-"""A harmonic that varies less over the angles that occur (of four directions every second sine) would act by its slope
-alone: nobody has seen it."""
 
 ONLY_SLIDING = frozenset({"speed"})
 ONLY_ONSET = frozenset({"dwell"})
@@ -53,11 +47,7 @@ onset that is read late makes its slide seem younger, and its friction less than
 that of the moment which was read."""
 
 SAME = 1e-6
-"""Angles are the same that differ by less than this, whole turns aside."""
-
-LEAST_CHOSEN = {"dwell": 0.2}
-"""Spread from which on a covariate can only be the protocol's choice: a block that holds longer also rests longer, and
-by that little friction would seem to depend on the dwell, and not the dwell on friction."""
+"""Angles are the same that differ by less, whole turns aside: rounding."""
 
 
 def covariate_of(effect: Effect) -> str:
@@ -116,11 +106,12 @@ def _is_another(name: str, values: Array, found: Mapping[str, Array]) -> bool:
 
 def _varies(name: str, values: Array) -> bool:
     known = values[np.isfinite(values)]
-    if len(known) < max(12, 0.5 * len(values)):
+    if len(known) < max(thresholds.LEAST_ROWS, thresholds.LEAST_KNOWN_SHARE * len(values)):
         return False
     if name in ANGLES:
-        return 1.0 - abs(np.exp(1j * known).mean()) > 0.5 * LEAST_SPREAD_RAD**2
-    return float(np.ptp(np.quantile(known, (0.05, 0.95)))) > LEAST_CHOSEN.get(name, LEAST_SPREAD.get(name, 1e-9))
+        return 1.0 - abs(np.exp(1j * known).mean()) > 0.5 * thresholds.LEAST_SPREAD_RAD**2
+    spread = float(np.ptp(np.quantile(known, (0.05, 0.95))))
+    return spread > least_spread(name)
 
 
 def _angle_forms(values: Array) -> Iterator[Form]:
@@ -129,7 +120,7 @@ def _angle_forms(values: Array) -> Iterator[Form]:
     sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
     for chosen in sets:
         kept: tuple[tuple[Wave, int], ...] = tuple(
-            (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > LEAST_WAVE
+            (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > thresholds.LEAST_WAVE
         )
         if {k for _, k in kept} == set(chosen):  # else it would be a smaller set once more
             yield Harmonics(waves=kept)
@@ -159,5 +150,5 @@ def _pushes(evidence: Evidence) -> Iterator[Effect]:
     onset = evidence.channel("onset") or evidence.channel("along")
     if onset is None or not {"x", "y"} <= onset.rows.covariates.keys():
         return
-    if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= LEAST_PLACES_M:
+    if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= thresholds.LEAST_PLACES_M:
         yield from (SmoothPush(direction) for direction in PUSHES)

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import norm
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.tips import Tips
 from station.diagnosis.result import EffectFound, Located, Stretch, Value
@@ -28,9 +29,8 @@ from station.physics.effect import Effect
 STEEPNESS: Array = np.geomspace(0.1, 10.0, 461)
 """In steps of a per cent."""
 
-SCATTERS: Array = np.array([0.01, 0.02, 0.04, 0.08])
-MISTAKES: Array = np.array([1e-4, 1e-3, 1e-2, 3e-2])
-CLAIMED = 0.5
+SCATTERS: Array = thresholds.WIDEST_TIP * np.array([0.125, 0.25, 0.5, 1.0])
+MISTAKES: Array = np.append(np.array([1e-4, 1e-3, 1e-2]), thresholds.MOST_MISTAKEN)
 SHIFTED = 1e-3
 """The least relative width in which a fall is placed."""
 
@@ -127,7 +127,7 @@ def tipped_over(evidence: Evidence, effect: Effect | None, *, prior: float) -> T
         prior: the probability of the effect before anything is seen.
     """
     found = tipping(evidence.tips) if effect is not None else None
-    if effect is None or found is None or found.probability(prior) < CLAIMED:
+    if effect is None or found is None or found.probability(prior) < thresholds.EVEN:
         return None
     return Tipped(effect=_effect(effect, found, prior), place=_place(evidence, found), p=found.p)
 

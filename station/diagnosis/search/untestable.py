@@ -6,15 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Scores, scores
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.likelihood.systematic import FARTHEST
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.physics.effect import Effect
-
-DETECTABLE = 2.8
-"""Standard errors at which 80 of 100 are seen at a level of 5 %."""
 
 
 def untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dict[str, str]:
@@ -37,11 +34,11 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
         return why
     columns = [column for variant in scored.variants if variant.effect is effect for column in variant.columns]
     reach = np.array([_reach(scored, column) for column in columns])
-    if not np.any(np.diag(scored.information)[columns] * reach**2 > DETECTABLE**2):
+    if not np.any(np.diag(scored.information)[columns] * reach**2 > thresholds.DETECTABLE**2):
         return f"too weak in this design: even its largest plausible size would not show; {effect.separated_by}"
     return None
 
 
 def _reach(scored: Scores, column: int) -> float:
     """The farthest that a number may plausibly be from its null, in its typical sizes."""
-    return float(min(max(abs(scored.low[column]), abs(scored.high[column])), FARTHEST))
+    return float(min(max(abs(scored.low[column]), abs(scored.high[column])), thresholds.PLAUSIBLE))

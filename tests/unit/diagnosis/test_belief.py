@@ -1,73 +1,59 @@
-"""How much is believed of what is found beside other laws."""
+"""How much is believed of each name, and which names make a class."""
 
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from station.diagnosis import thresholds
 from station.diagnosis.search.belief import beliefs
+from station.diagnosis.search.comparison import Comparison
 from station.diagnosis.search.search import Search
-from station.physics.catalogue import catalogue
-
-SERIES, LAW = "friction_patch", "stribeck"
-BOTH = frozenset({"onset", "along"})
 
 
-def _alone(name: str) -> tuple[str, ...]:
-    return (name,)
+def _comparison(*odds: tuple[str, float], gain: float = 0.0) -> Comparison:
+    """What could fill a place: ids with twice the log of their odds, the first with a gain."""
+    candidates: Any = tuple(
+        SimpleNamespace(ids=(name,), odds=each, twice_gain=gain, smooth=False, effects=(SimpleNamespace(id=name),))
+        for name, each in odds
+    )
+    return Comparison(cast("Any", None), candidates)
 
 
-def _found(stages: list[str], *, gains: dict[str, float], channels: dict[str, frozenset[str]] | None = None) -> Search:
-    """What a search found stage by stage, each term without a rival for its place."""
-    effects = catalogue()
-    compared = {
-        name: SimpleNamespace(
-            candidates=(SimpleNamespace(effects=(effects[name],), twice_gain=gain),),
-            shares=lambda name=name: {name: 1.0, "none": 0.0},
-            class_of=_alone,
-        )
-        for name, gain in gains.items()
-    }
-    looks = [
-        SimpleNamespace(chosen=SimpleNamespace(key=(name,)), candidates=(), places=(), global_p=1e-6) for name in stages
-    ]
+def _found(
+    compared: dict[str, Comparison], *, places: tuple[float, ...] = (), global_p: float = 1e-6, top: float = 50.0
+) -> Search:
+    stage = SimpleNamespace(candidates=(SimpleNamespace(odds=top),), places=(), global_p=global_p)
     found: Any = SimpleNamespace(
-        found=tuple(effects[name] for name in gains),
-        compared=compared,
-        channels=channels or dict.fromkeys(gains, BOTH),
-        stages=tuple(looks),
-        places=(),
+        compared=compared, stages=(stage,), places=tuple(SimpleNamespace(odds=odds) for odds in places)
     )
     return cast("Search", found)
 
 
-def test_what_a_series_leaves_is_doubted_by_its_share_of_the_gain() -> None:
-    believed = beliefs(_found([SERIES, LAW], gains={SERIES: 100.0, LAW: 50.0})).effects
-    assert believed[LAW] == pytest.approx(0.5)
-    assert believed[SERIES] == pytest.approx(1.0)
+def test_a_name_that_is_far_ahead_stands_alone() -> None:
+    believed = beliefs(_found({"wear": _comparison(("wear", 40.0), ("adhesion", 10.0))}))
+    assert believed.classes["wear"] == ("wear",)
+    assert believed.effects["wear"] == pytest.approx(1.0, abs=1e-5)
 
 
-def test_a_law_that_was_found_before_the_series_is_not_what_it_leaves() -> None:
-    believed = beliefs(_found([LAW, SERIES], gains={SERIES: 100.0, LAW: 50.0})).effects
-    assert believed[LAW] == pytest.approx(1.0)
+def test_names_that_are_about_alike_make_a_class() -> None:
+    believed = beliefs(_found({"wear": _comparison(("wear", 40.0), ("adhesion", 38.0), ("stribeck", 10.0))}))
+    assert believed.classes["wear"] == ("wear", "adhesion")
+    assert believed.effects["wear"] == pytest.approx(1.0, abs=1e-5)
 
 
-def test_a_series_leaves_nothing_where_it_does_not_act() -> None:
-    channels = {SERIES: BOTH, LAW: frozenset({"rest"})}
-    believed = beliefs(_found([SERIES, LAW], gains={SERIES: 100.0, LAW: 50.0}, channels=channels)).effects
-    assert believed[LAW] == pytest.approx(1.0)
+def test_the_stronger_a_law_the_less_its_lead_counts() -> None:
+    odds = (("wear", 40.0), ("adhesion", 30.0))
+    weak, strong = _comparison(*odds, gain=10.0), _comparison(*odds, gain=10.0 * thresholds.KNOWN_TO)
+    assert weak.class_of("wear") == ("wear",)
+    assert strong.class_of("wear") == ("wear", "adhesion")
 
 
-def test_beside_an_exact_law_another_is_believed() -> None:
-    believed = beliefs(_found(["kinetic_drop", LAW], gains={"kinetic_drop": 1000.0, LAW: 50.0})).effects
-    assert believed[LAW] == pytest.approx(1.0)
+def test_a_place_is_believed_by_its_odds() -> None:
+    assert beliefs(_found({}, places=(0.0, 40.0))).places == pytest.approx([0.5, 1.0], abs=1e-5)
 
 
-def test_what_stands_out_where_a_law_acts_is_doubted_by_its_share_of_the_laws_gain() -> None:
-    found: Any = _found([LAW], gains={LAW: 1000.0}, channels={LAW: frozenset({"rest"})})
-    for channel, believed in (("rest", 0.25), ("turn", 1.0)):
-        place = SimpleNamespace(
-            place=SimpleNamespace(channel=SimpleNamespace(name=channel)), odds=40.0, twice_gain=50.0
-        )
-        found.places = (place,)
-        assert beliefs(found).places == pytest.approx([believed], abs=0.01)
+@pytest.mark.parametrize("global_p", [1e-6, 0.01, 0.5])
+def test_the_sessions_own_null_says_how_likely_nothing_is(global_p: float) -> None:
+    odds = global_p / thresholds.NOMINAL
+    assert beliefs(_found({}, global_p=global_p, top=0.0)).none == pytest.approx(odds / (1.0 + odds))

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.ceiling import entropy, expected_log_run
 from station.diagnosis.inference.fit import Fit, fit, levelled
-from station.diagnosis.likelihood.noise import GAUSSIAN
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.predict.folds import FOLDS, assigned, refitted
@@ -88,9 +88,9 @@ def test_the_ceiling_is_near_what_a_right_model_scores() -> None:
     assert abs(apart.mean()) < 3.0 * apart.std() / np.sqrt(len(apart))
 
 
-@pytest.mark.parametrize("tail", [3.0, 6.0, GAUSSIAN])
+@pytest.mark.parametrize("tail", [3.0, 6.0, thresholds.GAUSSIAN])
 def test_the_entropy_is_that_of_the_distribution(tail: float) -> None:
-    wanted = stats.norm.entropy() if tail == GAUSSIAN else stats.t(tail).entropy()
+    wanted = stats.norm.entropy() if tail == thresholds.GAUSSIAN else stats.t(tail).entropy()
     assert entropy(np.array([tail]))[0] == pytest.approx(float(wanted), rel=1e-9)
 
 

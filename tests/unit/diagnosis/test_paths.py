@@ -12,7 +12,6 @@ import pytest
 from station.diagnosis.observations.breakaway import Breakaways, Law
 from station.diagnosis.observations.breakaway_law import session_law
 from station.diagnosis.observations.paths import CHANGES_M_S2, Paths
-from station.diagnosis.search.by_paths import SECOND
 from station.physics.catalogue import catalogue
 from station.physics.contact import Contact
 from station.physics.model import Model, Term
@@ -85,14 +84,3 @@ def test_two_laws_that_nearly_cancel_are_found_by_how_blocks_gather_speed() -> N
     assert off_m_s2 < CHANGES_M_S2
     assert terms[0].values["drop"] == pytest.approx(0.06, rel=0.01)
     assert terms[1].values["drag_n_s_m"] / 0.008 == pytest.approx(2.0, rel=0.01)
-
-
-def test_a_second_law_is_wanted_where_there_is_one_and_not_where_there_is_none() -> None:
-    """By more than `by_paths.SECOND`, which no paths of a single law reach."""
-    film = Term(catalogue()["viscous"], {"drag_n_s_m": 0.01, "by_load": 0.0})
-    for drag_per_s, wanted in ((3.0, True), (0.0, False)):
-        paths = _paths(LAWS["kinetic_drop"], drag_per_s=drag_per_s)
-        alone, both = (
-            paths.log_likelihood(terms) for terms in ([_term("kinetic_drop")], [_term("kinetic_drop"), film])
-        )
-        assert (2.0 * (both - alone) > SECOND) is wanted
