@@ -44,6 +44,11 @@ LEAST_FACTOR = 1e-3
 """Of a measurement's nominal error: a simulation without noise still rounds its numbers. With less, the covariance of a
 run whose rows share its friction has no Cholesky factor (`station diagnose` of a planar simulation)."""
 
+AGAIN = 0.25
+"""Steps go on by the same slopes while each promises less than this share of what the last one did: a linear model's
+residuals have the same slopes everywhere, and a step costs one evaluation then, not one for each number (Shamanskii
+1967, Ukr. Mat. Zh. 19, 133). A search ends by new slopes alone."""
+
 _RIDGE = 1e-9
 
 
@@ -167,6 +172,7 @@ class _Search:
         self.reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
+        self.slope: Array | None = None
         self.noise = noise or self._noise()
         self._whiten()
 
@@ -200,39 +206,61 @@ class _Search:
         return False
 
     def step(self) -> bool:
-        """One step; whether it is the last."""
+        """New slopes, and the steps that they lead; whether there was nothing more to gain."""
         counted = self.counts[self.whitening.run]
-        slope = self.whitening(stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at)))[counted]
-        pull, curve = pulls(self.white[counted], self.whitening.tail[counted], self.whitening.limit[counted])
-        gradient = slope.T @ pull + self.precision * self.vector
-        hessian = (slope * curve[:, None]).T @ slope + np.diag(self.precision)
-        least = np.maximum(self.low - self.vector, -self.reach)
-        most = np.minimum(self.high - self.vector, self.reach)
-        move, gain = _bounded(gradient, hessian, least, most)
-        self.curvature = Curvature(
-            slope=slope,
-            pull=pull,
-            curve=curve,
-            tail=self.whitening.tail[counted],
-            limit=self.whitening.limit[counted],
-            run=self.whitening.run[counted],
-        )
+        slope = self.whitening(self._slopes())[counted]
+        self.curvature = self._curved(slope, counted)
+        move, gain = self._promise(self.curvature)
         if gain < CONVERGED:
             return True
+        if not self._take(self._searched(move, gain, SHRUNK)):
+            return gain < 0.5  # no way up from here: as good as converged only if little was to be gained
+        while True:
+            last = gain
+            move, gain = self._promise(self._curved(slope, counted))
+            if not CONVERGED < gain < AGAIN * last or not self._take(self._searched(move, gain, SHRUNK[:1])):
+                return False
+
+    def _slopes(self) -> Array:
+        """Of the residuals (rows, k), where the search stands; new noise does not change them."""
+        if self.slope is None:
+            self.slope = stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at))
+        return self.slope
+
+    def _curved(self, slope: Array, counted: Bools) -> Curvature:
+        """Of the likelihood, by whitened slopes, of the components (rows,) that are `counted`."""
+        tail, limit = self.whitening.tail[counted], self.whitening.limit[counted]
+        pull, curve = pulls(self.white[counted], tail, limit)
+        return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=self.whitening.run[counted])
+
+    def _promise(self, at: Curvature) -> tuple[Array, float]:
+        """The step to the top, within bounds and reach, and what it would gain."""
+        gradient = at.slope.T @ at.pull + self.precision * self.vector
+        hessian = (at.slope * at.curve[:, None]).T @ at.slope + np.diag(self.precision)
+        least = np.maximum(self.low - self.vector, -self.reach)
+        most = np.minimum(self.high - self.vector, self.reach)
+        return _bounded(gradient, hessian, least, most)
+
+    def _searched(self, move: Array, gain: float, shrunk: Sequence[float]) -> _Tried | None:
+        """Where a step leads up, the first that brings enough; None where it does not."""
         before = self._total(self.white, self.whitening, self.vector)
         best, most = None, before
-        for shrink in SHRUNK:
+        for shrink in shrunk:
             tried = self._at(np.clip(self.vector + shrink * move, self.low, self.high))
             total = self._total(tried.white, tried.whitening, tried.vector)
             if total > most:
                 best, most = tried, total
             if best is not None and most > before + ENOUGH * shrink * gain:
                 break
-        if best is not None:
-            self.vector, self.model, self.at = best.vector, best.model, best.at
-            self.white, self.whitening = best.white, best.whitening
+        return best
+
+    def _take(self, step: _Tried | None) -> bool:
+        """Goes there; whether there is anywhere to go."""
+        if step is None:
             return False
-        return gain < 0.5  # no way up from here: as good as converged only if little was to be gained
+        self.vector, self.model, self.at, self.slope = step.vector, step.model, step.at, None
+        self.white, self.whitening = step.white, step.whitening
+        return True
 
     def _at(self, vector: Array) -> _Tried:
         model = model_of(vector, self.free, base=self.model)
