@@ -17,7 +17,7 @@ from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
-from station.diagnosis.predict.quality import both_held_out, compared, sifted
+from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
 from station.diagnosis.search.belief import Belief, beliefs, called
@@ -111,12 +111,11 @@ def examined(
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
     belief = beliefs(found)
-    folds, own = sifted(evidence, folds, belief.classes)
-    both = both_held_out(evidence, folds)
-    model = _kept(evidence, found, own)
-    quality = compared(evidence, folds, both, model)
-    answer = _answer(evidence, found, _Judged(belief, own, model, quality), catalogue, name=name)
-    pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
+    sift = sifted(evidence, folds, belief.classes)
+    model = _kept(evidence, found, sift.own)
+    quality = compared(evidence, sift, model)
+    answer = _answer(evidence, found, _Judged(belief, sift.own, model, quality), catalogue, name=name)
+    pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     return Examined(diagnosis=answer, pictures=pictures)
 
 

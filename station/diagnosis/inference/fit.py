@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from station.diagnosis.inference.errors import Curvature
 from station.diagnosis.inference.parameters import Free, free_numbers, model_of, vector_of
 from station.diagnosis.likelihood.noise import Noise, estimate_noise
-from station.diagnosis.likelihood.slopes import residuals, slopes
+from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
 from station.diagnosis.likelihood.student import fitted_tail, log_density, pulls
 from station.diagnosis.likelihood.systematic import is_nuisance, nuisances, without_nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -47,7 +47,8 @@ run whose rows share its friction has no Cholesky factor (`station diagnose` of 
 AGAIN = 0.25
 """Steps go on by the same slopes while each promises less than this share of what the last one did: a linear model's
 residuals have the same slopes everywhere, and a step costs one evaluation then, not one for each number (Shamanskii
-1967, Ukr. Mat. Zh. 19, 133). A search ends by new slopes alone."""
+1967, Ukr. Mat. Zh. 19, 133). A search ends only by slopes that were taken where it ends, or no farther away than one
+step of a difference."""
 
 _RIDGE = 1e-9
 
@@ -172,7 +173,7 @@ class _Search:
         self.reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
-        self.slope: Array | None = None
+        self.slope, self.sloped = np.zeros(0), np.full(len(free), np.inf)
         self.noise = noise or self._noise()
         self._whiten()
 
@@ -223,7 +224,8 @@ class _Search:
 
     def _slopes(self) -> Array:
         """Of the residuals (rows, k), where the search stands; new noise does not change them."""
-        if self.slope is None:
+        if np.any(np.abs(self.vector - self.sloped) > STEP):
+            self.sloped = self.vector
             self.slope = stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at))
         return self.slope
 
@@ -258,7 +260,7 @@ class _Search:
         """Goes there; whether there is anywhere to go."""
         if step is None:
             return False
-        self.vector, self.model, self.at, self.slope = step.vector, step.model, step.at, None
+        self.vector, self.model, self.at = step.vector, step.model, step.at
         self.white, self.whitening = step.white, step.whitening
         return True
 

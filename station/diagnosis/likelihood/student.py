@@ -55,8 +55,8 @@ def _scale(white: Array, tail: float) -> float:
     square = white**2
     for _ in range(30):
         before = scale
-        weight = 1.0 if tail >= GAUSSIAN else (tail + 1) / (tail + square / scale**2)
-        scale = max(float(np.sqrt(np.mean(weight * square))), 1e-9)
+        weight = np.ones_like(square) if tail >= GAUSSIAN else (tail + 1) / (tail + square / scale**2)
+        scale = max(float(np.sqrt(weight @ square / len(square))), 1e-9)
         if abs(scale - before) < SETTLED * scale:
             break
     return scale

@@ -105,6 +105,7 @@ class Moments:
         self._contact = self._contact_with(self._plate)
         self._inertial = self._inertial_on(self._plate)
         self._plain = _load(self._contact, self._inertial)
+        self._earlier = Latest(self._delayed, ("delay_s",))
         self._latest = Latest(self._loads, LOADING)
 
     def __len__(self) -> int:
@@ -142,7 +143,10 @@ class Moments:
         return self._latest(model)
 
     def _loads(self, model: Model) -> Load:
-        load, inertial = self._delayed(model.delay_s())
+        load, inertial = self._plain, self._inertial
+        if model.acting("delay_s"):
+            plate, inertial = self._earlier(model)
+            load = _load(self._contact_with(plate), inertial)
         if model.acting("attitude"):
             load = _load(_turned(load.contact, model.attitude(load.contact)), inertial)
         if not model.acting("push"):
@@ -150,13 +154,10 @@ class Moments:
         push = model.push(_still(load.contact) if self._at_rest else load.contact)
         return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
 
-    def _delayed(self, delay_s: float) -> tuple[Load, Array]:
-        """The plain loads a delay earlier, and the part of the plate's motion in them."""
-        if delay_s == 0:
-            return self._plain, self._inertial
-        plate = self._attitude(delay_s)
-        inertial = self._inertial_on(plate)
-        return _load(self._contact_with(plate), inertial), inertial
+    def _delayed(self, model: Model) -> tuple[Attitude, Array]:
+        """The plate as much earlier as a model's stamps are late, and the part of its motion in the loads."""
+        plate = self._attitude(model.delay_s())
+        return plate, self._inertial_on(plate)
 
     def _inertial_on(self, plate: Attitude) -> Array:
         """What the plate's own motion adds to the loads (n, 3), or nothing (3,) at rest."""
@@ -195,7 +196,7 @@ class Moments:
 def _load(contact: Contact, inertial: Array) -> Load:
     """Gravity on a plate that stands so, with inertial forces per mass (n, 3 or 3)."""
     pull, down = GRAVITY_M_S2 * np.sin(contact.tilt_rad), contact.down_rad
-    tangential = np.column_stack([pull * np.cos(down), pull * np.sin(down)]) + inertial[..., :2]
+    tangential = np.array([pull * np.cos(down), pull * np.sin(down)]).T + inertial[..., :2]
     normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[..., 2]
     return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
 
