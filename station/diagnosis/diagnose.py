@@ -23,7 +23,7 @@ from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQual
 from station.diagnosis.search.belief import Belief, beliefs, called
 from station.diagnosis.search.candidates import NONE, SINGLE
 from station.diagnosis.search.locate import located
-from station.diagnosis.search.search import Progress, Search, search, with_wander
+from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
 from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
@@ -107,7 +107,7 @@ def examined(
     # What a simulator's numerics do is looked for in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, Model(mu_s=mu_s))
-    found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    found = search(in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress), progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
     belief = beliefs(found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -32,7 +32,7 @@ def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str,
 
 
 @contextmanager
-def near(evidence: Evidence, model: Model) -> Iterator[None]:
+def near(evidence: Evidence, model: Model) -> Generator[None]:
     """All models in here are nearly this one, see `Channel.near`."""
     for channel in evidence.channels:
         channel.near(model)

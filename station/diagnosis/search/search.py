@@ -107,35 +107,6 @@ def with_wander(evidence: Evidence, start: Model) -> Evidence:
     return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
 
 
-def search(
-    evidence: Evidence,
-    effects: Sequence[Effect],
-    *,
-    start: Model,
-    rng: np.random.Generator,
-    progress: Progress,
-    begins: Begins | None = None,
-) -> Search:
-    """Runs all stages on evidence with at least one row of friction, and compares each term with what could replace it.
-
-    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
-    """
-    staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
-    progress("comparing each with what could stand in its place")
-    model, compared = revised(staged.fitter, staged.model, staged.offered)
-    channels = {term.effect.id: channels_of(evidence, (term.effect,)) for term in model.model.terms}
-    return Search(
-        null=staged.null,
-        stages=tuple(staged.stages),
-        model=model,
-        compared=compared,
-        channels=channels,
-        places=tuple(staged.places),
-        untestable=staged.untestable,
-        ends=staged.fitter.ends(),
-    )
-
-
 @dataclass(kw_only=True, eq=False)
 class Staged:
     """What the stages come to: the plain model, the last one, what stands out beside it, and what was offered."""
@@ -158,7 +129,10 @@ def in_stages(
     progress: Progress,
     begins: Begins | None = None,
 ) -> Staged:
-    """All stages of a search (arguments as in `search`): which effects there are, before the last comparison."""
+    """All stages, on evidence with at least one row of friction: which effects there are, before the last comparison.
+
+    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
+    """
     progress("fitting the plain model")
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
@@ -179,6 +153,23 @@ def in_stages(
             break
         found.model = stage.chosen.fitted
     return found
+
+
+def search(staged: Staged, progress: Progress) -> Search:
+    """Compares each term that the stages have found with what could stand in its place."""
+    progress("comparing each with what could stand in its place")
+    model, compared = revised(staged.fitter, staged.model, staged.offered)
+    channels = {term.effect.id: channels_of(staged.fitter.evidence, (term.effect,)) for term in model.model.terms}
+    return Search(
+        null=staged.null,
+        stages=tuple(staged.stages),
+        model=model,
+        compared=compared,
+        channels=channels,
+        places=tuple(staged.places),
+        untestable=staged.untestable,
+        ends=staged.fitter.ends(),
+    )
 
 
 def _stage(
