@@ -20,12 +20,12 @@ from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
-from station.diagnosis.predict.quality import both_held_out, compared, sifted
+from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
 from station.diagnosis.search.belief import Belief, beliefs, called
 from station.diagnosis.search.locate import located
-from station.diagnosis.search.search import Progress, Search, search, with_wander
+from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
 from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
@@ -94,16 +94,15 @@ def examined(
     # What a simulator's numerics do is looked for in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, Model(mu_s=mu_s))
-    found = search(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    found = search(in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress), progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
     belief = beliefs(found)
-    folds, own = sifted(evidence, folds, belief.classes)
-    both = both_held_out(evidence, folds)
-    model = _kept(evidence, found, own)
-    quality = compared(evidence, folds, both, model)
-    answer = _answer(evidence, found, _Judged(belief, own, model, quality), catalogue, name=name)
-    pictures = picture_data(evidence, found, both, opening_radius_m=chosen.opening_radius_m)
+    sift = sifted(evidence, folds, belief.classes)
+    model = _kept(evidence, found, sift.own)
+    quality = compared(evidence, sift, model)
+    answer = _answer(evidence, found, _Judged(belief, sift.own, model, quality), catalogue, name=name)
+    pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     return Examined(diagnosis=answer, pictures=pictures, found=Found(evidence=evidence, search=found, belief=belief))
 
 

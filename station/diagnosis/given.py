@@ -16,7 +16,7 @@ from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.diagnosis.search.belief import beliefs, called
-from station.diagnosis.search.search import Progress, search
+from station.diagnosis.search.search import Progress, in_stages, search
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
 from station.signals.session import Signals
@@ -54,12 +54,13 @@ def against_given(
     if evidence.used() < thresholds.LEAST_RUNS:
         notes = "; ".join(evidence.notes) or "the others neither slide nor hold"
         raise UserError(
-            f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, got {evidence.used()} in "
-            f"{name}: {notes}"
+            f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, "
+            f"got {evidence.used()} in {name}: {notes}"
         )
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
-    found = search(evidence, effects, start=start, rng=rng, progress=lambda said: progress(f"simulation: {said}"))
+    staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda said: progress(f"simulation: {said}"))
+    found = search(staged, progress)
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
     progress("comparing recording and simulation")
     return _told(answer, against(recorded, theirs), theirs, name=name)

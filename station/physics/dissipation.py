@@ -30,6 +30,13 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
     return here, (ahead - behind) / (2 * STEP_RAD), (ahead - 2 * here + behind) / STEP_RAD**2
 
 
+def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
+    """h′ (n,) alone."""
+    ahead = model.friction(replace(contact, way_rad=way_rad + STEP_RAD))
+    behind = model.friction(replace(contact, way_rad=way_rad - STEP_RAD))
+    return (ahead - behind) / (2 * STEP_RAD)
+
+
 def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, Array]:
     """The ratio T/N (n,) that a resting block holds against a load in a direction, and the way (n,) it then takes.
 

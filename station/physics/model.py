@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from shared.errors import UserError
 from station.physics.catalogue import Catalogue
 from station.physics.checked import number, only
 from station.physics.contact import Array, Contact, View
-from station.physics.effect import Effect, Values
+from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
 
@@ -39,9 +40,13 @@ class Model:
 
     def acting(self, hook: str) -> tuple[Term, ...]:
         """The terms that act through a method of `Effect` and are not at their null."""
-        return tuple(
-            term for term in self.terms if hook in term.effect.acts_through() and not term.effect.is_null(term.values)
-        )
+        return self._acting[hook]
+
+    @cached_property
+    def _acting(self) -> Mapping[str, tuple[Term, ...]]:
+        """The acting terms by hook: a channel asks for them some hundred thousand times a diagnosis."""
+        acting = [term for term in self.terms if not term.effect.is_null(term.values)]
+        return {hook: tuple(term for term in acting if hook in term.effect.acts_through()) for hook in HOOKS}
 
     def friction(self, contact: Contact) -> Array:
         """The limit curve's support function h (n,) at `way_rad`, before the scatter."""

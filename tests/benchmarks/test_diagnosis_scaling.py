@@ -1,7 +1,8 @@
 """How time and memory of a diagnosis grow with the number of runs; `pytest -m benchmark -s` prints the table.
 
 Every size is a process of its own, because memory that was once taken is not given back. SCALING_RUNS names the sizes
-("200,1000,5000"). An exponent of 1 is growth in proportion to the runs.
+("200,1000,5000"), and SCALING_NESTED=1 searches each fold anew (in this process: what it costs, not how long it takes).
+An exponent of 1 is growth in proportion to the runs.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 
 from station.app.commands.diagnose import diagnose_file
+from station.diagnosis.predict.folds import named, nested
 from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
 from tests.concealed.session import run_session
@@ -27,6 +29,7 @@ from tests.concealed.world import NULL
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(3600)]
 
 SIZES = tuple(int(size) for size in os.environ.get("SCALING_RUNS", "200,1000,5000").split(","))
+FOLDING = nested if os.environ.get("SCALING_NESTED") else named
 LONG_S = 1.0
 """Phases that never take so long are added up under `rest`."""
 MOST = 1.3
@@ -54,7 +57,7 @@ def measure(path: Path) -> tuple[Phases, float, str]:
         phases[now[0]] = phases.get(now[0], 0.0) + moment - last[0]
         now[0], last[0] = what.split(":", maxsplit=1)[0].rstrip("0123456789 "), moment
 
-    found = diagnose_file(path, status=tell).diagnosis
+    found = diagnose_file(path, folding=FOLDING, status=tell).diagnosis
     tell("")
     return phases, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0, f"{found.verdict} {found.names}"
 

@@ -10,7 +10,7 @@ import pytest
 from station.diagnosis.inference.fit import fit
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.table import table_evidence
-from station.diagnosis.search.search import search
+from station.diagnosis.search.search import in_stages, search
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from tests.recovery.test_parameters import MU, SCATTER, evidence
@@ -25,9 +25,9 @@ def test_an_absorbed_adhesion_is_given_no_other_name() -> None:
     truth = Model(mu_s=MU, scatter=SCATTER).with_term(Term(known["adhesion"], {"force_n": 0.03}))
     effects = [effect for effect in known.values() if effect.layer != "numerics"]
     rng = np.random.default_rng(5)
-    found = search(
-        evidence(truth, np.random.default_rng(11)), effects, start=Model(mu_s=0.3), rng=rng, progress=lambda _: None
-    )
+    seen = evidence(truth, np.random.default_rng(11))
+    staged = in_stages(seen, effects, start=Model(mu_s=0.3), rng=rng, progress=lambda _: None)
+    found = search(staged, lambda _: None)
     assert "adhesion" in found.untestable
     assert found.named == ()
 

@@ -11,13 +11,13 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.parameters import Free, told
-from station.diagnosis.likelihood.slopes import residuals, slopes
+from station.diagnosis.likelihood.slopes import differences, near, residuals
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 from station.physics.effect import Effect
-from station.physics.model import Model, Term
+from station.physics.model import Term
 
 MOST_VARIANTS = 12
 
@@ -73,20 +73,19 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     at = residuals(evidence, fit.model)
     whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
     white = whitening(stack(evidence, at))
-    own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
     parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
     place = 0
-    for effect, start in variants_of(evidence, effects):
-        free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
-        model = fit.model.with_term(start)
-        parts.append(_null_slopes(evidence, model, free, at))
-        columns = tuple(range(place, place + len(free)))
-        variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
-        low += [number.low - start.values[number.parameter.name] / number.scale for number in free if number.parameter]
-        high += [
-            number.high - start.values[number.parameter.name] / number.scale for number in free if number.parameter
-        ]
-        place += len(free)
+    with near(evidence, fit.model):  # an effect at its null changes nothing
+        own = stack(evidence, differences(evidence, fit.model, fit.free, at))
+        for effect, start in variants_of(evidence, effects):
+            free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
+            parts.append(stack(evidence, differences(evidence, fit.model.with_term(start), free, at)))
+            columns = tuple(range(place, place + len(free)))
+            variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
+            null = [start.values[number.parameter.name] / number.scale for number in free if number.parameter]
+            low += [number.low - value for number, value in zip(free, null, strict=True)]
+            high += [number.high - value for number, value in zip(free, null, strict=True)]
+            place += len(free)
     if extra is not None:
         parts.append(extra)
         low += [-np.inf] * extra.shape[1]
@@ -119,10 +118,6 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         high=np.array(high),
         runs=int(evidence.counted.sum()),
     )
-
-
-def _null_slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> Array:
-    return stack(evidence, slopes(evidence, model, free, at))
 
 
 def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:

@@ -13,7 +13,7 @@ from scipy.optimize import lsq_linear
 from station.diagnosis.inference.errors import Curvature
 from station.diagnosis.inference.parameters import Free, free_numbers, model_of, vector_of
 from station.diagnosis.likelihood.noise import Noise, estimate_noise
-from station.diagnosis.likelihood.slopes import residuals, slopes
+from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
 from station.diagnosis.likelihood.student import fitted_tail, log_density, pulls
 from station.diagnosis.likelihood.systematic import is_nuisance, nuisances, without_nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -43,6 +43,12 @@ may gain a little, and leads to where nothing has a slope (Armijo 1966, Pac. J. 
 LEAST_FACTOR = 1e-3
 """Of a measurement's nominal error: a simulation without noise still rounds its numbers. With less, the covariance of a
 run whose rows share its friction has no Cholesky factor (`station diagnose` of a planar simulation)."""
+
+AGAIN = 0.25
+"""Steps go on by the same slopes while each promises less than this share of what the last one did: a linear model's
+residuals have the same slopes everywhere, and a step costs one evaluation then, not one for each number (Shamanskii
+1967, Ukr. Mat. Zh. 19, 133). A search ends only by slopes that were taken where it ends, or no farther away than one
+step of a difference."""
 
 _RIDGE = 1e-9
 
@@ -167,6 +173,7 @@ class _Search:
         self.reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
+        self.slope, self.sloped = np.zeros(0), np.full(len(free), np.inf)
         self.noise = noise or self._noise()
         self._whiten()
 
@@ -201,39 +208,62 @@ class _Search:
         return False
 
     def step(self) -> bool:
-        """One step; whether it is the last."""
+        """New slopes, and the steps that they lead; whether there was nothing more to gain."""
         counted = self.counts[self.whitening.run]
-        slope = self.whitening(stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at)))[counted]
-        pull, curve = pulls(self.white[counted], self.whitening.tail[counted], self.whitening.limit[counted])
-        gradient = slope.T @ pull + self.precision * self.vector
-        hessian = (slope * curve[:, None]).T @ slope + np.diag(self.precision)
-        least = np.maximum(self.low - self.vector, -self.reach)
-        most = np.minimum(self.high - self.vector, self.reach)
-        move, gain = _bounded(gradient, hessian, least, most)
-        self.curvature = Curvature(
-            slope=slope,
-            pull=pull,
-            curve=curve,
-            tail=self.whitening.tail[counted],
-            limit=self.whitening.limit[counted],
-            run=self.whitening.run[counted],
-        )
+        slope = self.whitening(self._slopes())[counted]
+        self.curvature = self._curved(slope, counted)
+        move, gain = self._promise(self.curvature)
         if gain < CONVERGED:
             return True
+        if not self._take(self._searched(move, gain, SHRUNK)):
+            return gain < WORTH_RENEWING  # no way up from here: as good as converged only if little was to be gained
+        while True:
+            last = gain
+            move, gain = self._promise(self._curved(slope, counted))
+            if not CONVERGED < gain < AGAIN * last or not self._take(self._searched(move, gain, SHRUNK[:1])):
+                return False
+
+    def _slopes(self) -> Array:
+        """Of the residuals (rows, k), where the search stands; new noise does not change them."""
+        if np.any(np.abs(self.vector - self.sloped) > STEP):
+            self.sloped = self.vector
+            self.slope = stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at))
+        return self.slope
+
+    def _curved(self, slope: Array, counted: Bools) -> Curvature:
+        """Of the likelihood, by whitened slopes, of the components (rows,) that are `counted`."""
+        tail, limit = self.whitening.tail[counted], self.whitening.limit[counted]
+        pull, curve = pulls(self.white[counted], tail, limit)
+        return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=self.whitening.run[counted])
+
+    def _promise(self, at: Curvature) -> tuple[Array, float]:
+        """The step to the top, within bounds and reach, and what it would gain."""
+        gradient = at.slope.T @ at.pull + self.precision * self.vector
+        hessian = (at.slope * at.curve[:, None]).T @ at.slope + np.diag(self.precision)
+        least = np.maximum(self.low - self.vector, -self.reach)
+        most = np.minimum(self.high - self.vector, self.reach)
+        return _bounded(gradient, hessian, least, most)
+
+    def _searched(self, move: Array, gain: float, shrunk: Sequence[float]) -> _Tried | None:
+        """Where a step leads up, the first that brings enough; None where it does not."""
         before = self._total(self.white, self.whitening, self.vector)
         best, most = None, before
-        for shrink in SHRUNK:
+        for shrink in shrunk:
             tried = self._at(np.clip(self.vector + shrink * move, self.low, self.high))
             total = self._total(tried.white, tried.whitening, tried.vector)
             if total > most:
                 best, most = tried, total
             if best is not None and most > before + ENOUGH * shrink * gain:
                 break
-        if best is not None:
-            self.vector, self.model, self.at = best.vector, best.model, best.at
-            self.white, self.whitening = best.white, best.whitening
+        return best
+
+    def _take(self, step: _Tried | None) -> bool:
+        """Goes there; whether there is anywhere to go."""
+        if step is None:
             return False
-        return gain < WORTH_RENEWING  # no way up from here: as good as converged only if little was to be gained
+        self.vector, self.model, self.at = step.vector, step.model, step.at
+        self.white, self.whitening = step.white, step.whitening
+        return True
 
     def _at(self, vector: Array) -> _Tried:
         model = model_of(vector, self.free, base=self.model)

@@ -76,6 +76,15 @@ def _value(model: Model, number: Free) -> float:
     return number.parameter.neutral
 
 
+def moved(model: Model, number: Free, by: float) -> Model:
+    """The model with one free number moved by so many of its scales, kept within its bounds."""
+    if number.effect is None or number.parameter is None:
+        return replace(model, mu_s=model.mu_s * math.exp(by))
+    values = next((term.values for term in model.terms if term.effect.id == number.effect.id), number.effect.neutral())
+    value = number.parameter.clipped(values[number.parameter.name] + by * number.scale)
+    return model.with_term(Term(number.effect, {**values, number.parameter.name: value}))
+
+
 def model_of(vector: Array, free: Sequence[Free], *, base: Model) -> Model:
     """The base model with the free numbers set, kept within their bounds."""
     model = base

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
-from station.diagnosis.inference.parameters import Free, model_of, vector_of
+from station.diagnosis.inference.parameters import Free, moved, vector_of
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
@@ -26,23 +27,29 @@ def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str,
 
     A channel that an effect cannot change is not evaluated: its slopes are zero.
     """
+    with near(evidence, model):
+        return differences(evidence, model, free, at)
+
+
+@contextmanager
+def near(evidence: Evidence, model: Model) -> Generator[None]:
+    """All models in here are nearly this one, see `Channel.near`."""
     for channel in evidence.channels:
         channel.near(model)
     try:
-        return _differences(evidence, model, free, at)
+        yield
     finally:
         for channel in evidence.channels:
             channel.near(None)
 
 
-def _differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+def differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+    """As `slopes`, where all models are nearly one that is given by `near`."""
     vector = vector_of(model, free)
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
     for place, number in enumerate(free):
         step = STEP if vector[place] + STEP <= number.high else -STEP
-        moved = vector.copy()
-        moved[place] += step
-        changed = model_of(moved, free, base=model)
+        changed = moved(model, number, step)
         for channel in evidence.channels:
             if _changes(channel, number):
                 found[channel.name][:, place] = (channel.residual(changed) - at[channel.name]) / step

@@ -50,7 +50,8 @@ class OnsetReading(Effect):
         """See the class."""
         if contact.moving.all():
             return 1.0
-        bend = (contact.acceleration_rad_s2 * contact.tilt_axis).sum(axis=1)
+        about_x, about_y, _ = contact.acceleration_rad_s2.T
+        bend = np.cos(contact.down_rad) * about_y - np.sin(contact.down_rad) * about_x  # about the tilt's axis
         slope = np.maximum(0.5 * np.sin(2.0 * contact.tilt_rad), LEAST_SLOPE)
         return np.where(contact.moving, 1.0, 1.0 + values["shift"] + values["blur_s2"] * bend / slope)
 

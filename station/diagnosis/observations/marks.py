@@ -10,6 +10,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Moments
 from station.physics.contact import Array, View
+from station.physics.effect import Effect
 from station.physics.model import Model
 
 CREEP_POINTS = 12
@@ -77,10 +78,13 @@ class Shape(Channel):
         super().__init__(rows)
         self._strain, self._view, self._yaw = strain - np.median(strain, axis=0), view, yaw_rad
 
+    def changed_by(self, effect: Effect) -> bool:
+        """By nothing that is only allowed for (see `systematic`): that shifts a mark as a whole."""
+        return super().changed_by(effect) and not effect.id.startswith("_")
+
     def residual(self, model: Model) -> Array:
         """See the class."""
-        # What is only allowed for (see `systematic`) shifts a mark as a whole.
-        if all(term.effect.id.startswith("_") for term in model.acting("seen")):
+        if not any(self.changed_by(term.effect) for term in model.acting("seen")):
             return self._strain.ravel()
         moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
         return (self._strain - (moved - np.median(moved, axis=0))).ravel()

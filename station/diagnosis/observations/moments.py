@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from station.diagnosis.observations.driving import fictitious
 from station.diagnosis.observations.plate import Attitude, Times
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
-from station.physics.effect import Effect
+from station.physics.effect import Effect, Values
 from station.physics.model import Model
 
+T = TypeVar("T")
+
 LEAST_REST_S = 1e-3
+LEAST_M_S2 = 1e-3
+"""Something always presses: a block that is lifted would have no friction to take a logarithm of."""
+
 LOADING = ("attitude", "delay_s", "push")
 """The methods of an effect through which it changes how a block is loaded."""
-
-Loading = tuple[tuple[Effect, tuple[tuple[str, float], ...]], ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,6 +45,24 @@ class Load:
     contact: Contact
     tangential: Array
     normal: Array
+
+
+class Latest(Generic[T]):
+    """What a model makes by some of its hooks, kept until a model acts otherwise through them.
+
+    Several channels ask in turn, and most models that are compared differ in their friction alone.
+    """
+
+    def __init__(self, make: Callable[[Model], T], hooks: Sequence[str]) -> None:
+        self._make, self._hooks = make, hooks
+        self._last: tuple[Sequence[tuple[Effect, Values]], T] | None = None
+
+    def __call__(self, model: Model) -> T:
+        """See the class."""
+        acting = [(term.effect, dict(term.values)) for hook in self._hooks for term in model.acting(hook)]
+        if self._last is None or self._last[0] != acting:
+            self._last = (acting, self._make(model))
+        return self._last[1]
 
 
 class Moments:
@@ -81,7 +103,10 @@ class Moments:
         self._at_rest = at_rest
         self._plate = attitude(0.0)
         self._contact = self._contact_with(self._plate)
-        self._last: tuple[Loading, Load] | None = None
+        self._inertial = self._inertial_on(self._plate)
+        self._plain = _load(self._contact, self._inertial)
+        self._earlier = Latest(self._delayed, ("delay_s",))
+        self._latest = Latest(self._loads, LOADING)
 
     def __len__(self) -> int:
         return len(self.time_ns)
@@ -94,7 +119,8 @@ class Moments:
         other._rested = self._contact.rest_s if self._rested_at is None else self._rested_at(tilt_rad)
         steep = reported + other._steeper_rad
         other._contact = replace(self._contact, tilt_rad=steep, rest_s=np.maximum(other._rested, LEAST_REST_S))
-        other._last = None
+        other._plain = _load(other._contact, other._inertial)
+        other._latest = Latest(other._loads, LOADING)
         return other
 
     @property
@@ -103,33 +129,39 @@ class Moments:
         return self._contact
 
     @property
+    def plain(self) -> Load:
+        """The loads with the attitude as reported, and no push."""
+        return self._plain
+
+    @property
     def velocity_m_s(self) -> Array:
         """Of the block in P (n, 2)."""
         return self._velocity
 
     def loads(self, model: Model) -> Load:
-        """The contact and the loads with the model's attitude, delay and pushes.
-
-        Several channels ask in turn, and most models that are compared differ in their friction alone.
-        """
-        key = _loading(model)
-        if self._last is None or self._last[0] != key:
-            self._last = (key, self._loads(model))
-        return self._last[1]
+        """The contact and the loads with the model's attitude, delay and pushes."""
+        return self._latest(model)
 
     def _loads(self, model: Model) -> Load:
-        delay = model.delay_s()
-        plate = self._plate if delay == 0 else self._attitude(delay)
-        contact = self._contact if delay == 0 else self._contact_with(plate)
+        load, inertial = self._plain, self._inertial
+        if model.acting("delay_s"):
+            plate, inertial = self._earlier(model)
+            load = _load(self._contact_with(plate), inertial)
         if model.acting("attitude"):
-            contact = _turned(contact, model.attitude(contact))
-        pulled = _still(contact) if self._at_rest else contact
-        push = model.push(pulled)
-        inertial = np.zeros((len(self), 3)) if self._at_rest else fictitious(plate, self._place, self._velocity)
-        down = np.column_stack([np.cos(contact.down_rad), np.sin(contact.down_rad)])
-        tangential = GRAVITY_M_S2 * np.sin(contact.tilt_rad)[:, None] * down + inertial[:, :2] + push[:, :2]
-        normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[:, 2] - push[:, 2]
-        return Load(contact, tangential, np.maximum(normal, 1e-3))
+            load = _load(_turned(load.contact, model.attitude(load.contact)), inertial)
+        if not model.acting("push"):
+            return load
+        push = model.push(_still(load.contact) if self._at_rest else load.contact)
+        return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
+
+    def _delayed(self, model: Model) -> tuple[Attitude, Array]:
+        """The plate as much earlier as a model's stamps are late, and the part of its motion in the loads."""
+        plate = self._attitude(model.delay_s())
+        return plate, self._inertial_on(plate)
+
+    def _inertial_on(self, plate: Attitude) -> Array:
+        """What the plate's own motion adds to the loads (n, 3), or nothing (3,) at rest."""
+        return np.zeros(3) if self._at_rest else fictitious(plate, self._place, self._velocity)
 
     def _contact_with(self, plate: Attitude) -> Contact:
         facts, run = self._facts, self.run
@@ -161,10 +193,12 @@ class Moments:
         )
 
 
-def _loading(model: Model) -> Loading:
-    """The terms through which a model changes contact and loads, and their values."""
-    acting = (term for hook in LOADING for term in model.acting(hook))
-    return tuple((term.effect, tuple(term.values.items())) for term in acting)
+def _load(contact: Contact, inertial: Array) -> Load:
+    """Gravity on a plate that stands so, with inertial forces per mass (n, 3 or 3)."""
+    pull, down = GRAVITY_M_S2 * np.sin(contact.tilt_rad), contact.down_rad
+    tangential = np.array([pull * np.cos(down), pull * np.sin(down)]).T + inertial[..., :2]
+    normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[..., 2]
+    return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
 
 
 def _still(contact: Contact) -> Contact:
@@ -174,15 +208,15 @@ def _still(contact: Contact) -> Contact:
 
 def _turned(contact: Contact, turn: Array) -> Contact:
     """The contact on a plate that is turned by small rotation vectors (n, 3), in P, from the reported attitude."""
-    tilt, down = contact.tilt_rad, contact.down_rad
-    gravity = np.column_stack([np.sin(tilt) * np.cos(down), np.sin(tilt) * np.sin(down), -np.cos(tilt)])
-    # The plate turns by +w, so what is fixed in the world turns by −w as the plate sees it.
-    gravity = gravity - np.cross(turn, gravity)
-    gravity /= np.linalg.norm(gravity, axis=1, keepdims=True)
-    new_down = np.arctan2(gravity[:, 1], gravity[:, 0])
+    level = np.sin(contact.tilt_rad)
+    x, y, z = level * np.cos(contact.down_rad), level * np.sin(contact.down_rad), -np.cos(contact.tilt_rad)
+    # The plate turns by +w, so what is fixed in the world, such as gravity, turns by −w as the plate sees it.
+    turn_x, turn_y, turn_z = turn.T
+    new_x, new_y, new_z = x - turn_y * z + turn_z * y, y - turn_z * x + turn_x * z, z - turn_x * y + turn_y * x
+    new_down = np.arctan2(new_y, new_x)
     return replace(
         contact,
-        tilt_rad=np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2]),
+        tilt_rad=np.arctan2(np.hypot(new_x, new_y), -new_z),
         down_rad=new_down,
         way_rad=np.where(contact.moving, contact.way_rad, new_down),
     )

@@ -11,9 +11,6 @@ from station.physics.contact import Array
 from station.physics.dissipation import held_along, threshold
 from station.physics.model import Model
 
-PLAIN = Model(mu_s=1.0)
-"""Changes neither attitude nor clock and pushes nothing."""
-
 LEAST_M_S2 = 1e-6
 MOST_DRAWN = 1.0
 """No run's friction is more than e times the model's, or less: an onset that says so was knocked off."""
@@ -41,7 +38,7 @@ class Onsets(Channel):
         self.moments = moments
         self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
         self._recorded = moments.tilted(moments.reported.tilt_rad)
-        plain = moments.loads(PLAIN)
+        plain = moments.plain
         self._log_recorded = np.log(_size(plain) / plain.normal)
         self._last: tuple[Model, Array] | None = None
         self._last_drawn: tuple[Model, Array] | None = None
@@ -124,7 +121,7 @@ class _Expected:
     """The pull over the pressing, both as reported (n,), at which a model's blocks slip: near the moments' tilts."""
 
     def __init__(self, moments: Moments) -> None:
-        plain = moments.loads(PLAIN)
+        plain = moments.plain
         self._moments, self._pull, self._normal = moments, _size(plain), plain.normal
 
     def friction(self, model: Model, way: _Way) -> Array:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
-from station.diagnosis.observations.moments import Load, Moments
+from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, View
-from station.physics.dissipation import support
+from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
-
-PLAIN = Model(mu_s=1.0)
-"""Changes neither attitude nor clock and pushes nothing."""
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
@@ -62,14 +60,19 @@ class Motion:
         speed = np.maximum(self.moments.reported.speed_m_s, LEAST_M_S)
         return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
-    def seen_m_s2(self, model: Model) -> Array | float:
+    @cached_property
+    def seen_m_s2(self) -> Latest[Array]:
+        """See `_seen_m_s2`."""
+        return Latest(self._seen_m_s2, ("seen",))
+
+    def _seen_m_s2(self, model: Model) -> Array:
         """How much the windows (n, 2) seem to be accelerated more by what a model does to the picture.
 
         A lens that enlarges what is far from its axis makes a block that goes there seem to be slowed less.
         """
         terms = [term for term in model.acting("seen") if _bends(term.effect)]
         if self.view is None or not terms:
-            return 0.0
+            return np.zeros((len(self.acceleration_m_s2), 2))
         moved = sum((_mean_shift(term, self.view) for term in terms), np.zeros((1, 2)))
         first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
@@ -105,22 +108,27 @@ class _Slides(Channel):
         self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
 
     def _mean(self, values: Array) -> Array:
-        """Over the nodes of each window, with the weak form's weights: (3 n, …) to (n, …)."""
-        return np.tensordot(values.reshape(len(self), len(WEIGHTS), *values.shape[1:]), WEIGHTS, axes=([1], [0]))
+        """Over the nodes of each window, with the weak form's weights: (3 n,) to (n,)."""
+        return values.reshape(len(self), len(WEIGHTS)) @ WEIGHTS
 
     def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
         """See `Motion`; 0 where no onset says anything."""
         return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
 
-    def _seen(self, model: Model, toward: Array) -> Array:
-        """See `Motion.seen_m_s2`, in directions (3 n, 2): (n,)."""
-        return (self.motion.seen_m_s2(model) * _unit(self._mean(toward))).sum(axis=1)
+    def _middle(self, toward: Array) -> Array:
+        """The windows' unit vectors (n, 2) of directions (3 n, 2)."""
+        mean = np.column_stack([self._mean(toward[:, 0]), self._mean(toward[:, 1])])
+        return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
+
+    def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:
+        """What a model adds to the reported pull in directions (3 n, 2), and at the windows' `middle` ones (n, 2)."""
+        added = self._mean(_dot(load.tangential - self.motion.moments.plain.tangential, toward))
+        return added + _dot(self.motion.seen_m_s2(model), middle)
 
     def _force(self, load: Load, toward: Array) -> Array:
         """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
         gained = self.motion.acceleration_m_s2 - self.motion.between[:, :2]
-        gained = (gained * _unit(self._mean(toward))).sum(axis=1)
-        return self._mean((load.tangential * toward).sum(axis=1)) - gained
+        return self._mean(_dot(load.tangential, toward)) - _dot(gained, self._middle(toward))
 
 
 class Along(_Slides):
@@ -139,9 +147,10 @@ class Along(_Slides):
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
-        self._plain = motion.moments.loads(PLAIN)
+        self._plain = motion.moments.plain
         self._sliding = motion.sliding
         self._way = _direction(self._plain.contact.way_rad)
+        self._middle_way = self._middle(self._way)
         self._normal = self._mean(self._plain.normal) + motion.between[:, 2]
         force = self._force(self._plain, self._way) / self._normal
         self._typical = max(float(np.median(force)), LEAST_MU)
@@ -154,13 +163,11 @@ class Along(_Slides):
     def residual(self, model: Model) -> Array:
         """See the class."""
         load = self.motion.moments.loads(model)
-        changed = ((load.tangential - self._plain.tangential) * self._way).sum(axis=1)
         drawn, onset = self._drawn(model)
         friction = model.friction(load.contact) * self._sliding
         held = self._mean(load.normal * friction) + self.motion.between[:, 2] * self._mean(friction)
         held = held * np.exp(drawn)
-        changed = self._mean(changed) + self._seen(model, self._way)
-        predicted = (held - changed) / self._normal
+        predicted = (held - self._changed(model, load, self._way, self._middle_way)) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
 
 
@@ -174,8 +181,9 @@ class Across(_Slides):
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
-        self._plain = motion.moments.loads(PLAIN)
+        self._plain = motion.moments.plain
         self._left = _direction(self._plain.contact.way_rad + np.pi / 2)
+        self._middle_left = self._middle(self._left)
         along = self._force(self._plain, _direction(self._plain.contact.way_rad))
         self._unit_force = np.maximum(
             self._mean(self._plain.normal) * float(np.median(along / self._mean(self._plain.normal))), 1e-3
@@ -185,10 +193,9 @@ class Across(_Slides):
     def residual(self, model: Model) -> Array:
         """See the class."""
         load = self.motion.moments.loads(model)
-        changed = ((load.tangential - self._plain.tangential) * self._left).sum(axis=1)
-        _, slope, _ = support(model, load.contact, load.contact.way_rad)
+        slope = support_slope(model, load.contact, load.contact.way_rad)
         held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
-        return self._recorded - (held - self._mean(changed) - self._seen(model, self._left)) / self._unit_force
+        return self._recorded - (held - self._changed(model, load, self._left, self._middle_left)) / self._unit_force
 
 
 class Turn(_Slides):
@@ -204,7 +211,7 @@ class Turn(_Slides):
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
-        plain, contact = motion.moments.loads(PLAIN), motion.moments.reported
+        plain, contact = motion.moments.plain, motion.moments.reported
         force = np.maximum(self._force(plain, _direction(plain.contact.way_rad)), LEAST_M_S2)
         self._held = np.repeat(force, len(WEIGHTS))
         self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
@@ -223,5 +230,6 @@ def _direction(angle_rad: Array) -> Array:
     return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
 
 
-def _unit(vectors: Array) -> Array:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+def _dot(one: Array, other: Array) -> Array:
+    """Of vectors (n, 2): a sum over an axis of two would take several times as long."""
+    return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]

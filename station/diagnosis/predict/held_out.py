@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from station.diagnosis.predict.resimulated import path_errors
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 
-Parts = Iterable[tuple[Bools, Fit]]
+Parts = Sequence[tuple[Bools, Fit]]
 """Fits, each with the runs (r,) that it has not seen."""
 
 

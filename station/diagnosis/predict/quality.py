@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import Fold, dropped
-from station.diagnosis.predict.held_out import HeldOut, predicted, with_paths
+from station.diagnosis.predict.held_out import HeldOut, Parts, predicted, with_paths
 from station.diagnosis.result import FitQuality, Own, Quality, Value
 from station.diagnosis.search.belief import called
 from station.physics.contact import Array
@@ -21,37 +22,47 @@ Classes = Mapping[str, Collection[str]]
 """Ids of what was found in all runs, each with those that cannot be told from it."""
 
 
-def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> tuple[tuple[Fold, ...], dict[str, Own]]:
-    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds.
+@dataclass(frozen=True, eq=False)
+class Sifted:
+    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds to it.
 
-    The one that adds least goes first: of two that do each other's work the other is then seen alone.
+    `before` and `after` are the predictions of the plain model, and of what is left of each fold's own.
     """
-    own = dict[str, Own]()
-    left = dict(classes)
+
+    folds: tuple[Fold, ...]
+    own: Mapping[str, Own]
+    before: HeldOut
+    after: HeldOut
+
+
+def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifted:
+    """Leaves out the names that add nothing, the least first: of two that do each other's work the other stays."""
+    before = _held(evidence, [(fold.left_out, fold.before) for fold in folds])
+    after = _held(evidence, [(fold.left_out, fold.after) for fold in folds]) if _named(folds) else before
+    own, left = dict[str, Own](), dict(classes)
     while left:
-        each = {name: _own(evidence, folds, {called(name), *alike}) for name, alike in left.items()}
+        without = {name: _without(evidence, folds, {called(name), *alike}) for name, alike in left.items()}
+        each = {name: _adds(after, others, folds, {called(name), *left[name]}) for name, others in without.items()}
         own |= each
         name = min(left, key=lambda name: each[name].gain.value - each[name].gain.sd)
         if each[name].real:
             break
-        alike = {called(name), *left.pop(name)}
+        alike, after = {called(name), *left.pop(name)}, without[name]
         folds = [fold if (its := _one_of(fold, alike)) is None else dropped(evidence, fold, its) for fold in folds]
-    return tuple(folds), own
+    return Sifted(tuple(folds), own, before, after if _named(folds) else before)
 
 
-def both_held_out(evidence: Evidence, folds: Sequence[Fold]) -> tuple[HeldOut, HeldOut]:
-    """The predictions of the plain model, and of what the procedure found without the runs."""
-    before = [(fold.left_out, fold.before) for fold in folds]
-    after = [(fold.left_out, fold.after) for fold in folds]
-    plain = with_paths(evidence, predicted(evidence, before), before)
-    if not any(fold.named for fold in folds):
-        return plain, plain
-    return plain, with_paths(evidence, predicted(evidence, after), after)
+def _named(folds: Sequence[Fold]) -> bool:
+    return any(fold.named for fold in folds)
 
 
-def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, HeldOut], after: Fit) -> FitQuality:
+def _held(evidence: Evidence, parts: Parts) -> HeldOut:
+    return with_paths(evidence, predicted(evidence, parts), parts)
+
+
+def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
     """Sums up the predictions of both; `after` is the model that all runs together led to."""
-    plain, full = both
+    folds, plain, full = sift.folds, sift.before, sift.after
     gain = _mean(full.log_run - plain.log_run)
     expected = np.full(evidence.runs, np.nan)
     for fold in folds:
@@ -72,18 +83,18 @@ def compared(evidence: Evidence, folds: Sequence[Fold], both: tuple[HeldOut, Hel
     )
 
 
-def _own(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> Own:
+def _without(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> HeldOut:
+    """What the folds predict without a class."""
     names = [_one_of(fold, alike) for fold in folds]
-    with_it = [(fold.left_out, fold.after) for fold in folds]
-    without = [
-        (fold.left_out, fold.after if name is None else fold.less[name])
-        for fold, name in zip(folds, names, strict=True)
-    ]
-    full, others = (with_paths(evidence, predicted(evidence, parts), parts) for parts in (with_it, without))
+    rest = [fold.after if name is None else fold.less[name] for fold, name in zip(folds, names, strict=True)]
+    return _held(evidence, [(fold.left_out, fit) for fold, fit in zip(folds, rest, strict=True)])
+
+
+def _adds(full: HeldOut, others: HeldOut, folds: Sequence[Fold], alike: Collection[str]) -> Own:
     return Own(
         gain=_mean(full.log_run - others.log_run, unit="nat"),
         path=_median(others.path_m - full.path_m, unit="m"),
-        folds=sum(name is not None for name in names),
+        folds=sum(_one_of(fold, alike) is not None for fold in folds),
     )
 
 

@@ -102,33 +102,6 @@ def with_wander(evidence: Evidence, start: Model) -> Evidence:
     return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
 
 
-def search(
-    evidence: Evidence,
-    effects: Sequence[Effect],
-    *,
-    start: Model,
-    rng: np.random.Generator,
-    progress: Progress,
-    begins: Begins | None = None,
-) -> Search:
-    """Runs all stages on evidence with at least one row of friction, and compares each term with what could replace it.
-
-    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
-    """
-    staged = in_stages(evidence, effects, start=start, rng=rng, progress=progress, begins=begins)
-    progress("comparing each with what could stand in its place")
-    model, compared = revised(staged.fitter, staged.model, staged.offered, rng.spawn(1)[0])
-    return Search(
-        null=staged.null,
-        stages=tuple(staged.stages),
-        model=model,
-        compared=compared,
-        places=tuple(staged.places),
-        untestable=staged.untestable,
-        ends=staged.fitter.ends(),
-    )
-
-
 @dataclass(kw_only=True, eq=False)
 class Staged:
     """What the stages come to: the plain model, the last one, what stands out beside it, and what was offered."""
@@ -138,6 +111,7 @@ class Staged:
     fitter: Fitter
     offered: Sequence[Effect]
     untestable: Mapping[str, str]
+    rng: np.random.Generator
     stages: list[Stage] = field(default_factory=list[Stage])
     places: list[Candidate] = field(default_factory=list[Candidate])
 
@@ -151,14 +125,17 @@ def in_stages(
     progress: Progress,
     begins: Begins | None = None,
 ) -> Staged:
-    """All stages of a search (arguments as in `search`): which effects there are, before the last comparison."""
+    """All stages, on evidence with at least one row of friction: which effects there are, before the last comparison.
+
+    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
+    """
     progress("fitting the plain model")
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
-    found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons)
+    found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons, rng=rng)
     known: list[Gained] = []
     for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
@@ -172,6 +149,21 @@ def in_stages(
             break
         found.model = stage.chosen.fitted
     return found
+
+
+def search(staged: Staged, progress: Progress) -> Search:
+    """Compares each term that the stages have found with what could stand in its place."""
+    progress("comparing each with what could stand in its place")
+    model, compared = revised(staged.fitter, staged.model, staged.offered, staged.rng.spawn(1)[0])
+    return Search(
+        null=staged.null,
+        stages=tuple(staged.stages),
+        model=model,
+        compared=compared,
+        places=tuple(staged.places),
+        untestable=staged.untestable,
+        ends=staged.fitter.ends(),
+    )
 
 
 def _stage(

@@ -17,7 +17,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold, assigned, named
 from station.diagnosis.predict.quality import sifted
 from station.diagnosis.search.belief import beliefs, called
-from station.diagnosis.search.search import Search, search, with_wander
+from station.diagnosis.search.search import Search, in_stages, search, with_wander
 from station.physics.catalogue import catalogue
 from station.physics.model import Model
 from tests.benchmarks.knock_out.cases import Case, evidence_of_case
@@ -75,7 +75,8 @@ def searched(evidence: Evidence, like: Found | None = None) -> Found:
     effects = [effect for effect in catalogue().values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, start)
     begins = None if like is None else like[1].ends
-    found = search(evidence, effects, start=start, rng=rng, progress=lambda _: None, begins=begins)
+    staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None, begins=begins)
+    found = search(staged, lambda _: None)
     if like is not None and {one.id for one in found.found} == {one.id for one in like[1].found}:
         return evidence, found, like[2]
     return evidence, found, named(evidence, effects, found, fold=assigned(evidence, rng), seed=SEED, jobs=1)
@@ -85,7 +86,7 @@ def weighed(found: Found) -> tuple[list[Claim], list[Claim]]:
     """The names that are claimed, and those that are listed beside them."""
     evidence, search_, folds = found
     belief = beliefs(search_)
-    _, own = sifted(evidence, folds, belief.classes)
+    own = sifted(evidence, folds, belief.classes).own
     listed = [
         (Claim(name=called(name), alike=belief.classes[name], probability=float(chance)), own[name].real)
         for name, chance in belief.effects.items()
