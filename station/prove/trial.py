@@ -18,7 +18,7 @@ from station.prove.workers import write_json
 SEED = 1
 """What the tool draws from; never another one, so that nobody can choose."""
 
-_SOURCES = ("gap", "physics", "signals", "recording")
+_SOURCES = ("diagnosis", "physics", "signals", "recording")
 
 
 @dataclass(frozen=True, kw_only=True)

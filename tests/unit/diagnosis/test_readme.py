@@ -12,7 +12,7 @@ from shared.messages import Sample
 from station.recording.tables import write_samples
 from tests.unit.diagnosis.tables import samples
 
-README = (Path(__file__).parents[3] / "station" / "gap" / "README.md").read_text(encoding="utf-8")
+README = (Path(__file__).parents[3] / "station" / "diagnosis" / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_notebook_example_runs_as_it_stands(
