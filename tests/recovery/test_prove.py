@@ -81,8 +81,10 @@ def test_strong_effects_are_seen_and_placed(proof: Proof):
 
 
 def test_it_goes_on_from_where_it_was(proof: Proof):
-    # The proof plans a whole tier again before it does a case: a tier of one case is soonest done.
-    lost = min(proof.written(), key=lambda path: (SMALL[path.parent.name], path))
+    # The proof plans a whole tier again before it does a case: in a tier of one case that is soonest done.
+    lost = min(
+        proof.written(), key=lambda path: (SMALL[path.parent.name], json.loads(path.read_text("utf-8"))["wall_s"])
+    )
     tier = lost.parent.name
     lost.unlink()
     before = proof.written()
