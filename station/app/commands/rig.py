@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     # Also where it was started in the background, which has Ctrl-C ignored, and for `kill`: nobody is left behind.
     before = {number: signal.signal(number, _interrupted) for number in ENDING}
     try:
-        _await_start(rig, helpers)
+        await_helpers(rig, helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
         session = _start("station", "run", "--rig", rig_path, *words, *plan)
         _watch(session, helpers)
@@ -92,7 +92,7 @@ def _start(module: str, *words: str) -> subprocess.Popen[bytes]:
     return start([sys.executable, "-m", module, *words])
 
 
-def _await_start(rig: RigConfig, helpers: list[subprocess.Popen[bytes]]) -> None:
+def await_helpers(rig: RigConfig, helpers: list[subprocess.Popen[bytes]]) -> None:
     """Waits until the helpers are on the bus; `station run` itself says who is missing after that."""
     end = time.monotonic() + _START_S
     with ZenohBus(rig.id, connect=rig.bus.peers("observer")) as bus:
