@@ -5,27 +5,37 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-portable lint setup lock bench clean
+.PHONY: run test test-alone test-portable lint style types setup lock bench clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
-# Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed; which of
-# them may run side by side is said in tests/system/conftest.py. The small proof takes longest, and begins first.
-test: setup lint
-	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py tests --ignore=tests/system
-	$(BIN)/pytest -n 2 --dist loadgroup tests/system
+# The types are checked beside the tests, as they keep only one core busy. Tests with processes, sockets and clocks of
+# their own run after the others, so that they are not disturbed, and three files at a time, as they mostly wait. The
+# longest files begin first.
+test: setup style
+	@$(MAKE) --no-print-directory -j 2 types test-alone
+	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_live_faults.py \
+	  tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
+
+test-alone: setup
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
+	  tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
 
 # The same tests as on other processors, in other thread counts and on a busy machine: a table of what fails where. All of
 # it takes hours; e.g. make test-portable ARGS="--variant plainest tests/unit", or ARGS=--list for the variants.
 test-portable: setup
 	$(BIN)/python -m tests.portable $(ARGS)
 
-lint: setup
+lint: style types
+
+style: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
+
+types: setup
 	$(BIN)/basedpyright
 
 setup: $(VENV)/.ready

@@ -51,7 +51,8 @@ def test_physics_and_diagnosis_have_no_files_clock_or_bus():
     pattern = re.compile(
         r"^\s*(import|from) (time|pathlib|shared\.bus|shared\.zenoh_bus|shared\.clock)\b", re.MULTILINE
     )
-    folders = [ROOT / "station" / name for name in ("physics", "diagnosis") if (ROOT / "station" / name).exists()]
-    users = [path for folder in folders for path in folder.rglob("*.py") if pattern.search(path.read_text("utf-8"))]
+    files = [path for name in ("physics", "diagnosis") for path in (ROOT / "station" / name).rglob("*.py")]
+    assert {path.relative_to(ROOT).parts[1] for path in files} == {"physics", "diagnosis"}
+    users = [path for path in files if pattern.search(path.read_text("utf-8"))]
     # The catalogue imports the files of a folder that the rig file names: it looks for plug-ins, not for data.
     assert [path for path in users if path != ROOT / "station" / "physics" / "catalogue.py"] == []

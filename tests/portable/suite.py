@@ -63,7 +63,7 @@ def commands(tests: Sequence[str], *, jobs: int) -> list[list[str]]:
     if others:
         found.append([*words, "--dist", "loadfile", *others, f"--ignore={SYSTEM}"])
     if system:
-        found.append([*words, "--dist", "loadgroup", *system])
+        found.append([*words, "--dist", "loadfile", *system])
     return found
 
 

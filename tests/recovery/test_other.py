@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from shared.messages import Sample
 from station.diagnosis.diagnose import diagnose
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.result import Diagnosis
 from station.diagnosis.search.smooth import covariate_of, smooth_terms
 from station.physics.catalogue import catalogue
 from station.physics.model import Term, model_of_table
@@ -32,9 +34,17 @@ def scaled(table: list[Sample], factor: np.ndarray) -> list[Sample]:
     ]
 
 
+PHASE = np.arange(RUNS) * 2 * math.pi / 60
+
+
+@cache
+def swinging() -> Diagnosis:
+    """Of friction that swings with the run number."""
+    return diagnose(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(PHASE)), catalogue())
+
+
 def test_friction_that_swings_with_the_run_number_has_no_name() -> None:
-    phase = np.arange(RUNS) * 2 * math.pi / 60
-    found = diagnose(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(phase)), catalogue())
+    found = swinging()
     assert found.effects[0].id == "other"
     assert found.other_probability > 0.9
     assert ("onset", "run") in {(place.phase, place.covariate) for place in found.located}
@@ -69,12 +79,10 @@ def test_every_smooth_term_vanishes_at_its_null() -> None:
 
 
 def test_what_has_no_name_is_in_the_model_that_simulators_take() -> None:
-    phase = np.arange(RUNS) * 2 * math.pi / 60
-    found = diagnose(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(phase)), catalogue())
-    model = model_of_table(tomllib.loads(tomli_w.dumps(dict(found.model))), catalogue())
+    model = model_of_table(tomllib.loads(tomli_w.dumps(dict(swinging().model))), catalogue())
     unnamed = [term for term in model.terms if is_smooth(term.effect)]
     assert [covariate_of(term.effect) for term in unnamed] == ["run"]
     contact = replace(contacts(RUNS), run=np.arange(float(RUNS)), moving=np.zeros(RUNS, dtype=bool))
     swing = np.log(np.asarray(unnamed[0].effect.friction(contact, unnamed[0].values)))
-    assert np.corrcoef(swing, np.sin(phase))[0, 1] > 0.9
+    assert np.corrcoef(swing, np.sin(PHASE))[0, 1] > 0.9
     assert np.std(swing) == pytest.approx(0.12 / math.sqrt(2), rel=0.25)

@@ -81,7 +81,10 @@ def test_strong_effects_are_seen_and_placed(proof: Proof):
 
 
 def test_it_goes_on_from_where_it_was(proof: Proof):
-    lost = min(proof.written(), key=lambda path: json.loads(path.read_text("utf-8"))["wall_s"])  # soonest done again
+    # The proof plans a whole tier again before it does a case: in a tier of one case that is soonest done.
+    lost = min(
+        proof.written(), key=lambda path: (SMALL[path.parent.name], json.loads(path.read_text("utf-8"))["wall_s"])
+    )
     tier = lost.parent.name
     lost.unlink()
     before = proof.written()
@@ -92,6 +95,6 @@ def test_it_goes_on_from_where_it_was(proof: Proof):
 
 
 def test_another_key_in_the_same_folder_is_refused(proof: Proof):
-    other = prove(proof.out, "--tier", "null", "--cases", "2")
+    other = prove(proof.out, "--tier", "outside", "--cases", "2")  # its cases are planned soonest
     assert other.returncode == 2
     assert "Traceback" not in other.stderr

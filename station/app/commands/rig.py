@@ -16,13 +16,19 @@ from types import FrameType
 
 from shared.errors import UserError
 from shared.programs import how_to_call
+from shared.rig import RigConfig
 from shared.system.desktop import from_here, has_display
 from shared.system.processes import ENDING, ask_to_end, interrupt, start
+from shared.zenoh_bus import ZenohBus
 from station.app import assembly, recordings
 from station.recording.writer import partial_path, refuse_existing
 
 NAME = "rig"
 HELP = "the whole simulated rig from one command"
+HELPERS = frozenset({"camera", "arm", "twin"})
+_START_S = 60.0
+"""Helpers come up within 2 s, and on a machine that does ten things besides not within 4 s
+(`make test-portable ARGS="--variant load tests/system/test_rig.py"`)."""
 _GRACE_S = 10.0
 
 
@@ -56,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     # Also where it was started in the background, which has Ctrl-C ignored, and for `kill`: nobody is left behind.
     before = {number: signal.signal(number, _interrupted) for number in ENDING}
     try:
-        _await_start(helpers)
+        await_helpers(rig, helpers)
         words = ["--samples", str(options.samples), "--seed", str(options.seed), "--out", str(out)]
         session = _start("station", "run", "--rig", rig_path, *words, *plan)
         _watch(session, helpers)
@@ -86,12 +92,13 @@ def _start(module: str, *words: str) -> subprocess.Popen[bytes]:
     return start([sys.executable, "-m", module, *words])
 
 
-def _await_start(helpers: list[subprocess.Popen[bytes]]) -> None:
-    """Gives the helpers time to come up; `station run` itself says who is missing."""
-    end = time.monotonic() + 2.0
-    while time.monotonic() < end:
-        _require_running(helpers)
-        time.sleep(0.1)
+def await_helpers(rig: RigConfig, helpers: list[subprocess.Popen[bytes]]) -> None:
+    """Waits until the helpers are on the bus; `station run` itself says who is missing after that."""
+    end = time.monotonic() + _START_S
+    with ZenohBus(rig.id, connect=rig.bus.peers("observer")) as bus:
+        while not bus.alive() >= HELPERS and time.monotonic() < end:
+            _require_running(helpers)
+            bus.poll(0.05)
 
 
 def _require_running(helpers: list[subprocess.Popen[bytes]]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,11 @@ def _at_rest(runs: int) -> Contact:
     return Contact(**values)
 
 
-def _paths(friction: Friction, drag_per_s: float = 0.0) -> Paths:
+@cache
+def _paths(name: str, drag_per_s: float = 0.0) -> Paths:
+    """Blocks that slide by a law; they are simulated once for all tests."""
     rng = np.random.default_rng(11)
-    seen = [looked_at(one_run(friction, drag_per_s, rng)[0]) for _ in range(RUNS)]
+    seen = [looked_at(one_run(LAWS[name], drag_per_s, rng)[0]) for _ in range(RUNS)]
     breakaways = Breakaways.of(seen)
     law = session_law(breakaways, drag_per_s=float(np.median([look.drag_per_s for _, look in seen])))
     return Paths.of(breakaways, _at_rest(RUNS), law)
@@ -55,7 +58,7 @@ def _term(name: str, sign: float = 1.0) -> Term:
 @pytest.mark.parametrize("name", LAWS)
 def test_the_law_by_which_blocks_break_away_is_the_likeliest(name: str) -> None:
     """By more than the search for the best values may be short of."""
-    paths = _paths(LAWS[name])
+    paths = _paths(name)
     sign = -1.0 if name == "rate_strengthening" else 1.0
     log = {other: paths.log_likelihood([_term(other, sign)]) for other in LAWS}
     others = [value for other, value in log.items() if other != name]
@@ -66,7 +69,7 @@ def test_the_law_by_which_blocks_break_away_is_the_likeliest(name: str) -> None:
 
 def test_only_what_changes_how_blocks_slide_is_told() -> None:
     """What static and sliding friction share leaves the paths as they are."""
-    paths = _paths(LAWS["kinetic_drop"])
+    paths = _paths("kinetic_drop")
     named = catalogue()
     patch = Term(named["friction_patch"], {**named["friction_patch"].neutral(), "slope_x": 0.1})
     film = Term(named["viscous"], {"drag_n_s_m": 0.01, "by_load": 0.0})
