@@ -6,11 +6,13 @@ import argparse
 import ast
 import gc
 import importlib
+import logging
 import re
 import sys
 from pathlib import Path
 from types import ModuleType
 
+from shared.installed import version
 from shared.programs import exit_status
 from shared.system.desktop import print_all_letters
 
@@ -23,6 +25,7 @@ station measures friction from it. Without hardware, `station rig` runs the whol
 def main(arguments: list[str] | None = None) -> int:
     """Runs a command; gives its exit status: 0 done, 1 done with findings or a fault, 2 a mistake in what was asked."""
     print_all_letters(sys.stdout, sys.stderr)
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # else it warns of a home in which it can keep no cache
     words = sys.argv[1:] if arguments is None else arguments
     files = {_constant(path, "NAME") or path.stem: path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
     if " ".join(words[:2]) in files:  # two-word commands such as `station arm plan`
@@ -33,6 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _run(words: list[str], files: dict[str, Path]) -> int | None:
     """Reads the words and does what they ask; importing a command is part of it, as it may lack a package."""
     parser = argparse.ArgumentParser(prog="station", description=_ABOUT, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--version", action="version", version=f"station {version()}")
     choices = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     modules: dict[str, ModuleType] = {}
     for name, path in files.items():

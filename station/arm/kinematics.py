@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared.errors import UserError
+from shared.installed import to_install
 from station.rig.arm_model import ArmModel, joint_transforms, link_transforms
 
 if TYPE_CHECKING:
@@ -80,14 +81,15 @@ def solver(model: ArmModel) -> Manipulator:
     """The analytic solver of this arm; without a catalogue entry a curved wrist takes minutes to prepare, once.
 
     Raises:
-        UserError: if ssik is not installed; it has no ready-made package for Linux on arm64.
+        UserError: if ssik is not installed; it has no wheel for Linux on arm64.
     """
     try:
         from ssik import Manipulator  # noqa: PLC0415 - only planning needs all branches; the agent starts without it
     except ModuleNotFoundError as missing:
         raise UserError(
-            "Expected the package ssik, which finds all poses of an arm, but it is not installed; run: pip install "
-            "ssik (on Linux arm64 that compiles it), or plan on another machine and copy the pose into rig.toml"
+            "Expected the package ssik, which finds all poses of an arm, but it is not installed; run: "
+            f"{to_install('arm')} (on Linux arm64 it has no wheel), or plan on another machine and copy the pose "
+            "into rig.toml"
         ) from missing
 
     if model.catalogue:

@@ -48,10 +48,11 @@ class _Moment(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """So long a time, in s, with this jerk, in rad/s³."""
+    """So long a time, in s, with this jerk, in rad/s³; at a steady rate, in rad/s, there is no acceleration."""
 
     duration_s: float
     jerk: float
+    steady_rate: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +121,7 @@ def _last_short(missing: Callable[[float], float], low: float, high: float) -> f
 
 def _by_peak(now: _Moment, peak: float, kept_s: float, bounds: Bounds) -> list[_Stretch]:
     """The stretches to a peak rate, which is kept for a time, and from there to rest."""
-    return [*_change(now, peak, bounds), _Stretch(kept_s, 0.0), *_change(_Moment(0.0, peak, 0.0), 0.0, bounds)]
+    return [*_change(now, peak, bounds), _Stretch(kept_s, 0.0, peak), *_change(_Moment(0.0, peak, 0.0), 0.0, bounds)]
 
 
 def _change(now: _Moment, rate: float, bounds: Bounds) -> list[_Stretch]:
@@ -149,8 +150,13 @@ def _moment(state: TiltState) -> _Moment:
     return _Moment(state.angle_rad, state.rate_rad_s, state.acceleration_rad_s2)
 
 
+def _at_start(now: _Moment, stretch: _Stretch) -> _Moment:
+    """The state without what rounding has left of the acceleration, which would grow with the square of the time."""
+    return now if stretch.steady_rate is None else _Moment(now.angle, stretch.steady_rate, 0.0)
+
+
 def _after(now: _Moment, stretch: _Stretch) -> _Moment:
-    (angle, rate, acceleration), (t, jerk) = now, stretch
+    (angle, rate, acceleration), (t, jerk, _) = _at_start(now, stretch), stretch
     return _Moment(
         angle + t * (rate + t * (acceleration / 2 + t * jerk / 6)),
         rate + t * (acceleration + t * jerk / 2),
@@ -169,7 +175,7 @@ def _profile(now: _Moment, stretches: list[_Stretch]) -> Profile:
     begin_s = 0.0
     for stretch in stretches:
         if stretch.duration_s > 0.0 or not rows:
-            rows.append((begin_s, *now, stretch.jerk))
+            rows.append((begin_s, *_at_start(now, stretch), stretch.jerk))
         now, begin_s = _after(now, stretch), begin_s + stretch.duration_s
     starts, angles, rates, accelerations, jerks = zip(*rows, strict=True)
     return Profile(

@@ -19,6 +19,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import traceback
 import types
 import warnings
@@ -81,12 +82,18 @@ def _windows() -> None:
     _plant(subprocess, CREATE_NEW_PROCESS_GROUP=0)
     for name, targets in (("replace", 2), ("rename", 2), ("unlink", 1), ("remove", 1)):
         setattr(os, name, _refusing_open_files(getattr(os, name), targets, new_name=name == "rename"))
+    _plant(time, monotonic_ns=_in_steps(time.monotonic_ns), monotonic=lambda: time.monotonic_ns() * 1e-9)
     sys.addaudithook(_refuse_names)
 
 
 def _plant(module: types.ModuleType, **names: Any) -> None:
     for name, value in names.items():
         setattr(module, name, value)
+
+
+def _in_steps(clock: Callable[[], int]) -> Callable[[], int]:
+    """GetTickCount64, which Python before 3.13 reads."""
+    return lambda: clock() // 15_625_000 * 15_625_000
 
 
 def _locking() -> Callable[[int, int, int], None]:
@@ -142,7 +149,8 @@ def run(words: list[str]) -> dict[str, Any]:
             status = ended.code
         except BaseException:
             status, _ = "traceback", out.write(traceback.format_exc())
-    return {"words": words, "status": status, "said": pipe.getvalue().decode()}
+    letters = out.encoding if words[0] == "pytest" else "utf-8"  # of another system's pytest nothing is promised
+    return {"words": words, "status": status, "said": pipe.getvalue().decode(letters)}
 
 
 def _program(name: str) -> Callable[[list[str]], Any]:

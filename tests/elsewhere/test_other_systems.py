@@ -20,6 +20,7 @@ from station.recording.reader import digest, open_recording
 from tests.elsewhere.imitate import ABSENT_ON_WINDOWS, PLATFORMS
 
 ROOT = Path(__file__).parents[2]
+SHARED = [str(ROOT / "tests/unit/shared" / name) for name in ("test_system.py", "test_clock.py")]
 LINUX_ONLY = ("station/app/deploy/target", "pi_agent/cameras")
 """What runs on the Raspberry Pi alone."""
 
@@ -39,7 +40,7 @@ def command_lines(folder: Path) -> list[list[str]]:
         ["station", "diagnose", recording, "--report", str(folder / "report.html")],
         ["station", "replay", recording, "--save", str(folder / "view.rrd"), "--no-viewer"],
         ["station", "repair", str(folder / "broken.mcap.partial")],
-        ["pytest", str(ROOT / "tests/unit/shared/test_system.py"), "-q", "-p", "no:cacheprovider", "-p", "no:randomly"],
+        ["pytest", *SHARED, "-q", "-p", "no:cacheprovider", "-p", "no:randomly"],
         *(["station", *name.split(), "--help"] for name in commands()),
     ]
 

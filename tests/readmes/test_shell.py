@@ -2,8 +2,8 @@
 
 Most lines are run as they stand, on a short session. Those in ELSEWHERE are only read, by the real parser of their
 command, and the files that they take must be there: another test runs what they start. Of `make`, of pytest and of the
-generators it is looked up that what is asked for exists; what is installed must name extras of ours. The two
-lines that change the laptop's clock are read by nobody. A line that nothing here knows fails.
+generators it is looked up that what is asked for exists; what is installed must name extras of ours. A line that
+nothing here knows fails.
 """
 
 from __future__ import annotations
@@ -24,12 +24,8 @@ import pytest
 from pi_agent.__main__ import main as pi_agent
 from pi_agent.calibration import command as calibration
 from station.__main__ import main as station
-from station.recording.tables import write_samples
 from tests.readmes.blocks import ROOT, blocks
-from tests.system.processes import rig_file
-from tests.unit.diagnosis.recorded import GOLDEN
-from tests.unit.diagnosis.tables import samples
-from tests.unit.recording.test_importers import made_up
+from tests.readmes.reader import furnish, write_twenty_runs
 
 ELSEWHERE = {
     "station arm --rig": "runs until it is stopped: tests/system/test_arm_process.py",
@@ -38,31 +34,36 @@ ELSEWHERE = {
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station prove": "hundreds of runs: tests/recovery/test_prove.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
-    "station diagnose sim.mcap --report": "an overlay needs twenty runs: tests/unit/diagnosis/test_overlay.py",
-    "station diagnose session.mcap --overlay": "likewise",
-    "station compare-angles": "5050 readings a sensor: tests/system/test_angle_comparison.py",
-    "station deploy": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
+    "deploy/deploy.sh": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
+    "uv tool install": "tests/system/test_wheel.py installs and uses the wheel",
+    "pipx install": "likewise",
+    "apt-get install chrony": "changes the clock of this machine",
+    "printf 'allow": "likewise",
+    "deploy/test_in_arm64.sh": "emulates another processor for forty minutes",
 }
+"""Lines that are read and not run, with the reason or the test that runs what they start."""
+
 SHORTER = {
     "--samples 500": "--samples 3",
     "station record": "station record --seconds 0.5",
     "replay --bus": "replay --speed 1000 --bus",
+    "compare-angles": "compare-angles --sweeps 1 --step-deg 5 --readings 3",
+    "diagnose sim.mcap --report": "diagnose twenty.mcap --report",
+    "diagnose session.mcap --overlay": "diagnose twenty.mcap --overlay",
 }
 """The same for less time."""
 
 FINDS = {"station analyze sim.mcap --out report": 1}
 """Its exit status 1 says that three slides are too few to test anisotropy."""
 
-CLOCK = ("apt-get install chrony", "printf 'allow")
 MADE = "--out --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""
 
 
 def lines() -> list[tuple[str, str]]:
     """README and line, without the comment at its end."""
-    found = [(block.readme, re.sub(r"\s+#\s.*$", "", line)) for block in blocks("sh") for line in block.lines()]
-    return [(readme, line) for readme, line in found if not line.startswith(CLOCK)]
+    return [(block.readme, re.sub(r"\s+#\s.*$", "", line)) for block in blocks("sh") for line in block.lines()]
 
 
 @pytest.fixture(scope="module")
@@ -75,19 +76,9 @@ def here(folders: Path, readme: str, line: str, monkeypatch: pytest.MonkeyPatch)
     """The README's folder, with what its lines take from elsewhere; later lines find what earlier ones made."""
     folder = folders / readme.replace("/", "-")
     if not folder.exists():
-        _furnish(folder)
+        furnish(folder)
     monkeypatch.chdir(folder)
     return folder
-
-
-def _furnish(folder: Path) -> None:
-    folder.mkdir()
-    (folder / "deploy").symlink_to(ROOT / "deploy")
-    rig_file(folder, name="rig")
-    made_up(folder / "tosses.parquet")
-    (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
-    shutil.copy(GOLDEN, folder / "session.mcap")
-    write_samples(samples(), folder / "samples.csv")
 
 
 @pytest.mark.parametrize(("readme", "line"), lines())
@@ -108,6 +99,8 @@ def _ours(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if " repair " in line:  # as a kill leaves it
         whole = Path("sim.mcap").read_bytes()
         Path("killed.mcap.partial").write_bytes(whole[: len(whole) * 2 // 3])
+    if "twenty.mcap" in line and not Path("twenty.mcap").exists():
+        write_twenty_runs(Path("twenty.mcap"))
     program, *words = shlex.split(line)
     assert (station if program == "station" else pi_agent)(words) == FINDS.get(line, 0)
 
@@ -188,6 +181,10 @@ def _script(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     _in_a_shell(f"bash -n {line}", monkeypatch)
 
 
+def _shell_only_reads(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    _in_a_shell(f"bash -n -c {shlex.quote(line)}", monkeypatch)
+
+
 def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
     """The line is a form to fill in: each of its options is one; tests/unit makes cases with it."""
     words = [sys.executable, *shlex.split(line)[1:3], "--help"]
@@ -205,7 +202,15 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "make": _made,
     "uv": _installed,
     "pipx": _installed,
+    "apt-get": _shell_only_reads,
+    "printf": _shell_only_reads,
     "pytest": _tests,
     "python": _generator,
     ".": _activated,
 }
+
+
+@pytest.mark.parametrize("start", ELSEWHERE)
+def test_what_is_not_run_is_in_a_page_and_run_by_the_test_that_is_named(start: str) -> None:
+    assert any(line.startswith(start) for _, line in lines())
+    assert all((ROOT / name).exists() for name in re.findall(r"tests/\S+\.py", ELSEWHERE[start]))

@@ -123,6 +123,7 @@ def test_the_camera_agent_needs_no_extra(programs: Path, tmp_path: Path):
     base = STATION | BEYOND_STATION
     for words in (["--help"], ["--version"], ["track", "--help"], ["calibrate", "--help"]):
         run([str(programs / "pi-agent"), *words], tmp_path, lacking=base)
+    assert run([str(programs / "station"), "--version"], tmp_path, lacking=base).startswith("station ")
     assert "usage: station" in run([str(programs / "station"), "--help"], tmp_path, lacking=base)
 
 
@@ -144,6 +145,7 @@ def test_the_station_measures_and_analyses_with_its_own_extra_and_a_home_that_ca
     station("doctor", "a.mcap")
     assert station("samples", "a.mcap", "--parquet", "a.parquet", status=2).endswith(f'"{DISTRIBUTION}[parquet]"\n')
     said = station("analyze", "a.mcap", "--out", "out", status=1)
+    assert "Matplotlib" not in said  # it would warn of its cache
     assert said.count("A file is left out") == 2
     assert "expected at least 20 runs" in station("diagnose", "a.mcap")
     assert (tmp_path / "out" / "report.html").exists()

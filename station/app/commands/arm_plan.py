@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from station.app import assembly
+from station.app.outputs import require_writable
 from station.arm.collision import CollisionScene
 from station.arm.planning import Pose, Reach, assess, search
 from station.arm.tilter import settled_model, settled_stage
@@ -36,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """0 when the paper's 67.5 degrees are reached in all four directions, else 1."""
+    require_writable(options.picture, what="picture (--picture FILE)")
     settings = _settings(options)
     model = settled_model(settings)
     stage = settled_stage(settings, model)

@@ -27,6 +27,7 @@ from shared import installed
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
+from station.app.outputs import require_writable
 from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import Examined, examined
@@ -90,6 +91,9 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"Expected one file together with --{name}, got {len(files)}")
     if options.overlay and files[0].suffix in _TABLES:
         raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
+    for name in ("model", "report", "overlay"):
+        if path := getattr(options, name):
+            require_writable(path, what=name)
     if options.overlay:  # should the viewer's package be missing, it is said before the work is done
         importlib.import_module("station.app.overlaid")
     console = Console(stderr=True, highlight=False)

@@ -69,6 +69,7 @@ def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
     target: Path = args.save or args.file.with_suffix(".rrd")
     items = ((item.topic, item.message, item.publish_ns) for item in reader.messages())
     setup = setup_for(reader, rig_path=args.rig)
+    print(f"Drawing {args.file} into {target}", flush=True)  # an hour of a session takes half a minute
     drawn = write_rrd(items, target, topics=reader.topics, setup=setup, name=args.file.stem)
     print(f"{drawn.count} messages of {args.file} drawn into {target}")
     for topic, count in sorted(drawn.refused.items()):

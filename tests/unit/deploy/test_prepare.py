@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -112,12 +114,35 @@ def make_wheel(path: Path, version: str) -> None:
         archive.writestr(f"{info}/RECORD", "")
 
 
-def test_all_that_is_checked_can_be_met_with_a_home_that_cannot_be_written(tmp_path: Path):
+TOOLS = ("sh", "awk", "cat", "df", "dirname", "grep", "mkdir", "printf", "rm", "tail")
+"""All the programs that the set-up calls besides Python; no compiler is among them."""
+
+
+def without_a_compiler(folder: Path) -> str:
+    """A search path on which there is nothing but those programs."""
+    folder.mkdir()
+    for found in filter(None, map(shutil.which, TOOLS)):
+        (folder / Path(found).name).symlink_to(found)
+    return str(folder)
+
+
+def test_nothing_is_compiled():
+    """Whatever pip installs is a wheel, or this project itself, for which the set-up has brought the builder."""
+    done = subprocess.run(["make", "-B", "-n", "setup"], cwd=ROOT, capture_output=True, text=True, check=True)
+    installs = re.findall(r"pip install .*", done.stdout.replace("\\\n", ""))
+    assert len(installs) == 2
+    for words in installs:
+        assert "--only-binary :all:" in words or "--no-build-isolation --editable ." in words
+
+
+def test_all_that_is_checked_can_be_met_without_a_compiler_and_with_a_home_that_cannot_be_written(tmp_path: Path):
     wheels = tmp_path / "wheels"
     wheels.mkdir()
     pin = next(line for line in (ROOT / "requirements.lock").read_text().splitlines() if line.startswith("iniconfig=="))
     version = pin.split()[0].partition("==")[2]
     make_wheel(wheels / f"iniconfig-{version}-py3-none-any.whl", version)
     venv = made_venv(tmp_path / "venv")
-    answer = set_up(fake_python(tmp_path), venv, PIP_NO_INDEX="1", PIP_FIND_LINKS=str(wheels), HOME="/dev/null")
+    path = without_a_compiler(tmp_path / "path")
+    offline = {"PIP_NO_INDEX": "1", "PIP_FIND_LINKS": str(wheels)}
+    answer = set_up(fake_python(tmp_path), venv, PATH=path, CC="/bin/false", HOME="/dev/null", **offline)
     assert answer == (0, "")

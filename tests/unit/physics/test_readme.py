@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,20 +10,14 @@ import numpy as np
 
 from station.physics import catalogue as module
 from station.physics.catalogue import catalogue
-from station.physics.model import model_of_table
 from tests.contracts.effect_states import contacts
 
 README = Path(module.__file__).with_name("README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    """The code blocks of a language."""
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
-
-
 def test_the_example_is_an_effect(tmp_path: Path) -> None:
     """As it stands, in a folder of its own."""
-    (example,) = blocks("python")
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     (tmp_path / "humidity.py").write_text(example, encoding="utf-8")
     effect = catalogue([tmp_path])["humidity"]
     unknown = contacts(3)
@@ -33,12 +26,6 @@ def test_the_example_is_an_effect(tmp_path: Path) -> None:
     assert np.all(effect.friction(unknown, {"slope": 0.5}) == 1.0)
     assert effect.why_untestable(damp) is None
     assert "no humidity" in str(effect.why_untestable(unknown))
-
-
-def test_the_model_is_a_model() -> None:
-    """The first table of effects can be read."""
-    model = model_of_table(tomllib.loads(next(text for text in blocks("toml") if "mu_s" in text)), catalogue())
-    assert {term.effect.id for term in model.terms} == {"contact_aging", "stribeck"}
 
 
 def test_the_table_names_every_effect_with_its_methods_and_parameters() -> None:

@@ -1,0 +1,22 @@
+"""Files that a command is asked to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from shared.errors import UserError
+
+
+def require_writable(path: Path, *, what: str) -> None:
+    """Says at once that a result could not be written, where computing it takes minutes.
+
+    Raises:
+        UserError: if there can be no such file.
+    """
+    was_there = path.exists()
+    try:
+        path.open("ab").close()
+        if not was_there:
+            path.unlink()
+    except OSError as error:
+        raise UserError(f"Expected to write the {what} to {path}, but that failed: {error.strerror}") from error

@@ -1,0 +1,46 @@
+"""A folder as the reader of a page has it: a rig file, recordings and a table under the names that the pages use."""
+
+from __future__ import annotations
+
+import shutil
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from station.recording.tables import write_samples
+from tests.concealed.design import Design, Nuisance, Setting
+from tests.concealed.files import rig_toml, write_session
+from tests.concealed.session import SessionRecord, run_session
+from tests.concealed.world import NULL
+from tests.readmes.blocks import ROOT
+from tests.system.processes import rig_file
+from tests.unit.diagnosis.recorded import GOLDEN
+from tests.unit.diagnosis.tables import samples
+from tests.unit.recording.test_importers import made_up
+
+
+def furnish(folder: Path) -> Path:
+    """Makes the folder and gives it."""
+    folder.mkdir()
+    (folder / "deploy").symlink_to(ROOT / "deploy")
+    rig_file(folder, name="rig")
+    made_up(folder / "tosses.parquet")
+    (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
+    shutil.copy(GOLDEN, folder / "session.mcap")
+    write_samples(samples(grain=0.2), folder / "samples.csv")
+    return folder
+
+
+def write_twenty_runs(path: Path) -> None:
+    """The shortest recording that `station diagnose` examines; nothing is wrong in it, so it takes seconds."""
+    setting, session = _twenty_runs()
+    rig = rig_toml(setting, mu_guess=0.35, scatter_guess=0.1)
+    write_session(session, path, rig=rig, rng=np.random.default_rng(1))
+
+
+@cache
+def _twenty_runs() -> tuple[Setting, SessionRecord]:
+    design = Design(runs=20, adapt_after=3, wide_deg=36.0, wide_steps=18, handled_every=5, yaw_varies=True)
+    setting = Setting(design=design, nuisance=Nuisance(scatter=0.03, noise_px=0.1), world=NULL)
+    return setting, run_session(setting, np.random.default_rng(1))

@@ -1,0 +1,32 @@
+"""Every block of Python in every page runs as it stands, in a folder like the reader's, and prints what it promises."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.readmes.blocks import ROOT, Block, blocks
+from tests.readmes.reader import furnish
+
+PRINTS = {"station/diagnosis/README.md": ["indistinguishable", "anisotropy cos2"]}
+"""What the table of the reader's folder makes a block print; the other blocks print nothing."""
+
+MAKES = {"station/diagnosis/README.md": "report.html"}
+
+
+@pytest.mark.parametrize("block", blocks("python"), ids=lambda block: block.readme)
+def test_it_runs_as_it_stands(block: Block, tmp_path: Path) -> None:
+    folder = furnish(tmp_path / "here")
+    (folder / "example.py").write_text(block.text, encoding="utf-8")
+    words = [sys.executable, "-W", "error", "example.py"]
+    of_this_checkout = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(words, cwd=folder, env=of_this_checkout, capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stderr
+    expected = PRINTS.get(block.readme, [])
+    assert all(words in done.stdout for words in expected), done.stdout
+    assert bool(done.stdout) == bool(expected), f"PRINTS says nothing of this: {done.stdout}"
+    assert (folder / MAKES.get(block.readme, "example.py")).stat().st_size > 0

@@ -1,0 +1,72 @@
+"""Every block of TOML in every page is read by the program that it is written for; a table that none takes fails."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from shared.clock import SimulatedClock
+from shared.memory_bus import MemoryBus
+from shared.rig import load_rig
+from station.__main__ import main as station
+from station.angles.instruments import Instruments
+from tests.readmes.blocks import ROOT, Block, blocks
+from tests.readmes.reader import furnish
+from tests.system.processes import rig_file
+
+PHYSICS = "station/physics/README.md"
+
+
+def _sources(text: str) -> None:
+    """In the example rig file each table is a source that could be opened."""
+    rig = Path(shutil.copy(ROOT / "deploy" / "rig.example.toml", "example.toml"))
+    rig.write_text(rig.read_text(encoding="utf-8") + text, encoding="utf-8")
+    clock = SimulatedClock()
+    instruments = Instruments(MemoryBus(clock), load_rig(rig).angles, clock=clock, threaded=False)
+    instruments.close()
+    assert set(tomllib.loads(text)["angles"]) < set(instruments.names)
+
+
+def _model(text: str) -> None:
+    Path("model.toml").write_text(text, encoding="utf-8")
+    assert station(["simulate", "session.mcap", "--model", "model.toml", "--out", "again.mcap"]) == 0
+
+
+def _smooth(text: str) -> None:
+    """It stands beside the tables of the block before, as the page says."""
+    _model(next(block.text for block in blocks("toml") if block.readme == PHYSICS) + text)
+
+
+def _own_effect(text: str) -> None:
+    """The folder of effects that it names holds the one that the page shows."""
+    (effect,) = [block.text for block in blocks("python") if block.readme == PHYSICS]
+    (named,) = tomllib.loads(text)["physics"]["effects"]
+    Path(named).mkdir()
+    Path(named, "humidity.py").write_text(effect, encoding="utf-8")
+    rig = rig_file(Path.cwd(), name="own", extra=text)
+    assert station(["plan", "--separate", "humidity", "--rig", str(rig)]) == 0
+
+
+READERS: dict[str, Callable[[str], None]] = {
+    "angles": _sources,
+    "friction": _model,
+    "smooth": _smooth,
+    "physics": _own_effect,
+}
+"""What reads a block, by its first table."""
+
+
+@pytest.mark.parametrize("block", blocks("toml"), ids=lambda block: f"{block.readme}-{next(iter(_tables(block)))}")
+def test_its_program_reads_it(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(furnish(tmp_path / "here"))
+    first = next(iter(_tables(block)))
+    assert first in READERS, f"no test knows the reader of [{first}] in {block.readme}"
+    READERS[first](block.text)
+
+
+def _tables(block: Block) -> list[str]:
+    return list(tomllib.loads(block.text))
