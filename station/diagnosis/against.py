@@ -22,6 +22,7 @@ from scipy.stats import chi2
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, as_simulated, fit
 from station.diagnosis.inference.values import inexact, values_of
+from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.belief import Belief, called
@@ -61,11 +62,16 @@ class Beside:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Against:
-    """All comparisons, the level first; `global_p` is that recording and simulation differ in nothing."""
+    """All comparisons, the level first.
+
+    `differ_p` is the chance that so much differs where nothing does; `shared` is what both have alike, as fitted to the
+    recording at its own level.
+    """
 
     level: Beside
     effects: tuple[Beside, ...]
-    global_p: float
+    differ_p: float
+    shared: Fit
 
     @property
     def differs(self) -> tuple[Differs, ...]:
@@ -97,9 +103,15 @@ def against(recorded: Found, simulated: Found) -> Against:
     beside = tuple(_beside(effect, recorded, simulated, fits) for effect in effects)
     gain = level.gain + sum(one.gain for one in beside)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
-    last = recorded.search.stages[-1]
-    left_p = last.global_p if last.chosen is None else 1.0
-    return Against(level=level, effects=beside, global_p=min(1.0, max(2.0 * min(differ_p, left_p), thresholds.LEAST_P)))
+    alike = [one.effect for one in beside if one.effect is not None and one.odds <= 0]
+    return Against(level=level, effects=beside, differ_p=differ_p, shared=_of(recorded.evidence, fits[0], alike))
+
+
+def _of(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
+    """The fit of some of a model's effects, without the others."""
+    ids = {effect.id for effect in effects}
+    terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect.id in ids)
+    return fit(evidence, replace(fitted.model, terms=terms), effects, noise=fitted.noise)
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:

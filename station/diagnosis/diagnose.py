@@ -173,7 +173,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         # Of two looks the smaller p, times two.
         global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
         verdict=verdict,
-        located=(*(() if tips is None else (tips.place,)), *located(evidence, found)),
+        located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
         effects=effects,
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),

@@ -16,7 +16,8 @@ from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.diagnosis.search.belief import beliefs, called
-from station.diagnosis.search.search import Progress, in_stages, search
+from station.diagnosis.search.locate import located
+from station.diagnosis.search.search import Progress, in_stages, looked_at, search
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
 from station.signals.session import Signals
@@ -63,10 +64,21 @@ def against_given(
     found = search(staged, progress)
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
     progress("comparing recording and simulation")
-    return _told(answer, against(recorded, theirs), theirs, name=name)
+    compared = against(recorded, theirs)
+    left, _ = looked_at(recorded.evidence, compared.shared, staged.offered, rng=rng, progress=progress)
+    told = _told(answer, compared, theirs)
+    least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # of two looks
+    return replace(
+        told,
+        simulator=name,
+        given=True,
+        global_p=min(1.0, 2.0 * least_p),
+        located=located(recorded.evidence, [left]),
+        none_probability=0.0 if told.names else 1.0 - max((one.probability for one in told.effects), default=0.0),
+    )
 
 
-def _told(answer: Diagnosis, compared: Against, simulated: Found, *, name: str) -> Diagnosis:
+def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
     """The recording's own answer, each of its effects beside the simulation's, and what only that has."""
     beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
     mine = [_of_recording(effect, beside.get(effect.id)) for effect in answer.effects]
@@ -76,9 +88,6 @@ def _told(answer: Diagnosis, compared: Against, simulated: Found, *, name: str) 
     claimed = any(effect.verdict != "not supported" for effect in effects)
     return replace(
         answer,
-        simulator=name,
-        given=True,
-        global_p=compared.global_p,
         effects=effects,
         differs=compared.differs,
         verdict=overall(effects, claimed=claimed),

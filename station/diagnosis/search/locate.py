@@ -12,7 +12,7 @@ from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch
 from station.diagnosis.search.places import Place
-from station.diagnosis.search.search import Search, Stage
+from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
 
@@ -25,10 +25,10 @@ STANDS_OUT = 0.7
 BINS = 10
 
 
-def located(evidence: Evidence, found: Search) -> tuple[Located, ...]:
+def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
     """All places that stand out beyond chance, in the stage in which they do so most."""
     best: dict[tuple[str, str], Located] = {}
-    for stage in found.stages:
+    for stage in stages:
         for place in _of_stage(evidence, stage):
             key = (place.channel, place.covariate)
             if key not in best or place.p < best[key].p:

@@ -15,7 +15,7 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
-from station.diagnosis.inference.columns import scores, variants_of
+from station.diagnosis.inference.columns import Scores, scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, without_nuisances
@@ -176,9 +176,21 @@ def _stage(
     known: Sequence[Gained],
     progress: Progress,
 ) -> Stage:
-    evidence = fitter.evidence
-    acting = {term.effect.id for term in current.model.terms}
-    rest = [effect for effect in offered if effect.id not in acting]
+    stage, scored = looked_at(fitter.evidence, current, offered, rng=rng, progress=progress)
+    if stage.global_p >= (thresholds.ALARM if first else thresholds.NEXT):
+        return stage
+    progress("fitting the best candidates in full")
+    ranked = _in_full(fitter, current, stage.candidates, _rest(current, offered))
+    standing = [spot for spot in stage.places if spot.place and not is_trifling_place(scored, spot.place)]
+    chosen = _chosen(fitter, current, ranked, standing, known)
+    return replace(stage, candidates=tuple(ranked), chosen=chosen)
+
+
+def looked_at(
+    evidence: Evidence, current: Fit, offered: Sequence[Effect], *, rng: np.random.Generator, progress: Progress
+) -> tuple[Stage, Scores]:
+    """What a fit leaves: candidates and places by their scores, and how much of it is chance; nothing is chosen."""
+    rest = _rest(current, offered)
     places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = scores(evidence, current, rest, columns)
     candidates, couples = candidates_of(scored)
@@ -187,22 +199,22 @@ def _stage(
     sets = [variant.columns for variant in scored.variants] + [place.columns for place in places]
     sets += [(*one.columns, *two.columns) for one, two in couples]
     calibration = calibrate(scored, sets, rng)
-    global_p = calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0))
-    ranked, chosen = sorted(candidates, key=lambda candidate: -candidate.odds), None
-    if global_p < (thresholds.ALARM if first else thresholds.NEXT):
-        progress("fitting the best candidates in full")
-        ranked = _in_full(fitter, current, ranked, rest)
-        standing = [spot for spot in spots if spot.place and not is_trifling_place(scored, spot.place)]
-        chosen = _chosen(fitter, current, ranked, standing, known)
-    return Stage(
+    stage = Stage(
         before=current,
-        global_p=global_p,
+        global_p=calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0)),
         calibration=calibration,
-        candidates=tuple(ranked),
+        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.odds)),
         places=tuple(sorted(spots, key=lambda spot: spot.p)),
-        chosen=chosen,
+        chosen=None,
         tried=len(candidates) + len(spots),
     )
+    return stage, scored
+
+
+def _rest(current: Fit, offered: Sequence[Effect]) -> list[Effect]:
+    """What is offered and not in the model."""
+    acting = {term.effect.id for term in current.model.terms}
+    return [effect for effect in offered if effect.id not in acting]
 
 
 def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:

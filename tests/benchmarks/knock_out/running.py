@@ -70,12 +70,14 @@ Found = tuple[Evidence, Search, tuple[Fold, ...]]
 
 
 def searched(evidence: Evidence, like: Found | None = None) -> Found:
-    """The search and its folds, as `station diagnose` makes them; begun where those with all rules ended, if given."""
+    """The search and its folds, as `station diagnose` makes them; the folds of `like`, if the same names are found.
+
+    A search must not begin where another ended: it would be spared the bad maxima that a rule is there for.
+    """
     rng, start = np.random.default_rng(SEED), Model(mu_s=0.4)
     effects = [effect for effect in catalogue().values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, start)
-    begins = None if like is None else like[1].ends
-    staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None, begins=begins)
+    staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None)
     found = search(staged, lambda _: None)
     if like is not None and {one.id for one in found.found} == {one.id for one in like[1].found}:
         return evidence, found, like[2]

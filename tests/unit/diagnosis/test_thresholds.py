@@ -25,7 +25,8 @@ SETTINGS: dict[str, str] = {
     "steps, tolerances, starts and grids of a search for a maximum, which is the same with others": """
         inference.fit:MOST_STEPS inference.fit:CONVERGED inference.fit:NOISE_ROUNDS inference.fit:WORTH_RENEWING
         inference.fit:FARTHEST inference.fit:FARTHEST_SHAPE inference.fit:SHRUNK inference.fit:ENOUGH
-        inference.fit:AGAIN likelihood.student:SETTLED inference.fit:LEAST_FACTOR inference.fit:_RIDGE inference.gain:SINGULAR inference.columns:HOPELESS
+        inference.fit:AGAIN likelihood.student:SETTLED
+        inference.fit:LEAST_FACTOR inference.fit:_RIDGE inference.gain:SINGULAR inference.columns:HOPELESS
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
         search.candidates:HARDLY search.tipping:STEEPNESS search.tipping:SHIFTED search.places:CONSTANT
