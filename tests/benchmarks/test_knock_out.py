@@ -60,5 +60,5 @@ def _compare(rule: Rule, before: Mapping[Case, Outcome], folder: Path) -> None:
         saved, lost = saved + (change > 0), lost + (change < 0)
         if with_it.told() != without_it.told():
             print(f"  {rule.name}, {case.id}: {with_it.told()}; without: {without_it.told()}", flush=True)
-    did = "tried" if rule.number else "fired"
-    print(f"{rule.name}: {did} in {len(fired)} of {len(before)}, saved {saved}, lost {lost}", flush=True)
+    where = f"{'tried' if rule.number else 'fired'} in {len(fired)} of {len(before)}"
+    print(f"{rule.name}: {where}, saved {saved}, lost {lost}", flush=True)
