@@ -22,6 +22,7 @@ from typing import Any
 import tomli_w
 from joblib import Parallel, delayed
 from rich.console import Console
+from threadpoolctl import threadpool_limits
 
 from shared import installed
 from shared.config import Table
@@ -154,6 +155,10 @@ def diagnose_file(
 ) -> Examined:
     """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
 
+    Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
+    as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
+    OPENBLAS_NUM_THREADS=1: 10.5 s, and 17 to 23 s).
+
     Raises:
         UserError: if it is missing, damaged or of another kind.
     """
@@ -169,16 +174,17 @@ def diagnose_file(
             refuse_unknown(simulate, rig=config)
         tell("reading the recording")
         recorded = load_signals(reader)
-    found = examined(
-        recorded,
-        catalogue_of_table(config.physics if config else Table({})),
-        name=str(path),
-        setting=setting_of(config),
-        seed=seed,
-        folding=folding,
-        jobs=jobs,
-        progress=tell,
-    )
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = examined(
+            recorded,
+            catalogue_of_table(config.physics if config else Table({})),
+            name=str(path),
+            setting=setting_of(config),
+            seed=seed,
+            folding=folding,
+            jobs=jobs,
+            progress=tell,
+        )
     answer = found.diagnosis
     if simulate:
         if config is None or not isinstance(recorded, Signals):

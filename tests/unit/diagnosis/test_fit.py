@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.diagnosis.inference.fit import fit, levelled
+from station.diagnosis.inference.fit import CONVERGED, fit, levelled
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.physics.catalogue import catalogue
@@ -44,3 +44,17 @@ def test_wear_is_found_wherever_the_search_begins(begun: dict[str, float]) -> No
 
     near = found({"fall": FALL, "runs": RUNS})
     assert found(begun) == pytest.approx(near, abs=0.2)
+
+
+def test_steps_by_slopes_of_the_last_one_end_at_the_maximum() -> None:
+    """New slopes, taken where a fit ended, lead nowhere: it has not stopped short by trusting those it had."""
+    made = [
+        replace(one, onset_angle_rad=math.atan(math.tan(one.onset_angle_rad) * left))
+        for one, left in zip(samples(runs=200), _worn(), strict=True)
+    ]
+    evidence, wear = table_evidence(made, Setting()), catalogue()["wear"]
+    null = fit(evidence, levelled(evidence, Model(mu_s=MU)), ())
+    ended = fit(evidence, null.model.with_term(Term(wear, {"fall": 0.3, "runs": 10.0})), [wear], noise=null.noise)
+    again = fit(evidence, ended.model, [wear], noise=ended.noise, refine=False)
+    assert again.log_likelihood - ended.log_likelihood < 2.0 * CONVERGED
+    assert np.abs(again.vector - ended.vector) / np.sqrt(np.diag(again.covariance)) == pytest.approx(0.0, abs=0.1)
