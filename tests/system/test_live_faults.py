@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import re
 import shutil
 import signal
@@ -15,9 +16,21 @@ from pathlib import Path
 
 import pytest
 
+from shared import wire
 from shared.bus import Received
-from shared.messages import Message, PlatformState, RunEvent, Sample
-from shared.zenoh_bus import ZenohBus
+from shared.errors import UserError
+from shared.messages import (
+    ArmReply,
+    ArmStop,
+    Heartbeat,
+    Message,
+    MotionReport,
+    PlatformState,
+    RunEvent,
+    Sample,
+    TiltCommand,
+)
+from shared.zenoh_bus import RawSession, ZenohBus
 from station.__main__ import main
 from station.app import assembly
 from station.recording.reader import RecordingReader, open_recording
@@ -25,6 +38,12 @@ from tests.system.processes import ROOT, end, rig_file, start
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
 HELPERS = {"camera": ("pi_agent", "run"), "arm": ("station", "arm"), "twin": ("station", "twin")}
+FORGED = {
+    "session/heartbeat": Heartbeat(armed=False),
+    "session/sample": Sample(run=666),
+    "arm/reply": ArmReply(reason="forged", run=1),
+    "arm/motion": MotionReport(run=1, step=1, fault="forged"),
+}
 FAST = """\
 samples = {samples}
 faults = {faults}
@@ -252,6 +271,37 @@ def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
     assert "Traceback" not in printed
     assert "ABORTED" in {event.phase for event in events_of(open_recording(path))}
     assert decided_the_same(path)
+
+
+def test_a_stranger_at_the_cameras_port_neither_moves_nor_ends_nor_forges_anything(rig: Rig):
+    """In each mode that Zenoh has, all through a session; what it hears of the camera shows that it was there."""
+    path = rig.session("stranger.mcap", samples=1)
+    config = assembly.rig_from(str(rig.file))
+    at, heard = config.bus.camera, list[bytes]()
+    with contextlib.ExitStack() as stack:
+        strangers: list[RawSession] = []
+        for mode in ("client", "peer", "router"):
+            with contextlib.suppress(UserError):  # turned away
+                strangers.append(RawSession(connect=[at], mode=mode))
+                stack.callback(strangers[-1].close)
+        for stranger in strangers:
+            stranger.subscribe(f"repose/{config.id}/camera/**", lambda payload, _: heard.append(payload))
+            stranger.announce(f"repose/{config.id}/@alive/arm")
+        while rig.processes["run"].poll() is None:
+            rig.bus.poll(0.05)
+            for stranger, (name, message) in itertools.product(strangers, FORGED.items()):
+                stranger.put(f"repose/{config.id}/{name}", wire.encode(message))
+                command = {"arm/command": TiltCommand(run=666, angle_rad=0.4), "arm/stop": ArmStop(reason="forged")}
+                for service, asked in command.items():
+                    stranger.query(f"repose/{config.id}/{service}", wire.encode(asked))
+    assert heard
+    status, printed = rig.ended(within_s=60)
+    assert status == 0, printed
+    reader = open_recording(path)
+    assert [sample.run for sample in samples_of(reader)] == [1]
+    assert "ABORTED" not in {event.phase for event in events_of(reader)}
+    assert 666 not in {item.message.run for item in reader.messages({"arm/motion"})}  # pyright: ignore[reportAttributeAccessIssue]
+    assert "forged" not in " ".join(str(message) for message in rig.messages("log"))
 
 
 def test_sigterm_to_the_station_alone_levels_and_closes_and_leaves_the_others_running(rig: Rig):
