@@ -159,6 +159,8 @@ class TiltCommand(Message):
     angle_rad: float = 0.0
     step: int = 0
     rate_rad_s: float = 0.0
+    owner: str = ""
+    """The session that asks; the arm obeys the one that has it."""
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
@@ -290,6 +292,8 @@ class ArmReply(Message):
     stamp_ns: int = 0
     run: int = 0
     step: int = 0
+    passing: bool = False
+    """The network is the cause: the same command may be accepted once everybody hears each other again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +321,8 @@ class MotionReport(Message):
     begin_ns: int = 0
     end_ns: int = 0
     fault: str = ""
+    passing: bool = False
+    """The network is the cause of the fault: the same motion may succeed once everybody hears each other again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -325,6 +331,8 @@ class Heartbeat(Message):
 
     stamp_ns: int = 0
     armed: bool = False
+    owner: str = ""
+    """The session that beats; the first one has the arm for as long as it does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -420,3 +428,20 @@ class CameraGeometry(Message):
     def impossible(self) -> str:
         """See `Message.impossible`."""
         return _counted("plate_from_pixel", self.plate_from_pixel, 0, 9)
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseRequest(Message):
+    """A session asks for the arm; with `take_over` also if another one has it."""
+
+    stamp_ns: int = 0
+    owner: str = ""
+    take_over: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ArmLease(Message):
+    """Which session has the arm."""
+
+    stamp_ns: int = 0
+    owner: str = ""

@@ -37,8 +37,10 @@ class Session:
         block_height_m: float,
         pivot_above_plate_m: float,
         on_line: Callable[[str, str], None],
+        owner: str = "",
     ) -> None:
-        self._bus, self._machine, self._on_line = bus, machine, on_line
+        """`owner` is the session's name, under which it has the arm; simulated sessions are alone and need none."""
+        self._bus, self._machine, self._on_line, self._owner = bus, machine, on_line, owner
         self._sizes = {"block_height_m": block_height_m, "pivot_above_plate_m": pivot_above_plate_m}
         self._waiting: deque[Received] = deque()
         self._busy = False
@@ -133,7 +135,7 @@ class Session:
         self._now_ns = max(self._now_ns, now_ns)
         if now_ns >= self._heartbeat_ns:
             self._heartbeat_ns = now_ns + HEARTBEAT_NS
-            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed))
+            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed, owner=self._owner))
         if now_ns >= self._transforms_ns:
             self._transforms_ns = now_ns + TRANSFORMS_NS
             if self._bus.carries("tf"):

@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.foxglove import Log, Timestamp
-from shared.messages import REPLACED, ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
+from shared.messages import (
+    REPLACED,
+    ArmLease,
+    ArmReply,
+    ArmStop,
+    Heartbeat,
+    JointState,
+    LeaseRequest,
+    Message,
+    MotionReport,
+    TiltCommand,
+)
 from station.arm.attitude import Attitude
 from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
 from station.arm.gate import Action, SafetyGate
@@ -60,6 +71,8 @@ class ArmAgent:
         self._pending: _Motion | None = None
         self._motion: _Motion | None = None
         self._said = ""
+        self._leased, self._lease_ns = "", 0
+        bus.serve("arm/lease", self._on_lease)
         bus.serve("arm/command", self._on_command)
         bus.serve("arm/stop", self._on_stop)
         bus.subscribe("session/heartbeat", self._on_heartbeat)
@@ -75,6 +88,17 @@ class ArmAgent:
     def _on_heartbeat(self, received: Received) -> None:
         if isinstance(received.message, Heartbeat):
             self._gate.heartbeat(received.message, now_ns=self._now_ns)
+
+    def _on_lease(self, message: Message) -> ArmReply:
+        if not isinstance(message, LeaseRequest):
+            return ArmReply(reason="Expected a LeaseRequest.")
+        before = self._gate.owner
+        if refused := self._gate.claim(message, now_ns=self._now_ns):
+            self._log(WARNING, f"refused to session {message.owner}: {refused}")
+            return ArmReply(reason=refused, stamp_ns=self._now_ns)
+        if before is not None and before != message.owner:
+            self._hold(f"session {message.owner} has taken the arm over from session {before}")
+        return ArmReply(accepted=True, stamp_ns=self._now_ns)
 
     def _on_stop(self, message: Message) -> ArmReply:
         self.stop(message.reason if isinstance(message, ArmStop) else "")
@@ -100,7 +124,7 @@ class ArmAgent:
 
     def _accept(self, command: TiltCommand) -> None:
         """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
-        if reason := self._gate.readiness(now_ns=self._now_ns):
+        if reason := self._gate.readiness(now_ns=self._now_ns, owner=command.owner):
             raise UserError(reason)
         self._require_pose()
         rate = command.rate_rad_s or math.radians(self._settings.rate_deg_s)
@@ -131,6 +155,7 @@ class ArmAgent:
         self._watch()
         self._finish()
         self._publish_state()
+        self._publish_lease()
 
     def _begin_pending(self) -> None:
         if self._pending is None:
@@ -228,6 +253,13 @@ class ArmAgent:
             self._bus.publish("arm/joints", _joint_state(reading))
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
+    def _publish_lease(self) -> None:
+        """Once a second, and when it changes; not for a session without a name, which cannot tell whether it is meant."""
+        owner = self._gate.owner or ""
+        if owner != self._leased or (owner and self._now_ns - self._lease_ns >= _LEASE_NS):
+            self._leased, self._lease_ns = owner, self._now_ns
+            self._bus.publish("arm/lease", ArmLease(self._now_ns, owner))
+
     def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
         self._bus.publish(
             "arm/motion",
@@ -254,6 +286,7 @@ def _joint_state(reading: JointReading) -> JointState:
     return JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
 
 
+_LEASE_NS = 1_000_000_000
 _REST_RAD_S = math.radians(0.5)
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 from shared.foxglove import CameraCalibration
 from shared.messages import (
+    ArmLease,
     ArmReply,
     CameraGeometry,
     ClockOffset,
@@ -32,7 +33,7 @@ from station.sampling.timeouts import not_begun, overdue
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
-    *("session/heartbeat", "clock", "environment"),
+    *("session/heartbeat", "clock", "environment", "arm/lease"),
 )
 """The topics that the machine listens to; nothing else may influence it."""
 
@@ -55,6 +56,7 @@ class SamplingMachine:
             PlatformState: self._on_attitude,
             MotionReport: self._on_motion,
             ArmReply: self._on_reply,
+            ArmLease: self._on_lease,
             Heartbeat: self._on_tick,
             ClockOffset: self._on_offset,
             CameraGeometry: self._on_geometry,
@@ -138,6 +140,15 @@ class SamplingMachine:
         if not message.accepted and self._state.awaited == (message.run, message.step):
             self._state.abort(message.reason or "the arm refused the command")
 
+    def _on_lease(self, message: ArmLease) -> None:
+        """Ends the session when another one has the arm: whatever is seen from now on may be that one's doing."""
+        state = self._state
+        if state.owner and message.owner and message.owner != state.owner:
+            fault = f"another session ({message.owner}) has taken the arm over"
+            state.event("ABORTED", fault)
+            state.say("error", f"run {state.run.number} aborted: {fault}")
+            state.finish(fault)
+
     def _on_motion(self, message: MotionReport) -> None:
         state = self._state
         if (message.run, message.step) != state.awaited or self._of_an_earlier_session(message):
@@ -166,8 +177,9 @@ class SamplingMachine:
             state.say("error", fault)
             state.finish(fault)
 
-    def _on_tick(self, _: Heartbeat) -> None:
+    def _on_tick(self, message: Heartbeat) -> None:
         state = self._state
+        state.owner = message.owner
         if state.phase == "START":
             self._begin()
         elif state.phase == "ABORTED":

@@ -21,6 +21,8 @@ class State:
         self.phase = "START"
         self.phase_ns = 0
         self.run = Run(0, 0, 0.0)
+        self.owner = ""
+        """The session's name, as its own heartbeat says."""
         self.command = 0
         """The number of the last motion asked for, within its run."""
         self.awaited: tuple[int, int] | None = None
@@ -100,6 +102,7 @@ class State:
             angle_rad=angle_rad,
             step=self.command,
             rate_rad_s=math.radians(rate_deg_s),
+            owner=self.owner,
         )
         self.awaited, self.asked_ns = (command.run, command.step), self.now_ns
         self.actions.append(Tilt(command))

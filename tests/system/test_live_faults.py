@@ -34,6 +34,7 @@ from shared.zenoh_bus import RawSession, ZenohBus
 from station.__main__ import main
 from station.app import assembly
 from station.recording.reader import RecordingReader, open_recording
+from tests.system.ports import free_port
 from tests.system.processes import ROOT, end, rig_file, start
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
@@ -79,13 +80,22 @@ class Rig:
             assert self.processes[name].poll() is None, f"{name} has ended by itself"
         self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), within_s=60, running="")
 
-    def session(self, out: str, *, samples: int = 50, faults: int = 5, name: str = "run") -> Path:
+    def session(
+        self, out: str, *more: str, samples: int = 50, faults: int = 5, name: str = "run", file: Path | None = None
+    ) -> Path:
         """Starts a session that records to `out`; its process is `name`."""
         plan, path = self.folder / f"{out}.toml", self.folder / out
         plan.write_text(FAST.format(samples=samples, faults=faults), encoding="utf-8")
-        words = ("run", "--rig", str(self.file), "--plan", str(plan), "--out", str(path))
-        self.processes[name] = start("station", *words)
+        words = ("run", "--rig", str(file or self.file), "--plan", str(plan), "--out", str(path))
+        self.processes[name] = start("station", *words, *more)
         return path
+
+    def second_file(self) -> Path:
+        """The same rig for a second station, which listens elsewhere."""
+        text, file = self.file.read_text(encoding="utf-8"), self.folder / "second.toml"
+        mine = assembly.rig_from(str(self.file)).bus.station
+        file.write_text(text.replace(mine, f"tcp/127.0.0.1:{free_port()}"), encoding="utf-8")
+        return file
 
     def kill(self, name: str) -> None:
         """SIGKILL, to that very process."""
@@ -302,6 +312,31 @@ def test_a_stranger_at_the_cameras_port_neither_moves_nor_ends_nor_forges_anythi
     assert "ABORTED" not in {event.phase for event in events_of(reader)}
     assert 666 not in {item.message.run for item in reader.messages({"arm/motion"})}  # pyright: ignore[reportAttributeAccessIssue]
     assert "forged" not in " ".join(str(message) for message in rig.messages("log"))
+
+
+def test_a_second_station_is_refused_and_takes_over_when_it_is_told_to(rig: Rig):
+    path = rig.session("first.mcap")
+    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    second = rig.second_file()
+    rig.session("refused.mcap", samples=1, name="second", file=second)
+    status, printed = rig.ended("second", within_s=60)
+    assert status == 2
+    assert "The arm belongs to another session" in printed
+    assert "Traceback" not in printed
+    assert not (rig.folder / "refused.mcap").exists()
+    assert rig.processes["run"].poll() is None
+
+    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    taken = rig.session("taken.mcap", "--take-over", samples=1, name="second", file=second)
+    status, printed = rig.ended(within_s=60)
+    assert status == 1, printed
+    assert "has taken the arm over" in " ".join(printed.split())
+    assert events_of(open_recording(path))[-1].phase == "ABORTED"
+    status, printed = rig.ended("second", within_s=150)
+    assert status == 0, printed
+    assert len(samples_of(open_recording(taken))) == 1
+    assert decided_the_same(path)
+    assert decided_the_same(taken)
 
 
 def test_sigterm_to_the_station_alone_levels_and_closes_and_leaves_the_others_running(rig: Rig):

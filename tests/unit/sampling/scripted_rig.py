@@ -54,6 +54,7 @@ class ScriptedRig:
     events: list[RunEvent] = field(default_factory=list[RunEvent])
     samples: list[Sample] = field(default_factory=list[Sample])
     lines: list[str] = field(default_factory=list[str])
+    owner: str = ""
     fault: str | None = None
 
     def __post_init__(self) -> None:
@@ -83,7 +84,7 @@ class ScriptedRig:
         if self.now_ns // TURN_NS % 2:
             self._see()
         if self.now_ns // TURN_NS % 10 == 0:
-            self.give(Heartbeat(self.now_ns, armed=True))
+            self.give(Heartbeat(self.now_ns, armed=True, owner=self.owner))
 
     def _move(self) -> None:
         step = TURN_NS * 1e-9

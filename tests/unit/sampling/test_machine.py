@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from shared.messages import ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport, PlatformState
+from shared.messages import ArmLease, ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport, PlatformState
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, TiltPlan
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
@@ -283,3 +283,21 @@ def test_what_came_before_the_first_heartbeat_is_not_heard():
     rig.give(PlatformState(rig.now_ns))
     rig.give(Heartbeat(rig.now_ns, armed=True))
     assert rig.phases() == ["SYNC"]
+
+
+# --- whose the arm is ------------------------------------------------------------------------------------------------
+
+
+def test_a_session_whose_arm_is_taken_over_ends_at_once_and_keeps_no_sample_of_that_run():
+    rig = ScriptedRig(Plan(samples=3), owner="mine")
+    rig.run(120.0, until=lambda rig: len(rig.samples) == 1 and rig.machine.phase == "TILT" and rig.tilt_rad > 0.1)
+    rig.give(ArmLease(rig.now_ns, "mine"))
+    assert rig.fault is None
+    commands = len(rig.commands)
+    rig.give(ArmLease(rig.now_ns, "theirs"))
+    assert rig.fault == "another session (theirs) has taken the arm over"
+    assert rig.phases()[-1] == "ABORTED"
+    rig.run(20.0, until=lambda _: False)
+    assert len(rig.samples) == 1
+    assert len(rig.commands) == commands
+    assert {command.owner for command in rig.commands} == {"mine"}
