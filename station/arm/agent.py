@@ -254,7 +254,7 @@ class ArmAgent:
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _publish_lease(self) -> None:
-        """Once a second, and when it changes; not for a session without a name, which cannot tell whether it is meant."""
+        """Once a second, and when it changes; a session without a name would not know that it is meant."""
         owner = self._gate.owner or ""
         if owner != self._leased or (owner and self._now_ns - self._lease_ns >= _LEASE_NS):
             self._leased, self._lease_ns = owner, self._now_ns

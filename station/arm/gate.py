@@ -115,13 +115,13 @@ class SafetyGate:
             return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
         if not self._may_arm:
             return "The arm is read-only: set armed = true in the [arm] table of rig.toml to let it move."
-        if owner is not None and (reason := self._lease.refusal(owner, now_ns=self._now_ns)):
-            return reason
+        refused = "" if owner is None else self._lease.refusal(owner, now_ns=self._now_ns)
+        return refused or self._unarmed()
+
+    def _unarmed(self) -> str:
         if self.beat_lost():
             return "The arm hears no heartbeat of the station: it moves only while `station run` is alive."
-        if not self._armed:
-            return "The arm is not armed: the station's heartbeat does not ask for it."
-        return ""
+        return "" if self._armed else "The arm is not armed: the station's heartbeat does not ask for it."
 
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False

@@ -49,8 +49,8 @@ class Lease:
         if self.owner is None or asking == self.owner or self.lost(now_ns=now_ns):
             return ""
         return (
-            f"The arm belongs to another session ({self.owner or 'without a name'}): wait until that has ended, or take "
-            "over with `station run --take-over`."
+            f"The arm belongs to another session ({self.owner or 'without a name'}): wait until that has ended, or "
+            "take over with `station run --take-over`."
         )
 
     def lost(self, *, now_ns: int) -> bool:
