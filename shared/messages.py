@@ -51,6 +51,10 @@ def _turned(*quaternion: float) -> str:
     return "" if math.isfinite(length) and length > 0 else f"{quaternion} as a quaternion"
 
 
+REPEATED = "the frame is the one before it again"
+"""The `reason` of corners that were not looked for, because the camera is frozen."""
+
+
 @dataclass(frozen=True, slots=True)
 class MarkerCorners(Message):
     """Where one marker's corners were in one frame: the measurement itself.
@@ -74,6 +78,8 @@ class MarkerCorners(Message):
     """Tells one life of the agent from the next: `seq` starts anew with it."""
     tipped: bool = False
     """The mark looks foreshortened: the block is tipping over, which is not sliding."""
+    noiseless: bool = False
+    """The camera is a simulation without noise: the same corners again are no sign that it is frozen."""
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
@@ -186,6 +192,10 @@ PHASES = (
 )
 
 
+DISTURBED = "disturbed"
+"""How the flags begin of a sample that something else than friction had a hand in: it counts nowhere."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sample(Message):
     """One run's result: the paper's Table II and what is needed beyond it."""
@@ -220,6 +230,11 @@ class Sample(Message):
     start_x_m: float = 0.0
     start_y_m: float = 0.0
     start_yaw_rad: float = 0.0
+
+    @property
+    def disturbed(self) -> bool:
+        """True if something else than friction had a hand in it: a cut link, late frames."""
+        return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
         """See `Message.impossible`."""

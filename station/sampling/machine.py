@@ -29,7 +29,7 @@ from station.sampling.actions import Action
 from station.sampling.phases import Phases, Reach
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
-from station.sampling.timeouts import not_begun, overdue
+from station.sampling.timeouts import FROZEN, LATE, not_begun, overdue
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
@@ -39,6 +39,10 @@ INPUTS = (
 
 _PAUSE_S = 1.0  # after a fault, before the next run
 _STALE_NS = 500_000_000
+SLIDING = ("TILT", "SLIP")
+"""The phases whose frames make the onset."""
+ENDING = ("SLIP", "SETTLE", "RETURN", "DONE")
+"""The phases that go on without frames, because the slip is known; what comes of them says so."""
 
 
 class SamplingMachine:
@@ -120,9 +124,15 @@ class SamplingMachine:
 
     def _on_corners(self, message: MarkerCorners) -> None:
         state, tracks = self._state, self._tracks
-        if not tracks.take_corners(message):
+        if tracks.repeats(message):
+            state.blind = FROZEN
             return
-        frame_ns = tracks.frame_ns
+        found, frame_ns = tracks.take_corners(message), tracks.frame_ns
+        if not self._fresh(frame_ns):
+            return
+        state.seen_ns, state.blind = state.now_ns, ""
+        if not found:
+            return
         state.found_ns = state.now_ns
         rest_ns = self._phases.rest.add(message.corners_px, capture_ns=frame_ns)
         if state.phase == "DWELL":
@@ -135,6 +145,19 @@ class SamplingMachine:
             self._phases.bring_back()
         elif state.phase == "DONE" and (rest_ns is not None or state.waited(self._plan.slip.rest_timeout_s)):
             self._phases.conclude()
+
+    def _fresh(self, frame_ns: int) -> bool:
+        """True if a frame shows what is now, by its capture time; an older one is kept, but decides nothing.
+
+        A frame may be as old as corners may stay away (`silence_s`): it is as good as none then.
+        """
+        state = self._state
+        if abs(state.now_ns - frame_ns) <= self._plan.silence_s * 1e9:
+            return True
+        state.blind = LATE
+        if state.phase in SLIDING:
+            state.run.disturb("late_frames")
+        return False
 
     def _on_reply(self, message: ArmReply) -> None:
         if not message.accepted and self._state.awaited == (message.run, message.step):
@@ -180,6 +203,8 @@ class SamplingMachine:
     def _on_tick(self, message: Heartbeat) -> None:
         state = self._state
         state.owner = message.owner
+        if state.phase in ENDING and state.since(state.seen_ns) > self._plan.silence_s:
+            state.run.disturb("cut")
         if state.phase == "START":
             self._begin()
         elif state.phase == "ABORTED":

@@ -30,7 +30,11 @@ class State:
         self.asked_ns = 0
         self.hold_from_ns = 0
         self.found_ns = 0
-        """When usable corners were last received."""
+        """When usable corners were last received that were fresh."""
+        self.seen_ns = 0
+        """When a fresh frame was last received, whatever it showed."""
+        self.blind = ""
+        """What was wrong with the frames since: nothing came, they were late, or the same again."""
         self.faults = 0
         """How many runs in a row have failed."""
         self.samples = 0

@@ -168,7 +168,7 @@ def test_an_unknown_topic_is_named():
 
 FROZEN = {
     "MarkerCorners": "capture_ns seq corners_px sigma_px residual_px exposure_ns corner_dt_ns found reason marker_id"
-    " boot_id tipped",
+    " boot_id tipped noiseless",
     "BlockPose": "stamp_ns seq x y z qw qx qy qz sigma_m sigma_rad found reason",
     "PlatformState": "stamp_ns qw qx qy qz wx wy wz px py pz frame_id",
     "JointState": "stamp_ns name position_rad velocity_rad_s effort_nm",

@@ -12,7 +12,7 @@ from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.reader import RecordingReader
 
 _ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
-_SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "log"})
+_SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "arm/lease", "log"})
 
 
 @dataclass(frozen=True, kw_only=True)
