@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-WHOLE_RIGS = {"test_rig.py", "test_live_faults.py"}
+WHOLE_RIGS = {"test_rig.py", "test_live_faults.py", "test_orphans.py"}
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
