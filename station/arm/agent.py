@@ -49,6 +49,8 @@ class _Motion:
     """When the last set-point is due."""
     own_order: bool = False
     """Holding or levelling after a lost heartbeat."""
+    passing: bool = False
+    """It is the network's fault that this motion had to be."""
 
     def begun(self, now_ns: int) -> _Motion:
         """The same motion, beginning now."""
@@ -120,7 +122,8 @@ class ArmAgent:
         return self._reply(message)
 
     def _reply(self, command: TiltCommand, *, reason: str = "") -> ArmReply:
-        return ArmReply(not reason, reason, self._now_ns, command.run, command.step)
+        passing = bool(reason) and self._gate.beat_lost()
+        return ArmReply(not reason, reason, self._now_ns, command.run, command.step, passing)
 
     def _accept(self, command: TiltCommand) -> None:
         """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
@@ -162,7 +165,7 @@ class ArmAgent:
             return
         if self._motion is not None:
             why = self._said if self._pending.own_order else REPLACED
-            self._report(self._motion, end_ns=self._now_ns, fault=why)
+            self._report(self._motion, end_ns=self._now_ns, fault=why, passing=self._pending.passing)
         self._motion = self._pending.begun(self._now_ns)
         self._pending = None
         self._tilter.begin(self._motion.plan)
@@ -185,7 +188,7 @@ class ArmAgent:
         elif verdict.action is Action.HALT:
             self._halt(verdict.reason)
         elif verdict.action is Action.HOLD:
-            self._hold(verdict.reason)
+            self._hold(verdict.reason, passing=True)
         else:
             self._level(verdict.reason)
 
@@ -200,12 +203,12 @@ class ArmAgent:
         self._report(motion, end_ns=self._now_ns, fault=reason)
         self._log(ERROR, f"motion stopped: {reason}")
 
-    def _hold(self, reason: str) -> None:
+    def _hold(self, reason: str, *, passing: bool = False) -> None:
         """Bring a commanded motion to rest smoothly, on the gate's order."""
         if self._motion is None or self._motion.own_order:
             return
         self._say_once(reason)
-        self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()))
+        self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()), passing=passing)
 
     def _level(self, reason: str) -> None:
         """Bring the plate back to level slowly, on the gate's order."""
@@ -215,14 +218,14 @@ class ArmAgent:
         rate = math.radians(self._settings.gate.level_rate_deg_s)
         self._obey(self._tilter.plan(TiltCommand(direction=-1), elapsed_ns=0, rate_rad_s=rate))
 
-    def _obey(self, plan: Plan) -> None:
+    def _obey(self, plan: Plan, *, passing: bool = False) -> None:
         """Begin a motion of the gate's own at the next tick; halt if it may not be."""
         fault = self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading, own_order=True)
         if fault:
             self._halt(fault)
             self._say_once(fault)
         else:
-            self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True)
+            self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True, passing=passing)
 
     def _finish(self) -> None:
         """End the motion once the arm has arrived and rests, or say that it has not."""
@@ -260,10 +263,10 @@ class ArmAgent:
             self._leased, self._lease_ns = owner, self._now_ns
             self._bus.publish("arm/lease", ArmLease(self._now_ns, owner))
 
-    def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
+    def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "", passing: bool = False) -> None:
         self._bus.publish(
             "arm/motion",
-            MotionReport(self._now_ns, motion.run, motion.step, motion.began_ns, end_ns, fault),
+            MotionReport(self._now_ns, motion.run, motion.step, motion.began_ns, end_ns, fault, passing),
         )
 
     def _say_once(self, text: str) -> None:

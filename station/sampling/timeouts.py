@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from station.sampling.state import State
+from station.sampling.state import FROZEN, LATE, State
 
-FROZEN, LATE = "frozen", "late"
-"""What may be wrong with frames that come."""
 _LOOKING = ("REFERENCE", "TILT")
 """The phases that must see every frame; the dwell can wait for corners, after the slip a run ends without them."""
 
@@ -15,8 +13,8 @@ def overdue(state: State) -> str:
     plan = state.plan
     if state.awaited and state.since(state.asked_ns) > plan.timeout_s:
         return f"expected the arm to finish its motion within {plan.timeout_s:g} s, it did not"
-    if state.phase in _LOOKING and state.since(state.found_ns) > plan.silence_s:
-        return _blind(state, plan.silence_s)
+    if state.phase in _LOOKING and (unseen := _unseen(state)):
+        return unseen
     # A camera agent that was started again needs some seconds, in which the block rests as well as it ever did.
     if state.phase == "DWELL" and state.since(state.found_ns) > plan.timeout_s:
         return _blind(state, plan.timeout_s)
@@ -28,6 +26,18 @@ def overdue(state: State) -> str:
     if state.phase == "DWELL" and state.waited(plan.timeout_s + state.run.dwell_wanted_s):
         return "expected the block to come to rest on the level plate, it still moves"
     return ""
+
+
+def _unseen(state: State) -> str:
+    silent = state.plan.silence_s
+    if state.since(state.found_ns) > silent:
+        return _blind(state, silent)
+    if state.since(state.attitude_ns) <= silent:
+        return ""
+    return (
+        f"expected the plate's attitude, got none for {silent:g} s; is the link to the arm agent cut, or `station arm` "
+        "not running?"
+    )
 
 
 def _blind(state: State, seconds: float) -> str:

@@ -48,6 +48,7 @@ FORGED = {
 FAST = """\
 samples = {samples}
 faults = {faults}
+outage_s = {outage_s}
 [tilt]
 steps = 20
 rate_deg_s = 10.0
@@ -81,11 +82,18 @@ class Rig:
         self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), within_s=60, running="")
 
     def session(
-        self, out: str, *more: str, samples: int = 50, faults: int = 5, name: str = "run", file: Path | None = None
+        self,
+        out: str,
+        *more: str,
+        samples: int = 50,
+        faults: int = 5,
+        outage_s: float = 0.0,
+        name: str = "run",
+        file: Path | None = None,
     ) -> Path:
         """Starts a session that records to `out`; its process is `name`."""
         plan, path = self.folder / f"{out}.toml", self.folder / out
-        plan.write_text(FAST.format(samples=samples, faults=faults), encoding="utf-8")
+        plan.write_text(FAST.format(samples=samples, faults=faults, outage_s=outage_s), encoding="utf-8")
         words = ("run", "--rig", str(file or self.file), "--plan", str(plan), "--out", str(path))
         self.processes[name] = start("station", *words, *more)
         return path
@@ -229,7 +237,7 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
 
 
 def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_go_on(rig: Rig):
-    path = rig.session("camera.mcap", samples=1)
+    path = rig.session("camera.mcap", samples=1, faults=1)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("camera")
     rig.wait("the run to be aborted", rig.aborted, within_s=30)
@@ -244,7 +252,7 @@ def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_
 
 
 def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig: Rig):
-    path = rig.session("arm.mcap", samples=1)
+    path = rig.session("arm.mcap", samples=1, faults=1)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("arm")
     rig.wait("the run to be aborted", rig.aborted, within_s=30)
@@ -260,7 +268,7 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
 
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
-    path = rig.session("gone.mcap", faults=2)
+    path = rig.session("gone.mcap", faults=2, outage_s=5.0)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("arm")
     status, printed = rig.ended(within_s=150)
@@ -272,7 +280,7 @@ def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
 
 
 def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
-    path = rig.session("twin.mcap", faults=2)
+    path = rig.session("twin.mcap", faults=2, outage_s=5.0)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("twin")
     status, printed = rig.ended(within_s=150)
@@ -366,7 +374,7 @@ def test_a_full_disk_stops_the_session_safely_with_the_file_closed(rig: Rig):
         pytest.skip("this machine does not allow private mounts")
     disk, saved, plan = rig.folder / "disk", rig.folder / "saved.mcap", rig.folder / "plan.toml"
     disk.mkdir()
-    plan.write_text(FAST.format(samples=50, faults=5), encoding="utf-8")
+    plan.write_text(FAST.format(samples=50, faults=5, outage_s=0.0), encoding="utf-8")
     # 68 MB must be free at the start, and at 64 MB without the reserve it stops: after some ten seconds, in a run.
     # The file system is gone with its namespace: the recording is copied out within.
     script = (

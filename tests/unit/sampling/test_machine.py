@@ -17,6 +17,7 @@ from shared.messages import (
     MotionReport,
     PlatformState,
 )
+from station.sampling.machine import OWN_ORDER
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
@@ -227,7 +228,7 @@ def test_a_session_that_cannot_begin_says_what_it_lacks():
 
 
 def test_a_slip_whose_attitude_never_comes_is_given_up():
-    rig = ScriptedRig(Plan(samples=1, timeout_s=3.0, faults=1))
+    rig = ScriptedRig(Plan(samples=1, timeout_s=3.0, faults=1, outage_s=1.0))
     rig.run(60.0, until=lambda rig: rig.machine.phase == "SLIP")
     last = rig.commands[-1]
     rig.give(MotionReport(rig.now_ns, last.run, last.step, rig.now_ns, rig.now_ns))
@@ -406,3 +407,95 @@ def test_a_clock_that_the_station_knows_to_be_hours_off_makes_no_frame_late():
 
     rig = finished(ScriptedRig(Plan(samples=1), on_corners=stamped))
     assert [sample.flags for sample in rig.samples] == [()]
+
+
+# --- long outages ----------------------------------------------------------------------------------------------------
+
+
+def cut(rig: ScriptedRig, who: str) -> None:
+    """From now on nothing of that agent arrives."""
+    if who in ("camera", "both"):
+        rig.on_corners = lambda _message, _rig: None
+    rig.arm_away = who in ("arm", "both")
+    if rig.arm_away:
+        rig.on_motion = lambda _report, _rig: None
+
+
+def mend(rig: ScriptedRig) -> None:
+    rig.on_corners = lambda message, _: message
+    rig.on_motion = lambda report, _: report
+    rig.arm_away = False
+
+
+@pytest.mark.parametrize("who", ["camera", "arm", "both"])
+@pytest.mark.parametrize("phase", ["DWELL", "TILT", "RETURN"])
+def test_an_outage_of_forty_seconds_costs_one_run_and_no_session(who: str, phase: str):
+    rig = ScriptedRig(Plan(samples=3, faults=1))
+    rig.run(120.0, until=lambda rig: len(rig.samples) == 1 and rig.machine.phase == phase)
+    cut(rig, who)
+    rig.run(40.0, until=lambda _: False)
+    assert rig.fault is None, rig.fault
+    mend(rig)
+    finished(rig)
+    assert rig.fault == ""
+    assert len([sample for sample in rig.samples if not sample.disturbed]) == 3
+    assert rig.phases().count("ABORTED") <= 1
+
+
+def test_an_outage_of_hours_is_waited_for_level():
+    rig = ScriptedRig(Plan(samples=1, faults=1))
+    rig.run(60.0, until=good_first)
+    cut(rig, "camera")
+    rig.run(20.0, until=lambda _: False)
+    assert rig.tilt_rad == 0.0
+    asked = len(rig.commands)
+    for _ in range(10_000):  # three hours, second by second
+        rig.now_ns += 1_000_000_000
+        rig.give(PlatformState(rig.now_ns))
+        rig.give(Heartbeat(rig.now_ns, armed=True))
+    assert rig.fault is None
+    assert len(rig.commands) == asked
+    assert sum("waiting, level" in line for line in rig.lines) == 1
+    mend(rig)
+    assert finished(rig).fault == ""
+    assert any("everybody is heard again" in line for line in rig.lines)
+    assert rig.phases().count("ABORTED") == 1
+
+
+def test_a_plan_may_say_how_long_an_outage_is_waited_for():
+    rig = ScriptedRig(Plan(samples=1, outage_s=10.0))
+    rig.run(60.0, until=good_first)
+    cut(rig, "both")
+    finished(rig)
+    assert "waited 10 s for the camera agent and the arm agent in vain" in (rig.fault or "")
+
+
+def test_a_marker_that_is_gone_is_no_outage():
+    blind = dataclasses.replace
+    rig = ScriptedRig(Plan(samples=1, faults=2))
+    rig.run(60.0, until=good_first)
+    rig.on_corners = lambda message, _: blind(message, found=False, corners_px=(), reason="glare")
+    assert "2 runs failed in a row" in (finished(rig).fault or "")
+
+
+def test_a_motion_that_the_arm_made_by_itself_ends_the_run():
+    rig = ScriptedRig(Plan(samples=1, faults=1))
+    rig.give(Heartbeat(rig.now_ns, armed=True))
+    rig.give(ClockOffset(rig.now_ns, "arm", 0))
+    rig.run(60.0, until=good_first)
+    rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns - 60_000_000_000))
+    assert "ABORTED" not in rig.phases()  # of an earlier session
+    rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns))
+    assert rig.phases()[-1] == "ABORTED"
+    assert finished(rig).fault == ""
+    assert [sample.run for sample in rig.samples] == [2]
+
+
+def test_a_motion_that_was_held_for_want_of_a_heartbeat_does_not_count_as_a_failure():
+    def held_once(report: MotionReport, _rig: ScriptedRig) -> MotionReport:
+        held = report.end_ns and report.step == 4 and report.run == 1
+        return dataclasses.replace(report, fault="holding", passing=True) if held else report
+
+    rig = finished(ScriptedRig(Plan(samples=1, faults=1), on_motion=held_once))
+    assert rig.fault == ""
+    assert [sample.run for sample in rig.samples] == [2]
