@@ -32,7 +32,7 @@ from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
-from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.mcap_file import MAGIC
 from station.recording.writer import PARTIAL
 
@@ -43,6 +43,8 @@ _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPI
     wire.schema_name(AngleReading): AngleReading
 }
 _FOOTER_BYTES = 9 + 20
+MAX_HELD_BYTES = 256 * 1024 * 1024
+"""Of messages that wait until no later chunk can hold an earlier one. Of our own recordings at most one chunk waits."""
 _TOGETHER_BYTES = 1 << 20
 """Chunks smaller than this are read together, where whole columns are wanted."""
 _BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
@@ -94,11 +96,22 @@ def open_recording(path: Path) -> RecordingReader:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise _damaged(path, str(error) or type(error).__name__) from error
+    if summary is not None:
+        _require_apart(path, summary.chunk_indexes)
     counted = summary.statistics if summary is not None else None
     # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
     if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
         raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
     return RecordingReader(path, summary)
+
+
+def _require_apart(path: Path, indexes: Iterable[ChunkIndex]) -> None:
+    """Refuses an index by which the same bytes are read again and again: a small file would hold any amount."""
+    end = 0
+    for index in sorted(indexes, key=lambda index: index.chunk_start_offset):
+        if index.chunk_start_offset < end:
+            raise _damaged(path, f"its chunks overlap (at byte {index.chunk_start_offset})")
+        end = index.chunk_start_offset + index.chunk_length
 
 
 def _check_ends(file: BinaryIO, path: Path) -> None:
@@ -273,6 +286,8 @@ class RecordingReader:
         waiting: list[RawMessage] = []
         with self.path.open("rb") as file:
             for number, index in enumerate(chunks):
+                if sum(len(raw.payload) + HELD_BYTES for raw in waiting) > MAX_HELD_BYTES:
+                    raise _damaged(self.path, "so many of its chunks overlap in time that they cannot be held at once")
                 waiting += [raw for raw in self._chunk(file, index, wanted) if low <= raw.log_ns < high]
                 # Stable, so that equal times keep the order of the file; and linear, as they are nearly sorted.
                 waiting.sort(key=_log_ns)
