@@ -39,6 +39,8 @@ from station.recording.writer import PARTIAL
 M = TypeVar("M", bound=Message)
 _LOG = logging.getLogger(__name__)
 TRUTH = "truth/"
+LATEST_NS = 2**63 - 1
+"""The year 2262: what is stamped later is no message. The format has a bit more than any clock or reader."""
 _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPICS.values()} | {
     wire.schema_name(AngleReading): AngleReading
 }
@@ -145,6 +147,12 @@ def _damaged(path: Path, what: str) -> UserError:
     return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
 
 
+def _class_of(topic: str, schema: str) -> type[Message] | None:
+    """The class of a topic's messages; None if the schema is unknown, or not that of this topic."""
+    found = _CLASSES.get(schema)
+    return None if topics.known(topic) and topics.topic(topic).message is not found else found
+
+
 class RecordingReader:
     """A finished recording. It holds no file open between calls, and no more than the overlapping chunks within one."""
 
@@ -158,7 +166,7 @@ class RecordingReader:
         for number, channel in summary.channels.items():
             schema = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
             name = channel.topic.removeprefix("/")
-            self._infos[number] = TopicInfo(name, schema, _CLASSES.get(schema), counts.get(number, 0))
+            self._infos[number] = TopicInfo(name, schema, _class_of(name, schema), counts.get(number, 0))
         self.start_ns: int = summary.statistics.message_start_time
         """The first log time."""
         self.end_ns: int = summary.statistics.message_end_time
@@ -199,6 +207,9 @@ class RecordingReader:
         for raw in self._raw(wanted, from_ns, to_ns):
             info = wanted[raw.channel_id]
             assert info.message is not None
+            if max(raw.log_ns, raw.publish_ns) > LATEST_NS:
+                self.leave_out(info.name, [raw.log_ns])
+                continue
             try:
                 message = wire.decode(info.message, raw.payload)
             except UserError:
@@ -253,7 +264,8 @@ class RecordingReader:
                 size += len(together[-1][1].records)
                 if size >= _TOGETHER_BYTES or number == len(chunks):
                     for batch in self._batched(together, wanted):
-                        yield wanted, batch.select((batch.log_ns >= low) & (batch.log_ns < high))
+                        known = (batch.log_ns >= low) & (batch.log_ns < high) & (batch.publish_ns >= 0)
+                        yield wanted, batch.select(known)
                     together, size = [], 0
 
     def _batched(self, together: list[tuple[ChunkIndex, Unpacked]], wanted: dict[int, TopicInfo]) -> Iterator[Batch]:

@@ -19,6 +19,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
@@ -82,7 +83,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             plan,
             recording=recording,
             camera=pixel_camera(plan.seed) if options.pixels else None,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
             tilter=tilter,
         )
         stop = stack.enter_context(stop_by_signal())
@@ -119,7 +120,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
             recording=recording,
             clock=clock,
             stop=stop,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
             owner=owner,
         )
         progress = stack.enter_context(_progress(console))
