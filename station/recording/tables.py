@@ -9,7 +9,6 @@ have `onset_angle_rad`.
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -207,13 +206,11 @@ def _number(cell: str, name: str, kind: Any, where: str) -> Any:
 
 
 def _within(value: Any) -> Any:
-    """The value, unless it is a number that no sample holds: an infinite one, or one of more than 64 bits.
+    """The value, unless it is a whole number of more than 64 bits, which no sample holds.
 
     Raises:
         ValueError: if it is.
     """
-    if isinstance(value, float) and math.isinf(value):
-        raise ValueError("it is infinite")
     if isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError("it has more than 64 bits")
     return value
@@ -226,8 +223,8 @@ def _short(value: Any) -> str:
 
 def _wanted(hint: Any) -> str:
     names = {
-        int: "a whole number of 64 bits",
-        float: "a finite number",
+        int: "a whole number",
+        float: "a number",
         bool: "true or false",
         Floats: "a list of numbers",
     }
