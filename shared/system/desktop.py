@@ -7,10 +7,7 @@ import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
-
-if TYPE_CHECKING:
-    from typing_extensions import Buffer
+from typing import Any, TextIO
 
 PROGRAM_SUFFIX = ".exe" if sys.platform == "win32" else ""
 """What the name of a program's file ends in."""
@@ -39,7 +36,7 @@ def from_here(path: Path) -> str:
 class _Lasting(io.FileIO):
     """A terminal, or a pipe, that takes what is written to it after it was closed, and forgets it."""
 
-    def write(self, data: Buffer, /) -> int:
+    def write(self, data: Any, /) -> int:
         """Writes, as long as there is somebody to read it."""
         try:
             return super().write(data)
