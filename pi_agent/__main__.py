@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pi_agent import run_command
 from shared.installed import version
 from shared.programs import exit_status
-from shared.system.desktop import print_all_letters
+from shared.system.desktop import outlive_terminal, print_all_letters
+from shared.system.processes import follow_parent
 
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
@@ -49,6 +50,8 @@ def _parser(command: str) -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs the command line; returns its exit status (2: something that the user can mend)."""
     print_all_letters(sys.stdout, sys.stderr)
+    if follow_parent() or sys.stdout.isatty():
+        outlive_terminal()
     arguments = list(sys.argv[1:] if argv is None else argv)
     about = {"-h", "--help", "--version"}
     if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in about):

@@ -105,7 +105,8 @@ class Agent:
         if self._fresh:  # the driver counts anew; our count goes on
             self._seq_shift, self._fresh = self._next_seq - frame.seq, False
         self.process(dataclasses.replace(frame, seq=frame.seq + self._seq_shift))
-        self._watchdog.fresh_frame()
+        if not self._observer.repeated:  # a frozen camera is a dead one: the watchdog has the agent started again
+            self._watchdog.fresh_frame()
 
     def process(self, frame: Frame) -> MarkerCorners:
         """Tracks a frame and sends what was seen; returns the block's corners."""

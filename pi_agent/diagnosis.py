@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pi_agent.cameras import CameraInfo, Frame, Image
-from shared.messages import MarkerCorners
+from shared.messages import REPEATED, MarkerCorners
 
 PATIENCE_NS = 500_000_000
 """A marker that is missing for less than this is nobody's fault: hands pass, blocks tumble."""
@@ -63,6 +63,8 @@ def light_fault(image: Image) -> str:
 
 def marker_fault(reason: str) -> str:
     """The tracker's reason as advice."""
+    if reason == REPEATED:
+        return "The camera is frozen: it gives the same picture again and again; unplug it, or start the agent again"
     if "two marks" in reason:
         return "Two markers are in the picture: cover one, or give the block a mark with a feature in [mark]"
     if "leaves the frame" in reason:

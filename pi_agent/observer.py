@@ -7,12 +7,13 @@ import numpy as np
 from pi_agent.calibration.model import Calibration, nominal
 from pi_agent.cameras import CameraInfo, Frame
 from pi_agent.marks import FIDUCIAL_MARGIN, block_mark, fiducial_mark, fiducial_places_mm
+from pi_agent.repeats import Repeats
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.mark import Mark
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.tracker import Tracker
 from shared.geometry import apply_homography
-from shared.messages import MarkerCorners
+from shared.messages import REPEATED, MarkerCorners
 from shared.rig import RigConfig
 
 BLOCK = 0
@@ -37,6 +38,7 @@ class Observer:
         self._block = Tracker(self._config(block_mark(rig.mark), known, height_m=rig.block.size_m[2]))
         self._plate = self._fiducial_trackers(known)
         self._plate_due_ns: list[int] = []
+        self._repeats, self.repeated = Repeats(info), False
         self.identity = ""
         """How the block's corners were told apart in the last frame: see `Observation.identity`."""
 
@@ -70,7 +72,10 @@ class Observer:
         return trackers
 
     def block(self, frame: Frame) -> MarkerCorners:
-        """The block's mark in a frame."""
+        """The block's mark in a frame; one that is the one before again shows nothing."""
+        self.repeated = self._repeats.see(frame)
+        if self.repeated:
+            return self._nothing(frame)
         seen = self._block.track(frame.image, capture_ns=frame.capture_ns)
         self.identity = seen.identity
         return self._message(seen, frame, marker_id=BLOCK)
@@ -80,7 +85,7 @@ class Observer:
 
         They are looked at one after another, at most one in a frame if the rates allow, which spreads their cost.
         """
-        if not self._plate:
+        if not self._plate or self.repeated:
             return []
         interval_ns = round(1e9 / self._rig.camera.plate_rate_hz)
         if not self._plate_due_ns:
@@ -95,6 +100,17 @@ class Observer:
                 seen = tracker.track(frame.image, capture_ns=frame.capture_ns)
                 reports.append(self._message(seen, frame, marker_id=marker_id))
         return reports
+
+    def _nothing(self, frame: Frame) -> MarkerCorners:
+        exposure_ns = frame.exposure_ns or self._info.exposure_ns
+        return MarkerCorners(
+            capture_ns=frame.capture_ns,
+            seq=frame.seq,
+            exposure_ns=exposure_ns,
+            reason=REPEATED,
+            marker_id=BLOCK,
+            boot_id=self._boot_id,
+        )
 
     def _message(self, seen: Observation, frame: Frame, *, marker_id: int) -> MarkerCorners:
         known = bool(np.all(np.isfinite(seen.corners_px)))
@@ -111,4 +127,5 @@ class Observer:
             marker_id=marker_id,
             boot_id=self._boot_id,
             tipped=seen.tip_rad > 0,
+            noiseless=self._info.noiseless,
         )

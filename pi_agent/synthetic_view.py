@@ -37,6 +37,8 @@ LARGEST_SAG_PX = 60
 """The plate's texture does not reach further beyond the frame."""
 STILL_MM_S, STILL_RAD_S = 1e-3, 1e-4
 STILL = np.zeros(3)
+NOISELESS = 1e-3
+"""Grey levels: with more than that some of a picture's 360 000 pixels round otherwise in the next one."""
 STEEPEST_RAD = 1.4
 """A mark that leans more is seen edge on, or not at all."""
 
@@ -185,7 +187,13 @@ def _info(rig: RigConfig, options: SyntheticOptions) -> CameraInfo:
         gain=rig.camera.gain,
         tone=TONE_CURVES[options.tone],
         details="drawn from the twin's truth/scene",
+        noiseless=_white_noise(options) < NOISELESS,
     )
+
+
+def _white_noise(options: SyntheticOptions) -> float:
+    """Deviation of a white pixel, in grey levels: photons and reading."""
+    return 255.0 * math.hypot(math.sqrt(options.full_scale_e), options.read_noise_e) / options.full_scale_e
 
 
 def _scene(rig: RigConfig, options: SyntheticOptions, shutter: Shutter, *, rng: np.random.Generator) -> Scene:

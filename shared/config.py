@@ -12,6 +12,8 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 from shared.errors import UserError
 
 T = TypeVar("T")
+_LARGE = 2**63
+"""TOML's own limit for a whole number, which Python's reader does not keep."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def load_table(path: Path) -> Table:
         return Table(tomllib.loads(text), str(path), text)
     except OSError as error:
         raise UserError(f"Expected a TOML file at {path}, but it cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
         raise UserError(f"{path}: expected TOML, got something else: {error}") from error
 
 
@@ -104,8 +106,8 @@ def _as(hint: Any, value: Any) -> Any:
         return value if isinstance(value, dict) else None
     if origin is not None:  # Literal
         return value if value in arguments else None
-    if hint is float and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
+    if hint in (int, float) and type(value) is int:
+        return hint(value) if abs(value) < _LARGE else None
     return value if type(value) is hint else None
 
 

@@ -51,6 +51,10 @@ def _turned(*quaternion: float) -> str:
     return "" if math.isfinite(length) and length > 0 else f"{quaternion} as a quaternion"
 
 
+REPEATED = "the frame is the one before it again"
+"""The `reason` of corners that were not looked for, because the camera is frozen."""
+
+
 @dataclass(frozen=True, slots=True)
 class MarkerCorners(Message):
     """Where one marker's corners were in one frame: the measurement itself.
@@ -74,6 +78,8 @@ class MarkerCorners(Message):
     """Tells one life of the agent from the next: `seq` starts anew with it."""
     tipped: bool = False
     """The mark looks foreshortened: the block is tipping over, which is not sliding."""
+    noiseless: bool = False
+    """The camera is a simulation without noise: the same corners again are no sign that it is frozen."""
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
@@ -159,6 +165,8 @@ class TiltCommand(Message):
     angle_rad: float = 0.0
     step: int = 0
     rate_rad_s: float = 0.0
+    owner: str = ""
+    """The session that asks; the arm obeys the one that has it."""
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
@@ -182,6 +190,10 @@ PHASES = (
     *("LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE", "ABORTED"),
     *("STEP_BEGIN", "STEP_END", "SYNC"),
 )
+
+
+DISTURBED = "disturbed"
+"""How the flags begin of a sample that something else than friction had a hand in: it counts nowhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,6 +230,11 @@ class Sample(Message):
     start_x_m: float = 0.0
     start_y_m: float = 0.0
     start_yaw_rad: float = 0.0
+
+    @property
+    def disturbed(self) -> bool:
+        """True if something else than friction had a hand in it: a cut link, late frames."""
+        return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
@@ -290,6 +307,8 @@ class ArmReply(Message):
     stamp_ns: int = 0
     run: int = 0
     step: int = 0
+    passing: bool = False
+    """The network is the cause: the same command may be accepted once everybody hears each other again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,6 +336,8 @@ class MotionReport(Message):
     begin_ns: int = 0
     end_ns: int = 0
     fault: str = ""
+    passing: bool = False
+    """The network is the cause of the fault: the same motion may succeed once everybody hears each other again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -325,6 +346,8 @@ class Heartbeat(Message):
 
     stamp_ns: int = 0
     armed: bool = False
+    owner: str = ""
+    """The session that beats; the first one has the arm for as long as it does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -420,3 +443,20 @@ class CameraGeometry(Message):
     def impossible(self) -> str:
         """See `Message.impossible`."""
         return _counted("plate_from_pixel", self.plate_from_pixel, 0, 9)
+
+
+@dataclass(frozen=True, slots=True)
+class LeaseRequest(Message):
+    """A session asks for the arm; with `take_over` also if another one has it."""
+
+    stamp_ns: int = 0
+    owner: str = ""
+    take_over: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ArmLease(Message):
+    """Which session has the arm."""
+
+    stamp_ns: int = 0
+    owner: str = ""

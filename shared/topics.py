@@ -86,6 +86,7 @@ _TOPICS = (
     Topic("arm/command", m.TiltCommand, EVENT, "station", 0, "what the arm was asked for"),
     Topic("arm/reply", m.ArmReply, EVENT, "station", 0, "what the arm answered, or that it did not"),
     Topic("arm/motion", m.MotionReport, EVENT, "arm", 0, "begin and end of each motion as executed"),
+    Topic("arm/lease", m.ArmLease, STATUS, "arm", 1, "which session has the arm"),
     Topic("environment", m.Environment, STATUS, "any", 1, "temperature and humidity"),
     Topic("session/event", m.RunEvent, EVENT, "station", 0, "phases of a run"),
     Topic("session/sample", m.Sample, EVENT, "station", 0, "one run's result"),
@@ -100,6 +101,7 @@ _TOPICS = (
 _SERVICES = (
     Service("arm/command", m.TiltCommand, m.ArmReply, COMMAND, "arm", "tilt the plate"),
     Service("arm/stop", m.ArmStop, m.ArmReply, STOP, "arm", "emergency stop"),
+    Service("arm/lease", m.LeaseRequest, m.ArmReply, COMMAND, "arm", "have the arm, alone"),
     Service("camera/clock", m.ClockPing, m.ClockPong, STATUS, "camera", "the camera agent's clock"),
     Service("arm/clock", m.ClockPing, m.ClockPong, STATUS, "arm", "the arm agent's clock"),
     Service("camera/frames", m.FrameRequest, m.FrameReply, COMMAND, "camera", "full frames around an event"),

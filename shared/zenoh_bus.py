@@ -1,9 +1,10 @@
 """The bus over Zenoh: the only module that knows the library.
 
 Every process listens on its own explicit endpoint and connects to the others'; multicast and gossip are off, so two
-rigs on one network never take each other's commands. Corners and events go through Zenoh's advanced publisher and
-subscriber (cache, heartbeat, recovery): a cut link or a restarted station loses none of them. Zenoh's callbacks only
-enqueue; `poll` runs the handlers on the caller's thread.
+rigs on one network never take each other's commands. No process forwards for others: who reaches the camera agent's
+port reaches the camera agent alone, whichever mode of Zenoh's he comes in. Corners and events go through Zenoh's
+advanced publisher and subscriber (cache, heartbeat, recovery): a cut link or a restarted station loses none of them.
+Zenoh's callbacks only enqueue; `poll` runs the handlers on the caller's thread.
 """
 
 from __future__ import annotations
@@ -60,6 +61,9 @@ def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
         "connect/retry": {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2},
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
+        # Nobody lies "south" of a process, so none forwards from one session to another: a client, which has no other
+        # way to the rest of the network, is turned away, and a peer meets the process that it reached and no other.
+        "gateway": {"south": []},
         "timestamping/enabled": True,
         "transport/link/tx/lease": _LEASE_MS,
         **tls_settings([*listen, *connect]),
@@ -361,6 +365,10 @@ class RawSession:
     def put(self, key: str, payload: bytes, *, attachment: bytes = b"") -> None:
         """Sends bytes, and loses none that the network can carry."""
         self._session.put(key, payload, attachment=attachment or None, congestion_control=zenoh.CongestionControl.BLOCK)
+
+    def query(self, key: str, payload: bytes) -> None:
+        """Asks whoever serves a key; what he answers is not waited for."""
+        self._session.get(key, lambda _: None, payload=payload)
 
     def subscribe(self, key: str, handler: Callable[[bytes, bytes], None]) -> None:
         """Calls `handler(payload, attachment)` for every sample of a key."""

@@ -14,7 +14,8 @@ from types import ModuleType
 
 from shared.installed import version
 from shared.programs import exit_status
-from shared.system.desktop import print_all_letters
+from shared.system.desktop import outlive_terminal, print_all_letters
+from shared.system.processes import follow_parent
 
 COMMANDS = Path(__file__).parent / "app" / "commands"
 _ABOUT = """\
@@ -26,6 +27,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Runs a command; gives its exit status: 0 done, 1 done with findings or a fault, 2 a mistake in what was asked."""
     print_all_letters(sys.stdout, sys.stderr)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # else it warns of a home in which it can keep no cache
+    if follow_parent() or sys.stdout.isatty():
+        outlive_terminal()
     words = sys.argv[1:] if arguments is None else arguments
     files = {_constant(path, "NAME") or path.stem: path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
     if " ".join(words[:2]) in files:  # two-word commands such as `station arm plan`

@@ -31,7 +31,7 @@ class CameraInfo:
     """What the camera really does, as it said itself after `open`.
 
     `line_ns`: from one row's exposure to the next's (0 for a global shutter); `tone`: the curve from light to pixel
-    values; `details`: mode and crop in words, for the log.
+    values; `details`: mode and crop in words, for the log; `noiseless`: two pictures of one scene are the same.
     """
 
     name: str
@@ -44,6 +44,7 @@ class CameraInfo:
     gain: float = 1.0
     tone: ToneCurve = LINEAR
     details: str = ""
+    noiseless: bool = False
 
     @property
     def row_times(self) -> Shutter:

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 PROGRAM_SUFFIX = ".exe" if sys.platform == "win32" else ""
 """What the name of a program's file ends in."""
@@ -31,6 +31,28 @@ def from_here(path: Path) -> str:
         return os.path.relpath(path)
     except ValueError:
         return str(path)
+
+
+class _Lasting(io.FileIO):
+    """A terminal, or a pipe, that takes what is written to it after it was closed, and forgets it."""
+
+    def write(self, data: Any, /) -> int:
+        """Writes, as long as there is somebody to read it."""
+        try:
+            return super().write(data)
+        except OSError:
+            return len(memoryview(data))
+
+
+def outlive_terminal() -> None:
+    """Has this process go on when the terminal that it prints to is closed: it has a plate to bring back to level."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.flush()
+            raw = io.BufferedWriter(_Lasting(stream.fileno(), "w", closefd=False))
+            lasting = io.TextIOWrapper(raw, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
+            setattr(sys, name, lasting)
 
 
 def print_all_letters(*streams: TextIO) -> None:

@@ -3,6 +3,8 @@
 |                             | Linux, macOS             | Windows                              |
 |-----------------------------|--------------------------|--------------------------------------|
 | the user ends a program     | Ctrl-C (SIGINT), SIGTERM | Ctrl-C, Ctrl-Break (SIGBREAK)        |
+| the terminal is closed      | SIGHUP, but under nohup  | (the program ends)                   |
+| who started it has died     | its input ends           | its input ends                       |
 | one program ends another    | SIGTERM                  | Ctrl-Break, to its group of processes |
 | emergency stop of the arm   | SIGUSR1, `station arm stop` | `station arm stop`                |
 """
@@ -13,7 +15,10 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 if sys.platform == "linux":
 
@@ -35,7 +40,8 @@ if sys.platform == "win32":
     _interrupting = _ending_it = signal.CTRL_BREAK_EVENT
     _new_session, _new_group = False, subprocess.CREATE_NEW_PROCESS_GROUP
 else:
-    _ending, _emergency = (signal.SIGINT, signal.SIGTERM), (signal.SIGUSR1,)
+    _hung_up = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)  # nohup has it ignored
+    _ending, _emergency = (signal.SIGINT, signal.SIGTERM, *_hung_up), (signal.SIGUSR1,)
     _interrupting, _ending_it = signal.SIGINT, signal.SIGTERM
     _new_session, _new_group = True, 0
 
@@ -43,6 +49,9 @@ ENDING: tuple[signal.Signals, ...] = _ending
 """The signals by which a user or another program asks this one to end."""
 EMERGENCY: tuple[signal.Signals, ...] = _emergency
 """The signals that stop the arm at once. Windows has none to spare: `station arm stop` says it over the bus."""
+GRACE_S = 40.0
+"""So long an orphan may take to end in order: a session brings the plate back to level first, in up to 20 s."""
+_FOLLOWS = "REPOSE_FOLLOWS_PARENT"
 NEW_SESSION, NEW_GROUP = _new_session, _new_group
 """What `Popen` takes as `start_new_session` and `creationflags`, so that Ctrl-C does not reach the child."""
 
@@ -62,10 +71,52 @@ def start(
 ) -> subprocess.Popen[bytes]:
     """Starts a program that Ctrl-C in this terminal does not reach; `quiet` throws away what it prints.
 
+    One that calls `follow_parent` ends when this process does, however that ends.
+
     Raises:
         OSError: if it cannot be run.
     """
     prints = subprocess.DEVNULL if quiet else None
+    environment = {**(os.environ if env is None else env), _FOLLOWS: "1"}
     return subprocess.Popen(
-        words, env=env, stdout=prints, stderr=prints, start_new_session=NEW_SESSION, creationflags=NEW_GROUP
+        words,
+        env=environment,
+        stdin=_my_life(),
+        stdout=prints,
+        stderr=prints,
+        start_new_session=NEW_SESSION,
+        creationflags=NEW_GROUP,
     )
+
+
+@cache
+def _my_life() -> int:
+    """The end for reading of a pipe that nobody writes to, and that this process alone holds open: it ends with it."""
+    reading, _ = os.pipe()
+    return reading
+
+
+def follow_parent() -> bool:
+    """Has this process asked to end when the one that began it by `start` has died; true if one did begin it so.
+
+    What it starts itself does not follow in turn, unless it is begun by `start` as well.
+    """
+    if os.environ.pop(_FOLLOWS, "") != "1":
+        return False
+    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
+    return True
+
+
+def _end_with_parent() -> None:
+    while os.read(0, 4096):
+        pass
+    _ask_myself_to_end()
+    time.sleep(GRACE_S)
+    os._exit(1)
+
+
+def _ask_myself_to_end() -> None:
+    if sys.platform == "win32":
+        signal.raise_signal(signal.SIGBREAK)  # os.kill would end it without asking
+    else:
+        os.kill(os.getpid(), signal.SIGTERM)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from shared.bus import Bus, Received
 from shared.clock import Clock
@@ -31,7 +32,10 @@ class Conductor:
         sources: tuple[SourceName, ...],
         clock: Clock,
         on_note: Callable[[Note], None] = _say_nothing,
+        owner: str = "",
     ) -> None:
+        """`owner` is the session's name, under which it has the arm; a simulated one is alone and needs none."""
+        self._owner = owner
         self._bus, self._procedure, self._clock, self._on_note = bus, procedure, clock, on_note
         self._beat_ns = 0
         for source in sources:
@@ -57,13 +61,14 @@ class Conductor:
         now_ns = self._clock.now_ns()
         if now_ns - self._beat_ns >= HEARTBEAT_NS:
             self._beat_ns = now_ns
-            self._bus.publish("session/heartbeat", Heartbeat(now_ns, armed=not self.finished))
+            self._bus.publish("session/heartbeat", Heartbeat(now_ns, not self.finished, self._owner))
         self._procedure.tick(now_ns)
         for output in self._procedure.take_outputs():
             self._send(output)
 
     def _send(self, output: Output) -> None:
         if isinstance(output, TiltCommand):
+            output = replace(output, owner=self._owner)
             self._bus.publish("arm/command", output)
             self._bus.request("arm/command", output, self._on_reply, timeout_s=2.0)
         elif isinstance(output, RunEvent):
@@ -80,4 +85,4 @@ class Conductor:
 
     def disarm(self) -> None:
         """The last heartbeat: the arm is to hold, and obeys nobody any more."""
-        self._bus.publish("session/heartbeat", Heartbeat(self._clock.now_ns(), armed=False))
+        self._bus.publish("session/heartbeat", Heartbeat(self._clock.now_ns(), armed=False, owner=self._owner))

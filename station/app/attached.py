@@ -27,7 +27,7 @@ def attached_table(reader: RecordingReader, name: str) -> Table | None:
     try:
         text = reader.attachments[name].decode("utf-8")
         return Table(tomllib.loads(text), where, text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
         raise UserError(f"{where}: expected TOML, got something else: {error}") from error
 
 

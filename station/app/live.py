@@ -59,6 +59,7 @@ class LiveSession:
         clock: Clock,
         stop: StopRequest,
         on_line: Callable[[str, str], None],
+        owner: str = "",
     ) -> None:
         self._bus, self._clock, self._stop = bus, clock, stop
         self._recorder = Recorder(bus, recording, clock=clock, on_stopped=stop.ask)
@@ -69,6 +70,7 @@ class LiveSession:
             block_height_m=rig.block.size_m[2],
             pivot_above_plate_m=assembly.arm_settings(rig).pivot_above_plate_m or 0.005,
             on_line=on_line,
+            owner=owner,
         )
         self._clocks = ClockKeeper(bus, clock=clock, agents=("camera", "arm"))
         self._settled: TiltCommand | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 
 from shared import frames
 from shared.bus import Bus, Received, Recipe
@@ -37,8 +38,10 @@ class Session:
         block_height_m: float,
         pivot_above_plate_m: float,
         on_line: Callable[[str, str], None],
+        owner: str = "",
     ) -> None:
-        self._bus, self._machine, self._on_line = bus, machine, on_line
+        """`owner` is the session's name, under which it has the arm; simulated sessions are alone and need none."""
+        self._bus, self._machine, self._on_line, self._owner = bus, machine, on_line, owner
         self._sizes = {"block_height_m": block_height_m, "pivot_above_plate_m": pivot_above_plate_m}
         self._waiting: deque[Received] = deque()
         self._busy = False
@@ -107,18 +110,18 @@ class Session:
         self._bus.publish("arm/command", command)
 
         def on_reply(reply: Message | None) -> None:
-            self._answer(command, reply if isinstance(reply, ArmReply) else ArmReply(reason=_NO_ANSWER))
+            self._answer(command, reply if isinstance(reply, ArmReply) else ArmReply(reason=_NO_ANSWER, passing=True))
 
         self._bus.request("arm/command", command, on_reply, timeout_s=2.0)
 
     def _answer(self, command: TiltCommand, reply: ArmReply) -> None:
-        stamped = ArmReply(reply.accepted, reply.reason, self._now_ns, command.run, command.step)
+        stamped = replace(reply, stamp_ns=self._now_ns, run=command.run, step=command.step)
         self._bus.publish("arm/reply", stamped)
 
     def arm_is_gone(self) -> None:
         """The arm agent has died: nobody will report the end of the motion under way, so it is answered for."""
         if self.asked is not None:
-            self._answer(self.asked, ArmReply(reason=_GONE))
+            self._answer(self.asked, ArmReply(reason=_GONE, passing=True))
 
     def say(self, level: str, text: str) -> None:
         """One line to the log on the bus and to the terminal."""
@@ -133,7 +136,7 @@ class Session:
         self._now_ns = max(self._now_ns, now_ns)
         if now_ns >= self._heartbeat_ns:
             self._heartbeat_ns = now_ns + HEARTBEAT_NS
-            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed))
+            self._bus.publish("session/heartbeat", Heartbeat(stamp_ns=now_ns, armed=self.armed, owner=self._owner))
         if now_ns >= self._transforms_ns:
             self._transforms_ns = now_ns + TRANSFORMS_NS
             if self._bus.carries("tf"):

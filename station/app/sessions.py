@@ -6,6 +6,7 @@ import math
 import multiprocessing
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
@@ -82,6 +83,11 @@ def geometry_of(path: Path) -> CameraGeometry | None:
 
 
 def _check(sample: Sample, path: Path) -> None:
+    for spec in fields(sample):
+        value = getattr(sample, spec.name)
+        numbers = value if isinstance(value, tuple) else (value,)
+        if any(isinstance(number, float) and math.isinf(number) for number in numbers):
+            raise UserError(f"{path}, run {sample.run}: expected a finite {spec.name}, got {value}")
     angle = sample.onset_angle_rad
     if not (0 <= angle < math.pi / 2 and (angle > 0 or sample.censored)):
         raise UserError(

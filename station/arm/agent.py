@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 from shared.bus import Bus, Received
 from shared.errors import UserError
 from shared.foxglove import Log, Timestamp
-from shared.messages import REPLACED, ArmReply, ArmStop, Heartbeat, JointState, Message, MotionReport, TiltCommand
+from shared.messages import (
+    REPLACED,
+    ArmLease,
+    ArmReply,
+    ArmStop,
+    Heartbeat,
+    JointState,
+    LeaseRequest,
+    Message,
+    MotionReport,
+    TiltCommand,
+)
 from station.arm.attitude import Attitude
 from station.arm.drivers import Driver, DriverLink, JointReading, load_driver
 from station.arm.gate import Action, SafetyGate
@@ -38,6 +49,8 @@ class _Motion:
     """When the last set-point is due."""
     own_order: bool = False
     """Holding or levelling after a lost heartbeat."""
+    passing: bool = False
+    """It is the network's fault that this motion had to be."""
 
     def begun(self, now_ns: int) -> _Motion:
         """The same motion, beginning now."""
@@ -60,6 +73,8 @@ class ArmAgent:
         self._pending: _Motion | None = None
         self._motion: _Motion | None = None
         self._said = ""
+        self._leased, self._lease_ns = "", 0
+        bus.serve("arm/lease", self._on_lease)
         bus.serve("arm/command", self._on_command)
         bus.serve("arm/stop", self._on_stop)
         bus.subscribe("session/heartbeat", self._on_heartbeat)
@@ -75,6 +90,17 @@ class ArmAgent:
     def _on_heartbeat(self, received: Received) -> None:
         if isinstance(received.message, Heartbeat):
             self._gate.heartbeat(received.message, now_ns=self._now_ns)
+
+    def _on_lease(self, message: Message) -> ArmReply:
+        if not isinstance(message, LeaseRequest):
+            return ArmReply(reason="Expected a LeaseRequest.")
+        before = self._gate.owner
+        if refused := self._gate.claim(message, now_ns=self._now_ns):
+            self._log(WARNING, f"refused to session {message.owner}: {refused}")
+            return ArmReply(reason=refused, stamp_ns=self._now_ns)
+        if before is not None and before != message.owner:
+            self._hold(f"session {message.owner} has taken the arm over from session {before}")
+        return ArmReply(accepted=True, stamp_ns=self._now_ns)
 
     def _on_stop(self, message: Message) -> ArmReply:
         self.stop(message.reason if isinstance(message, ArmStop) else "")
@@ -96,11 +122,12 @@ class ArmAgent:
         return self._reply(message)
 
     def _reply(self, command: TiltCommand, *, reason: str = "") -> ArmReply:
-        return ArmReply(not reason, reason, self._now_ns, command.run, command.step)
+        passing = bool(reason) and self._gate.beat_lost()
+        return ArmReply(not reason, reason, self._now_ns, command.run, command.step, passing)
 
     def _accept(self, command: TiltCommand) -> None:
         """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
-        if reason := self._gate.readiness(now_ns=self._now_ns):
+        if reason := self._gate.readiness(now_ns=self._now_ns, owner=command.owner):
             raise UserError(reason)
         self._require_pose()
         rate = command.rate_rad_s or math.radians(self._settings.rate_deg_s)
@@ -131,13 +158,14 @@ class ArmAgent:
         self._watch()
         self._finish()
         self._publish_state()
+        self._publish_lease()
 
     def _begin_pending(self) -> None:
         if self._pending is None:
             return
         if self._motion is not None:
             why = self._said if self._pending.own_order else REPLACED
-            self._report(self._motion, end_ns=self._now_ns, fault=why)
+            self._report(self._motion, end_ns=self._now_ns, fault=why, passing=self._pending.passing)
         self._motion = self._pending.begun(self._now_ns)
         self._pending = None
         self._tilter.begin(self._motion.plan)
@@ -160,7 +188,7 @@ class ArmAgent:
         elif verdict.action is Action.HALT:
             self._halt(verdict.reason)
         elif verdict.action is Action.HOLD:
-            self._hold(verdict.reason)
+            self._hold(verdict.reason, passing=True)
         else:
             self._level(verdict.reason)
 
@@ -175,12 +203,12 @@ class ArmAgent:
         self._report(motion, end_ns=self._now_ns, fault=reason)
         self._log(ERROR, f"motion stopped: {reason}")
 
-    def _hold(self, reason: str) -> None:
+    def _hold(self, reason: str, *, passing: bool = False) -> None:
         """Bring a commanded motion to rest smoothly, on the gate's order."""
         if self._motion is None or self._motion.own_order:
             return
         self._say_once(reason)
-        self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()))
+        self._obey(self._tilter.plan_hold(elapsed_ns=self._elapsed_ns()), passing=passing)
 
     def _level(self, reason: str) -> None:
         """Bring the plate back to level slowly, on the gate's order."""
@@ -190,14 +218,14 @@ class ArmAgent:
         rate = math.radians(self._settings.gate.level_rate_deg_s)
         self._obey(self._tilter.plan(TiltCommand(direction=-1), elapsed_ns=0, rate_rad_s=rate))
 
-    def _obey(self, plan: Plan) -> None:
+    def _obey(self, plan: Plan, *, passing: bool = False) -> None:
         """Begin a motion of the gate's own at the next tick; halt if it may not be."""
         fault = self._gate.check(plan.motion.trajectory, now_ns=self._now_ns, reading=self._reading, own_order=True)
         if fault:
             self._halt(fault)
             self._say_once(fault)
         else:
-            self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True)
+            self._pending = _Motion(plan=plan, run=-1, step=0, own_order=True, passing=passing)
 
     def _finish(self) -> None:
         """End the motion once the arm has arrived and rests, or say that it has not."""
@@ -228,10 +256,17 @@ class ArmAgent:
             self._bus.publish("arm/joints", _joint_state(reading))
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
-    def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "") -> None:
+    def _publish_lease(self) -> None:
+        """Once a second, and when it changes; a session without a name would not know that it is meant."""
+        owner = self._gate.owner or ""
+        if owner != self._leased or (owner and self._now_ns - self._lease_ns >= _LEASE_NS):
+            self._leased, self._lease_ns = owner, self._now_ns
+            self._bus.publish("arm/lease", ArmLease(self._now_ns, owner))
+
+    def _report(self, motion: _Motion, *, end_ns: int = 0, fault: str = "", passing: bool = False) -> None:
         self._bus.publish(
             "arm/motion",
-            MotionReport(self._now_ns, motion.run, motion.step, motion.began_ns, end_ns, fault),
+            MotionReport(self._now_ns, motion.run, motion.step, motion.began_ns, end_ns, fault, passing),
         )
 
     def _say_once(self, text: str) -> None:
@@ -254,6 +289,7 @@ def _joint_state(reading: JointReading) -> JointState:
     return JointState(reading.stamp_ns, reading.names, position, velocity, tuple(reading.effort_nm.tolist()))
 
 
+_LEASE_NS = 1_000_000_000
 _REST_RAD_S = math.radians(0.5)
 
 

@@ -14,15 +14,16 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from shared.messages import Heartbeat
+from shared.messages import Heartbeat, LeaseRequest
 from station.arm.drivers import JointReading
+from station.arm.lease import Lease
 from station.arm.limits import trajectory_fault
 from station.arm.tilt_path import TiltStage
 from station.arm.trajectory import JointTrajectory
 from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
-_FUTURE_NS = 200_000_000  # a heartbeat from further ahead is a wrong clock, not a live station
+_FUTURE_NS = 200_000_000  # a tick from further back is a clock that was set, not a busy machine
 _KNOWN = 1000
 """So many motions that were found right are remembered (some 5 MB)."""
 
@@ -58,7 +59,7 @@ class SafetyGate:
         self._follow_rad2 = self._follow_rad**2
         self._found_right: set[tuple[bytes, ...]] = set()
         self._now_ns = 0
-        self._beat_ns: int | None = None
+        self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
         self._armed = False
         self._stopped = ""
         self._stamp_ns = -1
@@ -73,14 +74,29 @@ class SafetyGate:
     # --- what happens -------------------------------------------------------------------------------------------------
 
     def heartbeat(self, message: Heartbeat, *, now_ns: int) -> None:
-        """The station's sign of life; it counts by its own stamp, so that one that was held up proves nothing."""
+        """The station's sign of life; it counts by its own stamp, so that one that was held up proves nothing.
+
+        Only the session that has the arm is heard.
+        """
         self._see(now_ns)
-        if message.stamp_ns > self._now_ns + _FUTURE_NS or (self._beat_ns or 0) > message.stamp_ns:
+        if not self._lease.heartbeat(message, now_ns=self._now_ns):
             return
-        self._beat_ns = message.stamp_ns
         if not message.armed:
             self._stopped = ""  # disarming acknowledges a stop
         self._armed = message.armed
+
+    def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
+        """Gives the arm to a session, or says why not, in one sentence; it is armed by heartbeats alone."""
+        self._see(now_ns)
+        before = self._lease.owner
+        refused = self._lease.claim(request, now_ns=self._now_ns)
+        self._armed = self._armed and self._lease.owner == before
+        return refused
+
+    @property
+    def owner(self) -> str | None:
+        """The session that has the arm; None while nobody has it."""
+        return self._lease.owner
 
     def stop(self, reason: str, *, now_ns: int) -> None:
         """Emergency stop: in force until the station disarms and arms again."""
@@ -89,8 +105,8 @@ class SafetyGate:
 
     # --- what is allowed ----------------------------------------------------------------------------------------------
 
-    def readiness(self, *, now_ns: int) -> str:
-        """Why no command may move the arm now, in one sentence; nothing when one may."""
+    def readiness(self, *, now_ns: int, owner: str | None = None) -> str:
+        """Why no command (of that session) may move the arm now, in one sentence; nothing when one may."""
         late = now_ns < self._now_ns
         self._see(now_ns)
         if late:
@@ -99,11 +115,13 @@ class SafetyGate:
             return f"The arm is stopped ({self._stopped}): disarm and arm it again to go on."
         if not self._may_arm:
             return "The arm is read-only: set armed = true in the [arm] table of rig.toml to let it move."
-        if self._beat_lost():
+        refused = "" if owner is None else self._lease.refusal(owner, now_ns=self._now_ns)
+        return refused or self._unarmed()
+
+    def _unarmed(self) -> str:
+        if self.beat_lost():
             return "The arm hears no heartbeat of the station: it moves only while `station run` is alive."
-        if not self._armed:
-            return "The arm is not armed: the station's heartbeat does not ask for it."
-        return ""
+        return "" if self._armed else "The arm is not armed: the station's heartbeat does not ask for it."
 
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
@@ -171,9 +189,9 @@ class SafetyGate:
         return self._station_verdict()
 
     def _station_verdict(self) -> Verdict:
-        if self._beat_ns is None or not self._beat_lost():
+        if self._lease.beat_ns is None or not self.beat_lost():
             return _GO
-        silent_ns = self._now_ns - self._beat_ns
+        silent_ns = self._now_ns - self._lease.beat_ns
         if silent_ns > (self._settings.heartbeat_timeout_s + self._settings.level_after_s) * 1e9:
             return Verdict(Action.LEVEL, "the station's heartbeat is lost: levelling slowly")
         return Verdict(Action.HOLD, "the station's heartbeat is lost: holding")
@@ -203,5 +221,6 @@ class SafetyGate:
     def _silent(self) -> bool:
         return self._stamp_ns < 0 or self._now_ns - self._fresh_ns > self._settings.silence_timeout_s * 1e9
 
-    def _beat_lost(self) -> bool:
-        return self._beat_ns is None or self._now_ns - self._beat_ns > self._settings.heartbeat_timeout_s * 1e9
+    def beat_lost(self) -> bool:
+        """True while no session gives a sign of life."""
+        return self._lease.lost(now_ns=self._now_ns)

@@ -46,7 +46,7 @@ def read_pairs(path: Path) -> Read:
         raise UserError(f"Expected limit curves at {path}, but it cannot be read: {error.strerror}") from error
     except KeyError as error:
         raise UserError(f"{_expected(path)} ({error} is missing)") from error
-    except (ValueError, TypeError, AttributeError) as error:
+    except (ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError) as error:
         raise UserError(f"{_expected(path)} ({error})") from error
 
 

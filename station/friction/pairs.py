@@ -58,6 +58,8 @@ def pairs_of(sessions: Iterable[Session], *, opening: Opening | None = None) -> 
     for session in sessions:
         groups: defaultdict[tuple[str, str], list[Sample]] = defaultdict(list)
         for sample in session.samples:
+            if sample.disturbed:
+                continue  # something else than friction had a hand in it: no filter judges it, no mean counts it
             groups[sample.object or UNNAMED, sample.plate or UNNAMED].append(sample)
         for key, samples in groups.items():
             found[key].append(Session(samples, session.geometry, session.source))

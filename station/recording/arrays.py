@@ -87,7 +87,7 @@ def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iter
         if isinstance(event, RunEvent) and event.phase != "SYNC":
             first, last = spans.get(event.run, (item.publish_ns, item.publish_ns))
             spans[event.run] = (min(first, item.publish_ns), max(last, item.publish_ns))
-    samples = reader.samples()
+    samples = tuple(sample for sample in reader.samples() if not sample.disturbed)
     for run, (first, last) in spans.items():
         part = load_signals(reader, from_ns=first - around_ns, to_ns=last + around_ns)
         yield run, replace(part, samples=tuple(sample for sample in samples if sample.run == run))
@@ -137,7 +137,7 @@ class _Collected:
             environment=columns.environment_track(own["environment"]),
             angles={source: columns.angle_track(found) for source, found in sorted(self._angles.items())},
             geometry=next((each for *_, each in geometries[-1:] if isinstance(each, CameraGeometry)), None),
-            samples=tuple(sample for *_, sample in samples if isinstance(sample, Sample)),
+            samples=tuple(sample for *_, sample in samples if isinstance(sample, Sample) and not sample.disturbed),
         )
 
 

@@ -16,6 +16,10 @@ from mcap.records import Channel, Chunk, Schema
 
 MAX_CHUNK_BYTES = 256 * 1024 * 1024
 """No writer makes chunks as large as this: a larger number is damage, or meant to exhaust the memory."""
+MAX_MESSAGES = 1_000_000
+"""In one chunk. Ours hold some thousands; a million takes some 300 MB beside its bytes."""
+HELD_BYTES = 256
+"""What a message takes in memory beside its payload: a tuple and its numbers."""
 
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
@@ -56,10 +60,11 @@ def unpack(chunk: Chunk) -> bytes:
 
 def _decompress(chunk: Chunk) -> bytes:
     if chunk.compression == "lz4":
-        # Never more than was promised, whatever the compressed bytes say.
-        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=chunk.uncompressed_size or 1)
+        # Hardly more than was promised, whatever the compressed bytes say.
+        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=chunk.uncompressed_size + 1)
     if chunk.compression == "zstd":
-        return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=chunk.uncompressed_size)
+        # Not by `decompress`, which takes as much as the frame says of itself, whatever it is allowed.
+        return zstandard.ZstdDecompressor().stream_reader(chunk.data).read(chunk.uncompressed_size + 1)
     if chunk.compression == "":
         return chunk.data
     raise ValueError(f"unknown compression '{chunk.compression}'")
@@ -69,6 +74,8 @@ def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[Ra
     """The messages of the wanted channels (None: of all), in the order of the file."""
     found: list[RawMessage] = []
     position, end = 0, len(records)
+    if end > MAX_MESSAGES * (_RECORD.size + _MESSAGE.size) and _count(records) > MAX_MESSAGES:
+        raise DamageError(f"a chunk holds more than {MAX_MESSAGES} messages")
     try:
         while position < end:
             opcode, length = _RECORD.unpack_from(records, position)
@@ -84,6 +91,15 @@ def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[Ra
     if position != end:
         raise DamageError("a chunk's last record runs over its end")
     return found
+
+
+def _count(records: bytes) -> int:
+    """How many records a chunk has, as far as they fit together."""
+    position, count = 0, 0
+    while position + _RECORD.size <= len(records):
+        position += _RECORD.size + _RECORD.unpack_from(records, position)[1]
+        count += 1
+    return count
 
 
 def definitions(records: bytes) -> tuple[list[Schema], list[Channel]]:

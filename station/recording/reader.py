@@ -32,17 +32,21 @@ from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
-from station.recording.chunks import MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.mcap_file import MAGIC
 from station.recording.writer import PARTIAL
 
 M = TypeVar("M", bound=Message)
 _LOG = logging.getLogger(__name__)
 TRUTH = "truth/"
+LATEST_NS = 2**63 - 1
+"""The year 2262: what is stamped later is no message. The format has a bit more than any clock or reader."""
 _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPICS.values()} | {
     wire.schema_name(AngleReading): AngleReading
 }
 _FOOTER_BYTES = 9 + 20
+MAX_HELD_BYTES = 256 * 1024 * 1024
+"""Of messages that wait until no later chunk can hold an earlier one. Of our own recordings at most one chunk waits."""
 _TOGETHER_BYTES = 1 << 20
 """Chunks smaller than this are read together, where whole columns are wanted."""
 _BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
@@ -94,11 +98,22 @@ def open_recording(path: Path) -> RecordingReader:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
     except _BROKEN as error:
         raise _damaged(path, str(error) or type(error).__name__) from error
+    if summary is not None:
+        _require_apart(path, summary.chunk_indexes)
     counted = summary.statistics if summary is not None else None
     # Messages outside of chunks, which are not indexed, would otherwise be silently no messages.
     if summary is None or counted is None or (counted.message_count and not summary.chunk_indexes):
         raise UserError(f"Expected a recording with an index, but {path} has none; run: station repair {path}")
     return RecordingReader(path, summary)
+
+
+def _require_apart(path: Path, indexes: Iterable[ChunkIndex]) -> None:
+    """Refuses an index by which the same bytes are read again and again: a small file would hold any amount."""
+    end = 0
+    for index in sorted(indexes, key=lambda index: index.chunk_start_offset):
+        if index.chunk_start_offset < end:
+            raise _damaged(path, f"its chunks overlap (at byte {index.chunk_start_offset})")
+        end = index.chunk_start_offset + index.chunk_length
 
 
 def _check_ends(file: BinaryIO, path: Path) -> None:
@@ -132,6 +147,12 @@ def _damaged(path: Path, what: str) -> UserError:
     return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
 
 
+def _class_of(topic: str, schema: str) -> type[Message] | None:
+    """The class of a topic's messages; None if the schema is unknown, or not that of this topic."""
+    found = _CLASSES.get(schema)
+    return None if topics.known(topic) and topics.topic(topic).message is not found else found
+
+
 class RecordingReader:
     """A finished recording. It holds no file open between calls, and no more than the overlapping chunks within one."""
 
@@ -145,7 +166,7 @@ class RecordingReader:
         for number, channel in summary.channels.items():
             schema = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
             name = channel.topic.removeprefix("/")
-            self._infos[number] = TopicInfo(name, schema, _CLASSES.get(schema), counts.get(number, 0))
+            self._infos[number] = TopicInfo(name, schema, _class_of(name, schema), counts.get(number, 0))
         self.start_ns: int = summary.statistics.message_start_time
         """The first log time."""
         self.end_ns: int = summary.statistics.message_end_time
@@ -186,6 +207,9 @@ class RecordingReader:
         for raw in self._raw(wanted, from_ns, to_ns):
             info = wanted[raw.channel_id]
             assert info.message is not None
+            if max(raw.log_ns, raw.publish_ns) > LATEST_NS:
+                self.leave_out(info.name, [raw.log_ns])
+                continue
             try:
                 message = wire.decode(info.message, raw.payload)
             except UserError:
@@ -240,7 +264,8 @@ class RecordingReader:
                 size += len(together[-1][1].records)
                 if size >= _TOGETHER_BYTES or number == len(chunks):
                     for batch in self._batched(together, wanted):
-                        yield wanted, batch.select((batch.log_ns >= low) & (batch.log_ns < high))
+                        known = (batch.log_ns >= low) & (batch.log_ns < high) & (batch.publish_ns >= 0)
+                        yield wanted, batch.select(known)
                     together, size = [], 0
 
     def _batched(self, together: list[tuple[ChunkIndex, Unpacked]], wanted: dict[int, TopicInfo]) -> Iterator[Batch]:
@@ -273,6 +298,8 @@ class RecordingReader:
         waiting: list[RawMessage] = []
         with self.path.open("rb") as file:
             for number, index in enumerate(chunks):
+                if sum(len(raw.payload) + HELD_BYTES for raw in waiting) > MAX_HELD_BYTES:
+                    raise _damaged(self.path, "so many of its chunks overlap in time that they cannot be held at once")
                 waiting += [raw for raw in self._chunk(file, index, wanted) if low <= raw.log_ns < high]
                 # Stable, so that equal times keep the order of the file; and linear, as they are nearly sorted.
                 waiting.sort(key=_log_ns)

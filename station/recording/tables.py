@@ -22,6 +22,8 @@ LENGTHS = {"euler_rad": 3, "reference_corners_px": 8, "corner_variance_px2": 8, 
 """How many columns of a CSV file a vector gets at least."""
 REQUIRED = "onset_angle_rad"
 _FLAG_SEPARATOR = "|"
+_SHOWN = 40
+"""Letters of a wrong value that a message shows."""
 _HINTS: dict[str, Any] = {
     name: hint for name, hint in get_type_hints(Sample).items() if name in {spec.name for spec in fields(Sample)}
 }
@@ -91,11 +93,11 @@ def _read_parquet(path: Path) -> tuple[Sample, ...]:
 
     try:
         table = pq.read_table(path)
-    except pa.ArrowInvalid as error:
+        _require(table.column_names, path)
+        known = [name for name in _HINTS if name in table.column_names]
+        rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
+    except (pa.ArrowException, ValueError, KeyError) as error:
         raise UserError(f"Expected a Parquet table of samples, but {path} is not one ({error})") from error
-    _require(table.column_names, path)
-    known = [name for name in _HINTS if name in table.column_names]
-    rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
     return tuple(_from_row(row, number, path) for number, row in enumerate(rows, start=1))
 
 
@@ -112,10 +114,10 @@ def _checked(name: str, value: Any, where: str) -> Any:
     try:
         if hint in (Floats, Strings):
             kind = float if hint == Floats else str
-            return tuple(kind(item) for item in value)
-        return hint(value)
-    except (TypeError, ValueError) as error:
-        raise UserError(f"{where}: expected {_wanted(hint)} for '{name}', got {value!r}") from error
+            return tuple(_within(kind(item)) for item in value)
+        return _within(hint(value))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise UserError(f"{where}: expected {_wanted(hint)} for '{name}', got {_short(value)}") from error
 
 
 # --- CSV -------------------------------------------------------------------------------------------------------------
@@ -198,11 +200,32 @@ def _from_cell(name: str, cell: str, where: str) -> Any:
 
 def _number(cell: str, name: str, kind: Any, where: str) -> Any:
     try:
-        return kind(cell)
+        return _within(kind(cell))
     except ValueError as error:
-        raise UserError(f"{where}: expected {_wanted(kind)} for '{name}', got '{cell}'") from error
+        raise UserError(f"{where}: expected {_wanted(kind)} for '{name}', got '{_short(cell)}'") from error
+
+
+def _within(value: Any) -> Any:
+    """The value, unless it is a whole number of more than 64 bits, which no sample holds.
+
+    Raises:
+        ValueError: if it is.
+    """
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError("it has more than 64 bits")
+    return value
+
+
+def _short(value: Any) -> str:
+    text = repr(value) if not isinstance(value, str) else value
+    return text if len(text) <= _SHOWN else text[:_SHOWN] + "…"
 
 
 def _wanted(hint: Any) -> str:
-    names = {int: "a whole number", float: "a number", bool: "true or false", Floats: "a list of numbers"}
+    names = {
+        int: "a whole number",
+        float: "a number",
+        bool: "true or false",
+        Floats: "a list of numbers",
+    }
     return names.get(hint, "a text")

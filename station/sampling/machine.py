@@ -14,6 +14,7 @@ from collections.abc import Callable
 
 from shared.foxglove import CameraCalibration
 from shared.messages import (
+    ArmLease,
     ArmReply,
     CameraGeometry,
     ClockOffset,
@@ -25,19 +26,27 @@ from shared.messages import (
     PlatformState,
 )
 from station.sampling.actions import Action
+from station.sampling.outage import Outage
 from station.sampling.phases import Phases, Reach
 from station.sampling.plan import Plan
 from station.sampling.run import Specimen
+from station.sampling.state import FROZEN, LATE
 from station.sampling.timeouts import not_begun, overdue
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
-    *("session/heartbeat", "clock", "environment"),
+    *("session/heartbeat", "clock", "environment", "arm/lease"),
 )
 """The topics that the machine listens to; nothing else may influence it."""
 
 _PAUSE_S = 1.0  # after a fault, before the next run
 _STALE_NS = 500_000_000
+OWN_ORDER = -1
+"""The run of motions that the arm makes on its own order."""
+SLIDING = ("TILT", "SLIP")
+"""The phases whose frames make the onset."""
+ENDING = ("SLIP", "SETTLE", "RETURN", "DONE")
+"""The phases that go on without frames, because the slip is known; what comes of them says so."""
 
 
 class SamplingMachine:
@@ -49,12 +58,14 @@ class SamplingMachine:
         self._plan = plan
         self._phases = Phases(plan, size_px=size_px, reach=reach, specimen=specimen, geometry=geometry)
         self._state, self._tracks = self._phases.state, self._phases.tracks
+        self._outage = Outage(self._state, self._tracks)
         self._listening = False
         self._handlers: dict[type[Message], Callable[..., None]] = {
             MarkerCorners: self._on_corners,
             PlatformState: self._on_attitude,
             MotionReport: self._on_motion,
             ArmReply: self._on_reply,
+            ArmLease: self._on_lease,
             Heartbeat: self._on_tick,
             ClockOffset: self._on_offset,
             CameraGeometry: self._on_geometry,
@@ -113,14 +124,22 @@ class SamplingMachine:
 
     def _on_attitude(self, message: PlatformState) -> None:
         self._tracks.take_attitude(message)
+        if abs(self._state.now_ns - self._tracks.attitude_ns) <= self._plan.silence_s * 1e9:
+            self._state.attitude_ns = self._state.now_ns
         if self._state.phase == "SLIP" and self._tracks.attitude_ns >= self._state.run.detect_ns:
             self._phases.read_slide()
 
     def _on_corners(self, message: MarkerCorners) -> None:
         state, tracks = self._state, self._tracks
-        if not tracks.take_corners(message):
+        if tracks.repeats(message):
+            state.blind = FROZEN
             return
-        frame_ns = tracks.frame_ns
+        found, frame_ns = tracks.take_corners(message), tracks.frame_ns
+        if not self._fresh(frame_ns):
+            return
+        state.seen_ns, state.blind = state.now_ns, ""
+        if not found:
+            return
         state.found_ns = state.now_ns
         rest_ns = self._phases.rest.add(message.corners_px, capture_ns=frame_ns)
         if state.phase == "DWELL":
@@ -134,16 +153,48 @@ class SamplingMachine:
         elif state.phase == "DONE" and (rest_ns is not None or state.waited(self._plan.slip.rest_timeout_s)):
             self._phases.conclude()
 
+    def _fresh(self, frame_ns: int) -> bool:
+        """True if a frame shows what is now, by its capture time; an older one is kept, but decides nothing.
+
+        A frame may be as old as corners may stay away (`silence_s`): it is as good as none then.
+        """
+        state = self._state
+        if abs(state.now_ns - frame_ns) <= self._plan.silence_s * 1e9:
+            return True
+        state.blind = LATE
+        if state.phase in SLIDING:
+            state.run.disturb("late_frames")
+        return False
+
     def _on_reply(self, message: ArmReply) -> None:
-        if not message.accepted and self._state.awaited == (message.run, message.step):
-            self._state.abort(message.reason or "the arm refused the command")
+        state = self._state
+        if message.accepted or state.awaited != (message.run, message.step):
+            return
+        if state.phase == "ABORTED":  # levelling while it waits
+            state.awaited = None
+        else:
+            state.abort(message.reason or "the arm refused the command", passing=message.passing)
+
+    def _on_lease(self, message: ArmLease) -> None:
+        """Ends the session when another one has the arm: whatever is seen from now on may be that one's doing."""
+        state = self._state
+        if state.owner and message.owner and message.owner != state.owner:
+            fault = f"another session ({message.owner}) has taken the arm over"
+            state.event("ABORTED", fault)
+            state.say("error", f"run {state.run.number} aborted: {fault}")
+            state.finish(fault)
 
     def _on_motion(self, message: MotionReport) -> None:
         state = self._state
+        if message.run == OWN_ORDER and self._moved_by_itself(message):
+            state.abort("the arm moved by itself, because it did not hear the station", passing=True)
+            return
         if (message.run, message.step) != state.awaited or self._of_an_earlier_session(message):
             return
-        if message.fault:
-            state.abort(message.fault)
+        if state.phase == "ABORTED":
+            state.awaited = None if message.fault or message.end_ns else state.awaited
+        elif message.fault:
+            state.abort(message.fault, passing=message.passing)
         elif not message.end_ns:
             state.event("STEP_BEGIN", step=message.step, stamp_ns=message.begin_ns)
             if state.phase == "TILT":
@@ -152,6 +203,12 @@ class SamplingMachine:
             state.event("STEP_END", step=message.step, stamp_ns=message.end_ns)
             state.awaited = None
             self._phases.arrived()
+
+    def _moved_by_itself(self, message: MotionReport) -> bool:
+        """True if the arm held or levelled on its own order during this very run."""
+        begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
+        running = self._state.phase not in ("START", "ABORTED")
+        return running and begin_ns is not None and begin_ns > self._state.run.start_ns
 
     def _of_an_earlier_session(self, message: MotionReport) -> bool:
         """Whether the arm agent's cache has sent a report again from before this very motion was asked for."""
@@ -166,10 +223,16 @@ class SamplingMachine:
             state.say("error", fault)
             state.finish(fault)
 
-    def _on_tick(self, _: Heartbeat) -> None:
+    def _on_tick(self, message: Heartbeat) -> None:
         state = self._state
+        state.owner = message.owner
+        if state.phase in ENDING and state.since(state.seen_ns) > self._plan.silence_s:
+            state.run.disturb("cut")
         if state.phase == "START":
             self._begin()
+        elif state.phase == "ABORTED" and state.outage:
+            if self._outage.over():
+                self._phases.level()
         elif state.phase == "ABORTED":
             # Longer after each fault in a row: who died may be started again meanwhile.
             if state.waited(_PAUSE_S * 2 ** min(state.faults - 1, 4)):

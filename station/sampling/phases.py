@@ -135,7 +135,8 @@ class Phases:
         """Takes the readings of the slide, once an attitude after its detection is there."""
         state = self.state
         read_slide(state.run, tracks=self.tracks, plan=self._plan.slip)
-        self._angles.add(state.run.direction.sector, state.run.onset_rad)
+        if not state.run.disturbed:
+            self._angles.add(state.run.direction.sector, state.run.onset_rad)
         state.enter("SETTLE")
 
     def _censor(self, reason: str) -> None:
@@ -170,8 +171,11 @@ class Phases:
         self._previous_direction = run.direction.number
         state.actions.append(Report(sample))
         state.event("DONE")
-        state.samples += 1
-        state.faults = 0
+        if run.disturbed:
+            state.say("warning", f"run {run.number} was disturbed ({', '.join(run.flags)}) and does not count")
+        else:
+            state.samples += 1
+            state.faults = 0
         if state.samples >= self._plan.samples:
             state.finish("")
         else:

@@ -124,7 +124,9 @@ class Plan:
     """A plan file. `samples` is how many runs are wanted; `seed` drives every random choice of the session.
 
     `timeout_s`: how long the machine waits for an answer, a motion's end, or corners, before it gives the run up;
-    `faults`: how many runs may fail in a row before the session stops.
+    `silence_s`: how long corners and attitudes may stay away, or be late, while every frame counts;
+    `faults`: how many runs may fail in a row before the session stops; those that the network ended do not count.
+    `outage_s`: how long a session waits, level, for a camera or arm agent that cannot be heard (0: for ever).
     """
 
     samples: int = 50
@@ -132,6 +134,7 @@ class Plan:
     timeout_s: float = 15.0
     silence_s: float = 1.0
     faults: int = 5
+    outage_s: float = 0.0
     reference: ReferencePlan = field(default_factory=ReferencePlan)
     tilt: TiltPlan = field(default_factory=TiltPlan)
     slip: SlipPlan = field(default_factory=SlipPlan)
@@ -144,6 +147,8 @@ class Plan:
             raise ValueError(
                 f"expected samples >= 1, faults >= 1 and seed >= 0, got {self.samples}, {self.faults} and {self.seed}"
             )
+        if self.outage_s < 0:
+            raise ValueError(f"expected outage_s >= 0, got {self.outage_s:g}")
         if self.timeout_s <= 0 or self.silence_s <= 0:
             raise ValueError(f"expected timeout_s > 0 and silence_s > 0, got {self.timeout_s:g} and {self.silence_s:g}")
 

@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from itertools import zip_longest
+from typing import TypeGuard
 
+from shared import topics
 from shared.messages import Message, RunEvent, Sample, TiltCommand
 from station.sampling.actions import Action, Report, Tilt
 from station.sampling.machine import INPUTS, SamplingMachine
@@ -57,14 +59,18 @@ def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
     """
     # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
     lanes = {topic: _Lane() for topic in DECISIONS}
+    stopped_ns = None
     for topic, message, now_ns in stream:
         if topic in DECISIONS:
             if _stopped(message):
+                stopped_ns = message.stamp_ns
                 break
             lanes[topic].recorded.append(message)
         if topic in INPUTS:
             for decision in _decisions(machine.handle(message, now_ns=now_ns)):
                 lanes[_TOPIC_OF[type(decision)]].replayed.append(decision)
+    if stopped_ns is not None:
+        lanes["arm/command"].end_at(stopped_ns)
     compared = 0
     for lane in lanes.values():
         count, difference = lane.compare()
@@ -81,6 +87,11 @@ class _Lane:
     recorded: list[Message] = field(default_factory=list[Message])
     replayed: list[Message] = field(default_factory=list[Message])
 
+    def end_at(self, stopped_ns: int) -> None:
+        """Leaves out the commands from that moment on: one may have been received before the event that explains it."""
+        before = [message for message in self.recorded if topics.capture_ns(message) < stopped_ns]
+        self.recorded = before
+
     def compare(self) -> tuple[int, Difference | None]:
         """How many agree, and the first that does not.
 
@@ -93,7 +104,7 @@ class _Lane:
         return len(self.recorded), None
 
 
-def _stopped(message: Message) -> bool:
+def _stopped(message: Message) -> TypeGuard[RunEvent]:
     return isinstance(message, RunEvent) and message.phase == "ABORTED" and message.reason.startswith(STOPPED)
 
 

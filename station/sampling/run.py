@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from shared.messages import Environment, MotionReport, Sample
+from shared.messages import DISTURBED, Environment, MotionReport, Sample
 from station.sampling.direction import Direction
 from station.sampling.reference import Reference
 
@@ -43,6 +43,17 @@ class Run:
     flags: list[str] = field(default_factory=list[str])
     steps: list[tuple[int, float]] = field(default_factory=list[tuple[int, float]])
     """Begin (ns) and target (rad) of every tilt step executed."""
+
+    def disturb(self, what: str) -> None:
+        """Something else than friction has a hand in this run: its sample counts nowhere."""
+        flag = f"{DISTURBED}_{what}"
+        if flag not in self.flags:
+            self.flags.append(flag)
+
+    @property
+    def disturbed(self) -> bool:
+        """True if something had."""
+        return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def began(self, motion: MotionReport) -> None:
         """A step's motion has begun."""

@@ -10,6 +10,9 @@ from station.sampling.actions import Action, Finish, Report, Say, Tilt
 from station.sampling.plan import Plan
 from station.sampling.run import Run
 
+FROZEN, LATE = "frozen", "late"
+"""What may be wrong with frames that come."""
+
 
 class State:
     """The phase, the run at hand, the motion that is awaited, and the actions that the present message brings about."""
@@ -21,6 +24,8 @@ class State:
         self.phase = "START"
         self.phase_ns = 0
         self.run = Run(0, 0, 0.0)
+        self.owner = ""
+        """The session's name, as its own heartbeat says."""
         self.command = 0
         """The number of the last motion asked for, within its run."""
         self.awaited: tuple[int, int] | None = None
@@ -28,9 +33,17 @@ class State:
         self.asked_ns = 0
         self.hold_from_ns = 0
         self.found_ns = 0
-        """When usable corners were last received."""
+        """When usable corners were last received that were fresh."""
+        self.seen_ns = 0
+        """When a fresh frame was last received, whatever it showed."""
+        self.blind = ""
+        """What was wrong with the frames since: nothing came, they were late, or the same again."""
+        self.attitude_ns = 0
+        """When an attitude of the plate was last received that was fresh."""
         self.faults = 0
-        """How many runs in a row have failed."""
+        """How many runs in a row have failed; those that an outage ended do not count."""
+        self.outage = ""
+        """What ended the run if that was the network; the session waits until everybody is heard again."""
         self.samples = 0
 
     def begin(self, now_ns: int) -> None:
@@ -60,13 +73,29 @@ class State:
         """Begins a phase whose report was, or will be, made by itself."""
         self.phase, self.phase_ns = phase, self.now_ns
 
-    def abort(self, reason: str) -> None:
-        """Gives the run up; after too many in a row the session, with the plate sent back to level."""
+    @property
+    def absent(self) -> str:
+        """Who cannot be heard, in words; empty if both are. A camera that is frozen is heard."""
+        silent = self.plan.silence_s
+        camera = self.since(self.seen_ns) > silent and self.blind != FROZEN
+        arm = self.since(self.attitude_ns) > silent
+        names = [name for name, gone in (("the camera agent", camera), ("the arm agent", arm)) if gone]
+        return " and ".join(names)
+
+    def abort(self, reason: str, *, passing: bool = False) -> None:
+        """Gives the run up; after too many in a row the session, with the plate sent back to level.
+
+        What is `passing` was the network's fault: it does not count, and the session waits until it is over.
+        """
         self.event("ABORTED", reason)
         self.say("error", f"run {self.run.number} aborted: {reason}")
-        self.faults += 1
         self.awaited = None
         self.enter_silently("ABORTED")
+        if passing or self.absent:
+            self.outage = reason
+            self.say("warning", f"waiting, level, until everybody is heard again: {self.absent or reason}")
+            return
+        self.faults += 1
         if self.faults >= self.plan.faults:
             self.level()
             self.finish(f"{self.faults} runs failed in a row; the last because: {reason}")
@@ -100,6 +129,7 @@ class State:
             angle_rad=angle_rad,
             step=self.command,
             rate_rad_s=math.radians(rate_deg_s),
+            owner=self.owner,
         )
         self.awaited, self.asked_ns = (command.run, command.step), self.now_ns
         self.actions.append(Tilt(command))

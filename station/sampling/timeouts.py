@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from station.sampling.state import State
+from station.sampling.state import FROZEN, LATE, State
 
 _LOOKING = ("REFERENCE", "TILT")
 """The phases that must see every frame; the dwell can wait for corners, after the slip a run ends without them."""
@@ -13,11 +13,11 @@ def overdue(state: State) -> str:
     plan = state.plan
     if state.awaited and state.since(state.asked_ns) > plan.timeout_s:
         return f"expected the arm to finish its motion within {plan.timeout_s:g} s, it did not"
-    if state.phase in _LOOKING and state.since(state.found_ns) > plan.silence_s:
-        return _blind(plan.silence_s)
+    if state.phase in _LOOKING and (unseen := _unseen(state)):
+        return unseen
     # A camera agent that was started again needs some seconds, in which the block rests as well as it ever did.
     if state.phase == "DWELL" and state.since(state.found_ns) > plan.timeout_s:
-        return _blind(plan.timeout_s)
+        return _blind(state, plan.timeout_s)
     if state.phase == "SLIP" and state.waited(plan.timeout_s):
         return (
             f"expected the plate's attitude after the slip, the arm agent reported none for {plan.timeout_s:g} s; "
@@ -28,7 +28,29 @@ def overdue(state: State) -> str:
     return ""
 
 
-def _blind(seconds: float) -> str:
+def _unseen(state: State) -> str:
+    silent = state.plan.silence_s
+    if state.since(state.found_ns) > silent:
+        return _blind(state, silent)
+    if state.since(state.attitude_ns) <= silent:
+        return ""
+    return (
+        f"expected the plate's attitude, got none for {silent:g} s; is the link to the arm agent cut, or `station arm` "
+        "not running?"
+    )
+
+
+def _blind(state: State, seconds: float) -> str:
+    if state.blind == FROZEN:
+        return (
+            f"expected new frames of the camera, got the same one again for {seconds:g} s: the camera is frozen; start "
+            "`pi-agent run` again"
+        )
+    if state.blind == LATE:
+        return (
+            f"expected frames of this moment, got none for {seconds:g} s that was less than {state.plan.silence_s:g} s "
+            "old; is the link to the camera cut or slow?"
+        )
     return (
         f"expected corners of the marker, got none for {seconds:g} s; is the mark in view, and `pi-agent run` running?"
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from shared.foxglove import CameraCalibration
 from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
-from shared.messages import CameraGeometry, ClockOffset, MarkerCorners, PlatformState
+from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
 
 _ATTITUDES = 600
@@ -32,6 +32,7 @@ class Tracks:
     tilt_rad: float = 0.0
     attitude_ns: int = 0
     frame_ns: int = 0
+    _last: MarkerCorners | None = None
     _attitudes: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=_ATTITUDES))
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
@@ -54,8 +55,23 @@ class Tracks:
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
         self._quaternions.append((self.attitude_ns, q))
 
+    def repeats(self, message: MarkerCorners) -> bool:
+        """True if a frame is the one before again: stamped no later, or with the very same corners.
+
+        A camera without noise, which says so (`noiseless`, or a `sigma_px` of zero), gives the same corners for as long
+        as the block lies still; with noise that does not happen to eight numbers at once.
+        """
+        last = self._last
+        if message.reason == REPEATED or last is None:
+            return message.reason == REPEATED
+        if message.boot_id == last.boot_id and message.capture_ns <= last.capture_ns:
+            return True
+        noisy = message.sigma_px > 0 and not message.noiseless
+        return noisy and bool(message.corners_px) and message.corners_px == last.corners_px
+
     def take_corners(self, message: MarkerCorners) -> bool:
         """A frame's corners, by the camera's clock; whether they are usable. `frame_ns` is the station's time of it."""
+        self._last = message
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
         if not usable(message):
             return False

@@ -88,6 +88,7 @@ class Playback:
             bus.serve("camera/frames", lambda _: FrameReply(reason="a recording is being played back"))
         if "arm" in stand_ins:
             bus.serve("arm/clock", self._pong, direct=True)
+            bus.serve("arm/lease", lambda _: ArmReply(accepted=True))
             bus.serve("arm/command", self._answer)
             bus.serve("arm/stop", self._stop)
         self.stopped = ""

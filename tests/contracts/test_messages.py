@@ -168,11 +168,11 @@ def test_an_unknown_topic_is_named():
 
 FROZEN = {
     "MarkerCorners": "capture_ns seq corners_px sigma_px residual_px exposure_ns corner_dt_ns found reason marker_id"
-    " boot_id tipped",
+    " boot_id tipped noiseless",
     "BlockPose": "stamp_ns seq x y z qw qx qy qz sigma_m sigma_rad found reason",
     "PlatformState": "stamp_ns qw qx qy qz wx wy wz px py pz frame_id",
     "JointState": "stamp_ns name position_rad velocity_rad_s effort_nm",
-    "TiltCommand": "stamp_ns run direction azimuth_rad angle_rad step rate_rad_s",
+    "TiltCommand": "stamp_ns run direction azimuth_rad angle_rad step rate_rad_s owner",
     "RunEvent": "stamp_ns run phase reason step",
     "Sample": "run start_ns slip_ns detect_ns euler_rad reference_corners_px corner_variance_px2 post_corners_px"
     " direction azimuth_rad dwell_s tilt_rate_rad_s onset_angle_rad onset_sigma_rad flags plate_mount_rad"
@@ -182,10 +182,12 @@ FROZEN = {
     "ClockOffset": "stamp_ns agent offset_ns sigma_ns rtt_ns",
     "AgentStatus": "stamp_ns frames dropped queue exposure_ns gain temperature_c cpu_percent version fault rate_hz"
     " boot_id",
-    "ArmReply": "accepted reason stamp_ns run step",
+    "ArmReply": "accepted reason stamp_ns run step passing",
     "ArmStop": "stamp_ns reason",
-    "MotionReport": "stamp_ns run step begin_ns end_ns fault",
-    "Heartbeat": "stamp_ns armed",
+    "MotionReport": "stamp_ns run step begin_ns end_ns fault passing",
+    "Heartbeat": "stamp_ns armed owner",
+    "LeaseRequest": "stamp_ns owner take_over",
+    "ArmLease": "stamp_ns owner",
     "ClockPing": "station_ns",
     "ClockPong": "station_ns agent_ns",
     "FrameRequest": "from_ns to_ns",

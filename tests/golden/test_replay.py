@@ -74,3 +74,15 @@ def test_a_recording_may_end_at_any_moment():
     items = stream()
     for end in range(0, len(items), 701):
         assert verdict(items[:end]).difference is None
+
+
+@pytest.mark.parametrize("first", ["event", "command"])
+def test_a_session_that_the_user_stopped_is_the_same_whichever_of_its_last_messages_came_first(first: str):
+    """The command to level, and the event that explains it, are of two topics: between those the bus keeps no order."""
+    items = stream()[:-400]
+    stop_ns = items[-1][2] + 1
+    event = "session/event", RunEvent(stamp_ns=stop_ns, phase="ABORTED", reason="stopped by the user"), stop_ns + 1
+    command = "arm/command", TiltCommand(stamp_ns=stop_ns, step=99), stop_ns + 2
+    found = verdict([*items, *((event, command) if first == "event" else (command, event))])
+    assert found.difference is None, str(found.difference)
+    assert found.decisions > 50

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import re
 import shutil
 import signal
@@ -15,19 +16,39 @@ from pathlib import Path
 
 import pytest
 
+from shared import wire
 from shared.bus import Received
-from shared.messages import Message, PlatformState, RunEvent, Sample
-from shared.zenoh_bus import ZenohBus
+from shared.errors import UserError
+from shared.messages import (
+    ArmReply,
+    ArmStop,
+    Heartbeat,
+    Message,
+    MotionReport,
+    PlatformState,
+    RunEvent,
+    Sample,
+    TiltCommand,
+)
+from shared.zenoh_bus import RawSession, ZenohBus
 from station.__main__ import main
 from station.app import assembly
 from station.recording.reader import RecordingReader, open_recording
+from tests.system.ports import free_port
 from tests.system.processes import ROOT, end, rig_file, start
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
 HELPERS = {"camera": ("pi_agent", "run"), "arm": ("station", "arm"), "twin": ("station", "twin")}
+FORGED = {
+    "session/heartbeat": Heartbeat(armed=False),
+    "session/sample": Sample(run=666),
+    "arm/reply": ArmReply(reason="forged", run=1),
+    "arm/motion": MotionReport(run=1, step=1, fault="forged"),
+}
 FAST = """\
 samples = {samples}
 faults = {faults}
+outage_s = {outage_s}
 [tilt]
 steps = 20
 rate_deg_s = 10.0
@@ -60,13 +81,29 @@ class Rig:
             assert self.processes[name].poll() is None, f"{name} has ended by itself"
         self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), within_s=60, running="")
 
-    def session(self, out: str, *, samples: int = 50, faults: int = 5, name: str = "run") -> Path:
+    def session(
+        self,
+        out: str,
+        *more: str,
+        samples: int = 50,
+        faults: int = 5,
+        outage_s: float = 0.0,
+        name: str = "run",
+        file: Path | None = None,
+    ) -> Path:
         """Starts a session that records to `out`; its process is `name`."""
         plan, path = self.folder / f"{out}.toml", self.folder / out
-        plan.write_text(FAST.format(samples=samples, faults=faults), encoding="utf-8")
-        words = ("run", "--rig", str(self.file), "--plan", str(plan), "--out", str(path))
-        self.processes[name] = start("station", *words)
+        plan.write_text(FAST.format(samples=samples, faults=faults, outage_s=outage_s), encoding="utf-8")
+        words = ("run", "--rig", str(file or self.file), "--plan", str(plan), "--out", str(path))
+        self.processes[name] = start("station", *words, *more)
         return path
+
+    def second_file(self) -> Path:
+        """The same rig for a second station, which listens elsewhere."""
+        text, file = self.file.read_text(encoding="utf-8"), self.folder / "second.toml"
+        mine = assembly.rig_from(str(self.file)).bus.station
+        file.write_text(text.replace(mine, f"tcp/127.0.0.1:{free_port()}"), encoding="utf-8")
+        return file
 
     def kill(self, name: str) -> None:
         """SIGKILL, to that very process."""
@@ -200,7 +237,7 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
 
 
 def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_go_on(rig: Rig):
-    path = rig.session("camera.mcap", samples=1)
+    path = rig.session("camera.mcap", samples=1, faults=1)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("camera")
     rig.wait("the run to be aborted", rig.aborted, within_s=30)
@@ -215,7 +252,7 @@ def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_
 
 
 def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig: Rig):
-    path = rig.session("arm.mcap", samples=1)
+    path = rig.session("arm.mcap", samples=1, faults=1)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("arm")
     rig.wait("the run to be aborted", rig.aborted, within_s=30)
@@ -231,7 +268,7 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
 
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
-    path = rig.session("gone.mcap", faults=2)
+    path = rig.session("gone.mcap", faults=2, outage_s=5.0)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("arm")
     status, printed = rig.ended(within_s=150)
@@ -243,7 +280,7 @@ def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
 
 
 def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
-    path = rig.session("twin.mcap", faults=2)
+    path = rig.session("twin.mcap", faults=2, outage_s=5.0)
     rig.wait("a tilted plate", rig.tilting, within_s=120)
     rig.kill("twin")
     status, printed = rig.ended(within_s=150)
@@ -252,6 +289,62 @@ def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
     assert "Traceback" not in printed
     assert "ABORTED" in {event.phase for event in events_of(open_recording(path))}
     assert decided_the_same(path)
+
+
+def test_a_stranger_at_the_cameras_port_neither_moves_nor_ends_nor_forges_anything(rig: Rig):
+    """In each mode that Zenoh has, all through a session; what it hears of the camera shows that it was there."""
+    path = rig.session("stranger.mcap", samples=1)
+    config = assembly.rig_from(str(rig.file))
+    at, heard = config.bus.camera, list[bytes]()
+    with contextlib.ExitStack() as stack:
+        strangers: list[RawSession] = []
+        for mode in ("client", "peer", "router"):
+            with contextlib.suppress(UserError):  # turned away
+                strangers.append(RawSession(connect=[at], mode=mode))
+                stack.callback(strangers[-1].close)
+        for stranger in strangers:
+            stranger.subscribe(f"repose/{config.id}/camera/**", lambda payload, _: heard.append(payload))
+            stranger.announce(f"repose/{config.id}/@alive/arm")
+        while rig.processes["run"].poll() is None:
+            rig.bus.poll(0.05)
+            for stranger, (name, message) in itertools.product(strangers, FORGED.items()):
+                stranger.put(f"repose/{config.id}/{name}", wire.encode(message))
+                command = {"arm/command": TiltCommand(run=666, angle_rad=0.4), "arm/stop": ArmStop(reason="forged")}
+                for service, asked in command.items():
+                    stranger.query(f"repose/{config.id}/{service}", wire.encode(asked))
+    assert heard
+    status, printed = rig.ended(within_s=60)
+    assert status == 0, printed
+    reader = open_recording(path)
+    assert [sample.run for sample in samples_of(reader)] == [1]
+    assert "ABORTED" not in {event.phase for event in events_of(reader)}
+    assert 666 not in {item.message.run for item in reader.messages({"arm/motion"})}  # pyright: ignore[reportAttributeAccessIssue]
+    assert "forged" not in " ".join(str(message) for message in rig.messages("log"))
+
+
+def test_a_second_station_is_refused_and_takes_over_when_it_is_told_to(rig: Rig):
+    path = rig.session("first.mcap")
+    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    second = rig.second_file()
+    rig.session("refused.mcap", samples=1, name="second", file=second)
+    status, printed = rig.ended("second", within_s=60)
+    assert status == 2
+    assert "The arm belongs to another session" in printed
+    assert "Traceback" not in printed
+    assert not (rig.folder / "refused.mcap").exists()
+    assert rig.processes["run"].poll() is None
+
+    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    taken = rig.session("taken.mcap", "--take-over", samples=1, name="second", file=second)
+    status, printed = rig.ended(within_s=60)
+    assert status == 1, printed
+    assert "has taken the arm over" in " ".join(printed.split())
+    assert events_of(open_recording(path))[-1].phase == "ABORTED"
+    status, printed = rig.ended("second", within_s=150)
+    assert status == 0, printed
+    assert len(samples_of(open_recording(taken))) == 1
+    assert decided_the_same(path)
+    assert decided_the_same(taken)
 
 
 def test_sigterm_to_the_station_alone_levels_and_closes_and_leaves_the_others_running(rig: Rig):
@@ -281,7 +374,7 @@ def test_a_full_disk_stops_the_session_safely_with_the_file_closed(rig: Rig):
         pytest.skip("this machine does not allow private mounts")
     disk, saved, plan = rig.folder / "disk", rig.folder / "saved.mcap", rig.folder / "plan.toml"
     disk.mkdir()
-    plan.write_text(FAST.format(samples=50, faults=5), encoding="utf-8")
+    plan.write_text(FAST.format(samples=50, faults=5, outage_s=0.0), encoding="utf-8")
     # 68 MB must be free at the start, and at 64 MB without the reserve it stops: after some ten seconds, in a run.
     # The file system is gone with its namespace: the recording is copied out within.
     script = (

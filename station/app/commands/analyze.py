@@ -92,7 +92,7 @@ def present(results: Sequence[PairResult], sessions: Sequence[Session]) -> bool:
     console = Console(width=None if sys.stdout.isatty() else 150, highlight=False)
     for session in sessions:
         if not session.samples:
-            console.print(f"{session.source} holds no samples: no run of that session came to its end.")
+            console.print(f"{session.source} holds no samples: no run of that session came to its end.", markup=False)
     for table in tables(results):
         console.print(printed(table))
     findings = False

@@ -33,6 +33,7 @@ from station.angles.settings import SourceName
 from station.angles.stops import is_needed, stops_of
 from station.angles.watch import WARNING, Note
 from station.app import assembly
+from station.app.claim import claim_arm, session_name
 from station.app.processes import until_stopped
 from station.arm.agent import arm_agent
 from station.recording.provenance import Provenance
@@ -68,6 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--from", dest="source", type=Path, metavar="FILE.mcap", help="compute from this recording")
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
     parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
+    parser.add_argument("--take-over", action="store_true", help="take the arm over from a session that has it")
     parser.add_argument("--reference", default=COMMANDED, help="the source that the others are held against")
     parser.add_argument("--table", type=Path, metavar="FILE.csv", help="write Table I")
     parser.add_argument(
@@ -172,12 +174,14 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
         stack.callback(bus.close)
         bus.announce("station")
         _await_arm(bus, rig, clock=clock)
+        owner = session_name()
+        claim_arm(bus, clock=clock, owner=owner, take_over=args.take_over)
         origin = _origin(rig, plan, clock=clock, lockstep=False)
         recording = Recording(args.out, provenance=origin, overwrite=args.overwrite)
         end = _End(stopped)
         recorder = Recorder(bus, recording, clock=clock, on_stopped=end.ask)
         stack.callback(recorder.close)
-        return _conduct(bus, rig, plan, clock=clock, end=end)
+        return _conduct(bus, rig, plan, clock=clock, end=end, owner=owner)
 
 
 @dataclass(slots=True)
@@ -208,10 +212,10 @@ def _await_arm(bus: Bus, rig: RigConfig, *, clock: Clock) -> None:
         bus.poll(0.05)
 
 
-def _conduct(bus: Bus, rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, end: _End) -> str:
+def _conduct(bus: Bus, rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, end: _End, owner: str) -> str:
     sources: tuple[SourceName, ...] = source_names(rig.angles)
     procedure = Procedure(plan, sources=sources)
-    conductor = Conductor(bus, procedure, sources=sources, clock=clock, on_note=_say)
+    conductor = Conductor(bus, procedure, sources=sources, clock=clock, on_note=_say, owner=owner)
     with ExitStack() as own:
         if "angles" not in bus.alive():
             instruments = Instruments(bus, rig.angles, clock=clock)

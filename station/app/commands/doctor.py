@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from station.recording.checkup.report import Report, examine
@@ -58,7 +59,7 @@ def _without_nan(value: Any) -> Any:
 
 def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-    console.print(f"{report.path}: {report.duration_s:.1f} s, {report.mode or 'of unknown origin'}")
+    console.print(f"{report.path}: {report.duration_s:.1f} s, {report.mode or 'of unknown origin'}", markup=False)
     console.print(_streams_table(report.streams))
     for line in _lines(report):
         console.print(line, markup=False)
@@ -93,7 +94,7 @@ def _streams_table(streams: tuple[StreamHealth, ...]) -> Table:
         nominal = f"{stream.nominal_hz:g}" if stream.nominal_hz else "–"
         timing = [_figure(value, 2) for value in (stream.latency_p50_ms, stream.latency_p99_ms)]
         table.add_row(
-            "/" + stream.topic,
+            escape("/" + stream.topic),
             str(stream.count),
             _figure(stream.rate_hz, 1),
             nominal,

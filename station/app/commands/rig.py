@@ -70,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         return 130
     finally:
+        for number in ENDING:  # the second of two signals would leave somebody behind
+            signal.signal(number, signal.SIG_IGN)
         _stop([process for process in (session, view, *helpers) if process is not None])
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -19,12 +19,14 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app import assembly, recordings
+from station.app.claim import claim_arm, session_name
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
@@ -47,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, help="seed of every random choice (replaces the plan's)")
     parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
+    parser.add_argument("--take-over", action="store_true", help="take the arm over from a session that has it")
     parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
     parser.add_argument("--pixels", action="store_true", help="with --lockstep: render frames and track them")
 
@@ -80,7 +83,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             plan,
             recording=recording,
             camera=pixel_camera(plan.seed) if options.pixels else None,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
             tilter=tilter,
         )
         stop = stack.enter_context(stop_by_signal())
@@ -106,6 +109,8 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         stack.callback(bus.close)
         bus.announce("station")
         await_processes(bus, rig)
+        owner = session_name()
+        claim_arm(bus, clock=clock, owner=owner, take_over=options.take_over)
         origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
         recording = Recording(path, provenance=origin, overwrite=options.overwrite)
         session = LiveSession(
@@ -115,7 +120,8 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
             recording=recording,
             clock=clock,
             stop=stop,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {text}"),
+            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
+            owner=owner,
         )
         progress = stack.enter_context(_progress(console))
         task = progress.add_task("samples", total=plan.samples)

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from shared.messages import Sample
@@ -38,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     for path in (args.csv, args.parquet):
         if path is not None:
             write_samples(samples, path)
-            terminal.print(f"{len(samples)} samples written to {path}")
+            terminal.print(f"{len(samples)} samples written to {path}", markup=False)
     return 0
 
 
@@ -54,7 +55,7 @@ def show(samples: Sequence[Sample], console: Console, *, source: Path) -> None:
         console.print(_samples_table(samples))
         console.print(_directions_table(by_direction(samples)))
     else:
-        console.print(f"{source} holds no samples: no run of the session came to its end.")
+        console.print(f"{source} holds no samples: no run of the session came to its end.", markup=False)
 
 
 def _samples_table(samples: Sequence[Sample]) -> Table:
@@ -72,7 +73,7 @@ def _samples_table(samples: Sequence[Sample]) -> Table:
 
 def _outcome(sample: Sample) -> str:
     said = ["no slip up to this angle"] if sample.censored else []
-    return "; ".join([*said, *sample.flags]) or "kept"
+    return escape("; ".join([*said, *sample.flags])) or "kept"
 
 
 def _directions_table(rows: Sequence[DirectionSummary]) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 from shared.clock import SystemClock
 from shared.errors import UserError
@@ -15,6 +16,15 @@ NAME = "twin"
 HELP = "simulate arm, plate and block (MuJoCo) on the bus"
 SCENES_A_FRAME = 2
 """The synthetic camera takes its frames at the moments of scenes, so their rate is a multiple of the camera's."""
+
+LEAST_HZ = 100.0
+"""The rate of arm/joints and arm/platform, whose readings the twin's joints are, whatever the camera's rate is."""
+
+
+def tick_rate_hz(camera_hz: float) -> float:
+    """How often the twin is asked: a multiple of the scenes' rate that is enough for the arm agent."""
+    scenes_hz = SCENES_A_FRAME * camera_hz
+    return scenes_hz * math.ceil(LEAST_HZ / scenes_hz)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +44,6 @@ def run(options: argparse.Namespace) -> int:
         twin = Twin(bus, world)
         print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
         with until_stopped() as stopped:
-            for now_ns in paced(clock, bus, rate_hz=SCENES_A_FRAME * rig.camera.rate_hz, stopped=stopped):
+            for now_ns in paced(clock, bus, rate_hz=tick_rate_hz(rig.camera.rate_hz), stopped=stopped):
                 twin.tick(now_ns)
     return 0

@@ -11,8 +11,10 @@ from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
 from station.recording.reader import RecordingReader
 
+_DIGITS = 19
+"""Of nanoseconds since the epoch, until the year 2262."""
 _ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
-_SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "log"})
+_SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "arm/lease", "log"})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +50,7 @@ def examine(reader: RecordingReader) -> Report:
     Raises:
         UserError: if the file is damaged.
     """
-    started_ns = int(reader.metadata.get("session", {}).get("started_ns") or reader.start_ns)
+    started_ns = _whole(reader.metadata.get("session", {}).get("started_ns", "")) or reader.start_ns
     streams: dict[str, StreamWatch] = {}
     nominal = {"camera/corners": _camera_rate_hz(reader)}
     session, arm = SessionWatch(), ArmWatch()
@@ -63,7 +65,8 @@ def examine(reader: RecordingReader) -> Report:
         elif item.topic in _SESSION_TOPICS:
             session.add(item)
     metadata = reader.metadata
-    counted = {name: int(value) for name, value in metadata.get("recorder", {}).items() if value.isdigit()}
+    recorder = metadata.get("recorder", {}).items()
+    counted = {name: number for name, value in recorder if (number := _whole(value)) is not None}
     return Report(
         path=str(reader.path),
         mode=metadata.get("session", {}).get("mode", ""),
@@ -79,6 +82,11 @@ def examine(reader: RecordingReader) -> Report:
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None),
         malformed=dict(reader.malformed),
     )
+
+
+def _whole(text: str) -> int | None:
+    """The number of a metadata value; None if it is none. Metadata has no checksum: anything may stand there."""
+    return int(text) if text.isascii() and text.isdigit() and len(text) <= _DIGITS else None
 
 
 def _camera_rate_hz(reader: RecordingReader) -> float | None:

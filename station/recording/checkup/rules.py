@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from station.recording.checkup.report import Report
+from station.recording.checkup.streams import LATE_NS
 
 LATENCY_P99_MS = 15.0
 """Capture to record at 90 Hz on two cores."""
@@ -130,6 +131,31 @@ def _runs(report: Report) -> Iterator[Finding]:
         yield Finding("runs", f"expected every run but the last to end, runs {_list(session.unended_runs)} did not")
 
 
+def _fresh(report: Report) -> Iterator[Finding]:
+    corners = report.stream("camera/corners")
+    if corners is not None and corners.repeated:
+        yield Finding(
+            "frozen",
+            f"expected every frame to be a new one, {corners.repeated} are the one before again: it was frozen",
+        )
+    if corners is not None and corners.late:
+        yield Finding(
+            "late", f"expected every frame within {LATE_NS * 1e-9:g} s of its capture, {corners.late} came later"
+        )
+
+
+def _disturbed(report: Report) -> Iterator[Finding]:
+    session = report.session
+    if session.disturbed:
+        yield Finding(
+            "disturbed",
+            f"expected runs that nothing disturbs, runs {_list(session.disturbed)} were (see their flags); they count "
+            "nowhere",
+        )
+    if len(session.owners) > 1:
+        yield Finding("owner", f"expected one session to have the arm, found {', '.join(session.owners)}")
+
+
 def _motions(report: Report) -> Iterator[Finding]:
     if report.mode == "import":
         return
@@ -161,6 +187,8 @@ RULES: tuple[Rule, ...] = (
     _calibration,
     _provenance,
     _runs,
+    _fresh,
+    _disturbed,
     _motions,
     _format,
 )

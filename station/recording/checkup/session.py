@@ -6,7 +6,7 @@ from collections import Counter, deque
 from dataclasses import dataclass
 
 from shared import foxglove
-from shared.messages import AgentStatus, ClockOffset, RunEvent, Sample
+from shared.messages import AgentStatus, ArmLease, ClockOffset, RunEvent, Sample
 from station.recording.reader import Recorded
 from station.recording.summary import is_kept
 
@@ -45,6 +45,10 @@ class SessionHealth:
     agent_fault: str
     warnings: int
     last_warnings: tuple[str, ...]
+    disturbed: tuple[int, ...] = ()
+    """Runs whose sample something else than friction had a hand in."""
+    owners: tuple[str, ...] = ()
+    """The sessions that had the arm, one after another."""
 
 
 class SessionWatch:
@@ -59,10 +63,11 @@ class SessionWatch:
         self._dropped: dict[int, tuple[int, int]] = {}
         self._fault = ""
         self._warnings = 0
+        self._owners: dict[str, None] = {}
         self._lines: deque[str] = deque(maxlen=_LAST_LINES)
 
     def add(self, item: Recorded) -> None:
-        """Takes the next message of session/event, session/sample, clock, camera/status or log."""
+        """Takes the next message of session/event, session/sample, clock, camera/status, arm/lease or log."""
         message = item.message
         if isinstance(message, RunEvent):
             self._phases[message.phase] += 1
@@ -78,6 +83,8 @@ class SessionWatch:
             first, _ = self._dropped.get(message.boot_id, (message.dropped, 0))
             self._dropped[message.boot_id] = (first, message.dropped)
             self._fault = message.fault or self._fault
+        elif isinstance(message, ArmLease):
+            self._owners.update({message.owner: None} if message.owner else {})
         elif isinstance(message, foxglove.Log) and message.level >= foxglove.LEVELS["warning"]:
             self._warnings += 1
             self._lines.append(f"{message.name}: {message.message}")
@@ -98,6 +105,8 @@ class SessionWatch:
             agent_fault=self._fault,
             warnings=self._warnings,
             last_warnings=tuple(self._lines),
+            disturbed=tuple(sample.run for sample in self._samples if sample.disturbed),
+            owners=tuple(self._owners),
         )
 
     def _clock_health(self, agent: str) -> ClockHealth:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shared.messages import BlockPose, MarkerCorners
+from shared.messages import REPEATED, BlockPose, MarkerCorners
 from shared.topics import TOPICS
 from station.recording.checkup.quantiles import Quantiles
 from station.recording.reader import Recorded
 
+LATE_NS = 1_000_000_000
+"""As the plan's `silence_s` is unless a plan says otherwise."""
 GAP_PERIODS = 3.5
 """An interval of more than this many nominal periods is a gap: three messages in a row are missing."""
 
@@ -38,6 +40,10 @@ class StreamHealth:
     missing: int
     not_found: int
     history: int
+    late: int = 0
+    """Messages that were older than `LATE_NS` when they arrived: too old to decide anything by."""
+    repeated: int = 0
+    """Frames that are the one before again: the camera was frozen."""
 
 
 class StreamWatch:
@@ -58,6 +64,8 @@ class StreamWatch:
         self._history = 0
         self._sequences: dict[tuple[int, int], _Sequence] = {}
         self._not_found = 0
+        self._late = self._repeated = 0
+        self._last_frame = MarkerCorners()
 
     def add(self, item: Recorded) -> None:
         """Takes the next message in the order of receipt."""
@@ -71,6 +79,7 @@ class StreamWatch:
             self._history += 1
         else:
             self._latencies.add(item.log_ns - item.publish_ns)
+            self._late += item.log_ns - item.publish_ns > LATE_NS
         if self._topic in ("camera/corners", "camera/plate", "block/pose"):
             self._add_numbered(item)
 
@@ -86,6 +95,8 @@ class StreamWatch:
         message = item.message
         if isinstance(message, MarkerCorners):
             key = (message.boot_id, message.marker_id)
+            self._repeated += self._topic == "camera/corners" and _repeats(message, self._last_frame)
+            self._last_frame = message
         elif isinstance(message, BlockPose):
             key = (0, 0)
         else:
@@ -116,7 +127,16 @@ class StreamWatch:
             missing=sum(sequence.missing for sequence in self._sequences.values()),
             not_found=self._not_found,
             history=self._history,
+            late=self._late,
+            repeated=self._repeated,
         )
+
+
+def _repeats(frame: MarkerCorners, before: MarkerCorners) -> bool:
+    """True if noise would have to have come out the same twice, or if the agent says so itself."""
+    noisy = frame.sigma_px > 0 and not frame.noiseless
+    same = noisy and bool(frame.corners_px) and frame.corners_px == before.corners_px
+    return frame.reason == REPEATED or same
 
 
 class _Sequence:

@@ -20,12 +20,20 @@ class Twin:
     def __init__(self, bus: Bus, world: TwinWorld, *, scene_period_ns: int = 0) -> None:
         self._bus, self.world = bus, world
         self._names = world.arm.joint_names
+        self._targets: list[JointTarget] = []
         self._scene_period_ns, self._next_scene_ns = scene_period_ns, world.time_ns
         bus.subscribe("twin/target", self._take_target)
         bus.announce(NAME)
 
     def tick(self, now_ns: int) -> None:
-        """Lets the world catch up with `now_ns` and says what has come of it."""
+        """Lets the world catch up with `now_ns` and says what has come of it.
+
+        Each set-point counts from its own time on, so that the arm moves alike however rarely the twin is asked.
+        """
+        for target in self._targets:
+            self.world.advance(min(target.stamp_ns, now_ns))
+            self.world.set_target(target.position_rad, target.velocity_rad_s, stamp_ns=target.stamp_ns)
+        self._targets.clear()
         self.world.advance(now_ns)
         self._bus.publish("twin/joints", self.joint_state(now_ns))
         self.show(now_ns)
@@ -66,4 +74,4 @@ class Twin:
                 f"Expected set-points for the {len(self._names)} joints of {self.world.arm.name}, got"
                 f" {len(target.position_rad)}: give the arm agent and the twin the same rig file"
             )
-        self.world.set_target(target.position_rad, target.velocity_rad_s, stamp_ns=target.stamp_ns)
+        self._targets.append(target)

@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 from shared.bus import Received
 from shared.clock import SimulatedClock
 from shared.memory_bus import MemoryBus
-from shared.messages import ArmReply, ArmStop, Heartbeat, JointState, JointTarget, Message, MotionReport, TiltCommand
+from shared.messages import (
+    ArmReply,
+    ArmStop,
+    Heartbeat,
+    JointState,
+    JointTarget,
+    LeaseRequest,
+    Message,
+    MotionReport,
+    TiltCommand,
+)
 from station.arm.agent import ArmAgent, arm_agent
 from station.arm.tilt_path import TiltStage, tilt_stage
 from station.rig.arm_model import ArmModel, load_arm_model
@@ -57,7 +67,7 @@ class FakeRig:
         self.targets.append(target)
         self.position, self.velocity = target.position_rad, target.velocity_rad_s
 
-    def advance(self, seconds: float, *, heartbeat: bool = True, armed: bool = True) -> None:
+    def advance(self, seconds: float, *, heartbeat: bool = True, armed: bool = True, owner: str = "") -> None:
         for _ in range(round(seconds * 1e9 / TICK_NS)):
             self.clock.advance_to(self.clock.now_ns() + TICK_NS)
             now_ns = self.clock.now_ns()
@@ -65,12 +75,18 @@ class FakeRig:
                 measured = tuple(self.disturb(np.array(self.position)).tolist())
                 self.bus.publish("twin/joints", JointState(now_ns, self.names, measured, self.velocity, ()))
             if heartbeat and self._ticks % 10 == 0:
-                self.bus.publish("session/heartbeat", Heartbeat(now_ns, armed))
+                self.bus.publish("session/heartbeat", Heartbeat(now_ns, armed, owner))
             self._ticks += 1
             self.agent.tick(now_ns)
 
     def command(
-        self, angle_deg: float, *, direction: int = 0, rate_deg_s: float = 10.0, azimuth_deg: float = 0.0
+        self,
+        angle_deg: float,
+        *,
+        direction: int = 0,
+        rate_deg_s: float = 10.0,
+        azimuth_deg: float = 0.0,
+        owner: str = "",
     ) -> ArmReply:
         command = TiltCommand(
             self.clock.now_ns(),
@@ -80,8 +96,12 @@ class FakeRig:
             angle_rad=math.radians(angle_deg),
             step=1,
             rate_rad_s=math.radians(rate_deg_s),
+            owner=owner,
         )
         return self._ask("arm/command", command)
+
+    def claim(self, owner: str, *, take_over: bool = False) -> ArmReply:
+        return self._ask("arm/lease", LeaseRequest(self.clock.now_ns(), owner, take_over))
 
     def stop(self, reason: str) -> ArmReply:
         return self._ask("arm/stop", ArmStop(self.clock.now_ns(), reason))

@@ -82,7 +82,9 @@ class ScriptedCamera:
     def open(self) -> CameraInfo:
         self.opened += 1
         self._seq = 0
-        return CameraInfo(name="scripted", width_px=600, height_px=600, rate_hz=self._rate_hz, exposure_ns=1_000_000)
+        return CameraInfo(
+            name="scripted", width_px=600, height_px=600, rate_hz=self._rate_hz, exposure_ns=1_000_000, noiseless=True
+        )
 
     def read(self, timeout_s: float) -> Frame | None:
         if not self.script:

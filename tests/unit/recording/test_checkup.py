@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from shared import foxglove
-from shared.messages import AgentStatus, ClockOffset, MarkerCorners, Message, MotionReport, RunEvent
+from shared.messages import AgentStatus, ArmLease, ClockOffset, MarkerCorners, Message, MotionReport, RunEvent, Sample
 from station.app.commands import doctor
 from station.recording.checkup.quantiles import Quantiles
 from station.recording.checkup.report import examine
@@ -108,6 +108,30 @@ def with_steps_of_the_sync(item: Item) -> Iterator[Item]:
         yield from ((item[0], item[1], replace(item[2], phase=phase)) for phase in ("STEP_BEGIN", "STEP_END"))
 
 
+def frozen(item: Item) -> Iterator[Item]:
+    message = item[2]
+    if isinstance(message, MarkerCorners) and item[1] == "camera/corners" and 100 <= message.seq < 150:
+        message = replace(message, corners_px=(1.0,) * 8)
+    yield item[0], item[1], message
+
+
+def seconds_late(item: Item) -> Iterator[Item]:
+    message = item[2]
+    late = isinstance(message, MarkerCorners) and item[1] == "camera/corners" and 100 <= message.seq < 150
+    yield item[0] + late * 2_000_000_000, item[1], message
+
+
+def disturbed(item: Item) -> Iterator[Item]:
+    message = item[2]
+    yield item[0], item[1], replace(message, flags=("disturbed_cut",)) if isinstance(message, Sample) else message
+
+
+def taken_over(item: Item) -> Iterator[Item]:
+    yield item
+    if isinstance(item[2], Sample):
+        yield item[0] + 1, "arm/lease", ArmLease(item[0], owner=f"session {item[2].run}")
+
+
 def rules(path: Path) -> set[str]:
     return {finding.rule for finding in findings(examine(open_recording(path)))}
 
@@ -135,6 +159,10 @@ def test_a_healthy_recording_breaks_no_rule(tmp_path: Path) -> None:
         (without("session/event"), "runs"),
         (without_sync, "sync"),
         (first_run_unended, "runs"),
+        (frozen, "frozen"),
+        (seconds_late, "late"),
+        (disturbed, "disturbed"),
+        (taken_over, "owner"),
     ],
 )
 def test_a_planted_fault_is_named(change: Change, rule: str, tmp_path: Path) -> None:

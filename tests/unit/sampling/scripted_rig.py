@@ -54,6 +54,9 @@ class ScriptedRig:
     events: list[RunEvent] = field(default_factory=list[RunEvent])
     samples: list[Sample] = field(default_factory=list[Sample])
     lines: list[str] = field(default_factory=list[str])
+    owner: str = ""
+    arm_away: bool = False
+    """Nothing of the arm agent arrives, and nothing arrives there."""
     fault: str | None = None
 
     def __post_init__(self) -> None:
@@ -79,11 +82,13 @@ class ScriptedRig:
         self._move()
         w, azimuth = math.cos(self.tilt_rad / 2), self._azimuth
         s = math.sin(self.tilt_rad / 2)
-        self.give(PlatformState(self.now_ns, w, s * math.cos(azimuth), s * math.sin(azimuth), 0.0))
+        state = PlatformState(self.now_ns, w, s * math.cos(azimuth), s * math.sin(azimuth), 0.0)
+        if not self.arm_away:
+            self.give(state)
         if self.now_ns // TURN_NS % 2:
             self._see()
         if self.now_ns // TURN_NS % 10 == 0:
-            self.give(Heartbeat(self.now_ns, armed=True))
+            self.give(Heartbeat(self.now_ns, armed=True, owner=self.owner))
 
     def _move(self) -> None:
         step = TURN_NS * 1e-9
@@ -140,6 +145,8 @@ class ScriptedRig:
         command = action.command
         self.commands.append(command)
         reply = self.on_reply(ArmReply(accepted=True, run=command.run, step=command.step), self)
+        if self.arm_away:
+            reply = ArmReply(reason="no answer", run=command.run, step=command.step, passing=True)
         if reply is not None and reply.accepted:
             self.command, self._began = command, 0.0
         if reply is not None:

@@ -2,12 +2,23 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from shared.messages import ArmReply, ClockOffset, Heartbeat, MarkerCorners, MotionReport, PlatformState
-from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, TiltPlan
+from shared.messages import (
+    REPEATED,
+    ArmLease,
+    ArmReply,
+    ClockOffset,
+    Heartbeat,
+    MarkerCorners,
+    MotionReport,
+    PlatformState,
+)
+from station.sampling.machine import OWN_ORDER
+from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
 GOOD_RUN = ["LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"]
@@ -217,7 +228,7 @@ def test_a_session_that_cannot_begin_says_what_it_lacks():
 
 
 def test_a_slip_whose_attitude_never_comes_is_given_up():
-    rig = ScriptedRig(Plan(samples=1, timeout_s=3.0, faults=1))
+    rig = ScriptedRig(Plan(samples=1, timeout_s=3.0, faults=1, outage_s=1.0))
     rig.run(60.0, until=lambda rig: rig.machine.phase == "SLIP")
     last = rig.commands[-1]
     rig.give(MotionReport(rig.now_ns, last.run, last.step, rig.now_ns, rig.now_ns))
@@ -283,3 +294,208 @@ def test_what_came_before_the_first_heartbeat_is_not_heard():
     rig.give(PlatformState(rig.now_ns))
     rig.give(Heartbeat(rig.now_ns, armed=True))
     assert rig.phases() == ["SYNC"]
+
+
+# --- whose the arm is ------------------------------------------------------------------------------------------------
+
+
+def test_a_session_whose_arm_is_taken_over_ends_at_once_and_keeps_no_sample_of_that_run():
+    rig = ScriptedRig(Plan(samples=3), owner="mine")
+    rig.run(120.0, until=lambda rig: len(rig.samples) == 1 and rig.machine.phase == "TILT" and rig.tilt_rad > 0.1)
+    rig.give(ArmLease(rig.now_ns, "mine"))
+    assert rig.fault is None
+    commands = len(rig.commands)
+    rig.give(ArmLease(rig.now_ns, "theirs"))
+    assert rig.fault == "another session (theirs) has taken the arm over"
+    assert rig.phases()[-1] == "ABORTED"
+    rig.run(20.0, until=lambda _: False)
+    assert len(rig.samples) == 1
+    assert len(rig.commands) == commands
+    assert {command.owner for command in rig.commands} == {"mine"}
+
+
+# --- frames of now ---------------------------------------------------------------------------------------------------
+
+
+def good_first(rig: ScriptedRig) -> bool:
+    """The first run is under way, somewhere in its tilt."""
+    return rig.machine.phase == "TILT" and rig.tilt_rad > 0.1 and not rig.samples
+
+
+def test_frames_that_are_seconds_old_decide_nothing():
+    """After a cut the bus hands over what it kept: eight seconds of it, at once."""
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    kept: list[MarkerCorners] = []
+    rig.run(60.0, until=good_first)
+    rig.on_corners = lambda message, _: kept.append(message)
+    rig.run(8.0, until=lambda _: False)
+    commands, events, samples = len(rig.commands), len(rig.events), len(rig.samples)
+    moved = [dataclasses.replace(m, corners_px=tuple(v + 40 for v in m.corners_px)) for m in kept]
+    for message in moved[: -int(2.0 / 0.01)]:
+        rig.give(message)
+    assert (len(rig.commands), len(rig.events), len(rig.samples)) == (commands, events, samples)
+
+
+def test_late_frames_of_a_slide_flag_the_run_and_it_does_not_count():
+    rig = ScriptedRig(Plan(samples=1), friction_rad=0.3)
+    rig.run(60.0, until=good_first)
+    late_ns = rig.now_ns - 3_000_000_000
+    rig.give(MarkerCorners(late_ns + 1, 10**6, (1.0,) * 8, found=True, boot_id=5))
+    finished(rig)
+    assert rig.samples[0].flags == ("disturbed_late_frames",)
+    assert rig.samples[0].disturbed
+    assert [sample.run for sample in rig.samples] == [1, 2]
+    assert rig.samples[1].flags == ()
+    assert any("run 1 was disturbed" in line for line in rig.lines)
+
+
+@pytest.mark.parametrize("phase", ["SETTLE", "RETURN", "DONE"])
+def test_a_cut_after_the_slip_flags_the_run_and_it_does_not_count(phase: str):
+    def cut(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners | None:
+        return None if rig.machine.phase in (phase, "RETURN", "DONE") and not rig.samples else message
+
+    rig = finished(ScriptedRig(Plan(samples=1, slip=SlipPlan(settle_s=2.0)), on_corners=cut))
+    assert [sample.flags for sample in rig.samples] == [("disturbed_cut",), ()]
+
+
+@pytest.mark.parametrize("stamps", ["go on", "stand still"])
+def test_a_frozen_camera_gives_no_run_without_a_slip(stamps: str):
+    """Each run ended as "no slip up to this angle" before, and the session looked complete."""
+    frozen: list[MarkerCorners] = []
+
+    def freeze(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        if rig.machine.phase == "TILT":
+            frozen.append(message)
+        if not frozen:
+            return dataclasses.replace(message, sigma_px=0.02)
+        again = dataclasses.replace(frozen[0], sigma_px=0.02)
+        return again if stamps == "stand still" else dataclasses.replace(again, capture_ns=message.capture_ns)
+
+    rig = finished(ScriptedRig(Plan(samples=1, faults=2, timeout_s=3.0), on_corners=freeze))
+    assert rig.samples == []
+    assert "the camera is frozen" in (rig.fault or "")
+
+
+def test_an_agent_that_says_that_its_camera_is_frozen_is_believed():
+    def freeze(message: MarkerCorners, _rig: ScriptedRig) -> MarkerCorners:
+        return dataclasses.replace(message, found=False, corners_px=(), reason=REPEATED)
+
+    rig = ScriptedRig(Plan(samples=1, faults=1, timeout_s=3.0))
+    rig.run(60.0, until=good_first)
+    rig.on_corners = freeze
+    assert "the camera is frozen" in (finished(rig).fault or "")
+
+
+@pytest.mark.parametrize("says", [{"sigma_px": 0.0}, {"sigma_px": 0.02, "noiseless": True}])
+def test_a_camera_without_noise_may_see_the_same_while_the_block_lies_still(says: dict[str, Any]):
+    def still(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        x, y = rig.place_px
+        corners = (x - 30, y - 30, x + 30, y - 30, x + 30, y + 30, x - 30, y + 30)
+        return dataclasses.replace(message, corners_px=corners, **says)
+
+    rig = finished(ScriptedRig(Plan(samples=2), on_corners=still))
+    assert [sample.flags for sample in rig.samples] == [(), ()]
+    assert rig.fault == ""
+
+
+def test_a_clock_that_the_station_knows_to_be_hours_off_makes_no_frame_late():
+    off_ns = -3 * 3600 * 10**9
+
+    def stamped(message: MarkerCorners, rig: ScriptedRig) -> MarkerCorners:
+        rig.give(ClockOffset(rig.now_ns, "camera", off_ns))
+        return dataclasses.replace(message, capture_ns=message.capture_ns - off_ns)
+
+    rig = finished(ScriptedRig(Plan(samples=1), on_corners=stamped))
+    assert [sample.flags for sample in rig.samples] == [()]
+
+
+# --- long outages ----------------------------------------------------------------------------------------------------
+
+
+def cut(rig: ScriptedRig, who: str) -> None:
+    """From now on nothing of that agent arrives."""
+    if who in ("camera", "both"):
+        rig.on_corners = lambda _message, _rig: None
+    rig.arm_away = who in ("arm", "both")
+    if rig.arm_away:
+        rig.on_motion = lambda _report, _rig: None
+
+
+def mend(rig: ScriptedRig) -> None:
+    rig.on_corners = lambda message, _: message
+    rig.on_motion = lambda report, _: report
+    rig.arm_away = False
+
+
+@pytest.mark.parametrize("who", ["camera", "arm", "both"])
+@pytest.mark.parametrize("phase", ["DWELL", "TILT", "RETURN"])
+def test_an_outage_of_forty_seconds_costs_one_run_and_no_session(who: str, phase: str):
+    rig = ScriptedRig(Plan(samples=3, faults=1))
+    rig.run(120.0, until=lambda rig: len(rig.samples) == 1 and rig.machine.phase == phase)
+    cut(rig, who)
+    rig.run(40.0, until=lambda _: False)
+    assert rig.fault is None, rig.fault
+    mend(rig)
+    finished(rig)
+    assert rig.fault == ""
+    assert len([sample for sample in rig.samples if not sample.disturbed]) == 3
+    assert rig.phases().count("ABORTED") <= 1
+
+
+def test_an_outage_of_hours_is_waited_for_level():
+    rig = ScriptedRig(Plan(samples=1, faults=1))
+    rig.run(60.0, until=good_first)
+    cut(rig, "camera")
+    rig.run(20.0, until=lambda _: False)
+    assert rig.tilt_rad == 0.0
+    asked = len(rig.commands)
+    for _ in range(10_000):  # three hours, second by second
+        rig.now_ns += 1_000_000_000
+        rig.give(PlatformState(rig.now_ns))
+        rig.give(Heartbeat(rig.now_ns, armed=True))
+    assert rig.fault is None
+    assert len(rig.commands) == asked
+    assert sum("waiting, level" in line for line in rig.lines) == 1
+    mend(rig)
+    assert finished(rig).fault == ""
+    assert any("everybody is heard again" in line for line in rig.lines)
+    assert rig.phases().count("ABORTED") == 1
+
+
+def test_a_plan_may_say_how_long_an_outage_is_waited_for():
+    rig = ScriptedRig(Plan(samples=1, outage_s=10.0))
+    rig.run(60.0, until=good_first)
+    cut(rig, "both")
+    finished(rig)
+    assert "waited 10 s for the camera agent and the arm agent in vain" in (rig.fault or "")
+
+
+def test_a_marker_that_is_gone_is_no_outage():
+    blind = dataclasses.replace
+    rig = ScriptedRig(Plan(samples=1, faults=2))
+    rig.run(60.0, until=good_first)
+    rig.on_corners = lambda message, _: blind(message, found=False, corners_px=(), reason="glare")
+    assert "2 runs failed in a row" in (finished(rig).fault or "")
+
+
+def test_a_motion_that_the_arm_made_by_itself_ends_the_run():
+    rig = ScriptedRig(Plan(samples=1, faults=1))
+    rig.give(Heartbeat(rig.now_ns, armed=True))
+    rig.give(ClockOffset(rig.now_ns, "arm", 0))
+    rig.run(60.0, until=good_first)
+    rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns - 60_000_000_000))
+    assert "ABORTED" not in rig.phases()  # of an earlier session
+    rig.give(MotionReport(rig.now_ns, OWN_ORDER, 0, rig.now_ns))
+    assert rig.phases()[-1] == "ABORTED"
+    assert finished(rig).fault == ""
+    assert [sample.run for sample in rig.samples] == [2]
+
+
+def test_a_motion_that_was_held_for_want_of_a_heartbeat_does_not_count_as_a_failure():
+    def held_once(report: MotionReport, _rig: ScriptedRig) -> MotionReport:
+        held = report.end_ns and report.step == 4 and report.run == 1
+        return dataclasses.replace(report, fault="holding", passing=True) if held else report
+
+    rig = finished(ScriptedRig(Plan(samples=1, faults=1), on_motion=held_once))
+    assert rig.fault == ""
+    assert [sample.run for sample in rig.samples] == [2]

@@ -124,3 +124,61 @@ def test_a_stream_of_few_letters_is_given_all() -> None:
     desktop.print_all_letters(stream, io.StringIO())
     print("µ → ✓", file=stream, flush=True)
     assert pipe.getvalue().decode("utf-8").split() == ["µ", "→", "✓"]
+
+
+_PARENT = """
+import sys, time
+from shared.system import processes
+child = processes.start([sys.executable, "-c", sys.argv[1]])
+print(child.pid, flush=True)
+time.sleep(600)
+"""
+_CHILD = """
+import signal, sys, time
+from shared.system import processes
+asked = []
+signal.signal(processes.ENDING[1], lambda *_: asked.append(1))
+assert processes.follow_parent()
+print("up", flush=True)
+while not asked:
+    time.sleep(0.02)
+print("asked to end", flush=True)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs an end that no process can hear of")
+def test_a_child_is_asked_to_end_when_its_parent_is_killed() -> None:
+    words = [sys.executable, "-c", _PARENT, _CHILD]
+    where = Path(__file__).parents[3]
+    parent = subprocess.Popen(words, stdout=subprocess.PIPE, encoding="utf-8", cwd=where)
+    assert parent.stdout is not None
+    with parent.stdout as printed:
+        said = [printed.readline().strip(), printed.readline().strip()]
+        parent.kill()
+        parent.wait()
+        rest = printed.read()  # until the child, too, has let go of it
+    assert "up" in said
+    assert rest.strip() == "asked to end"
+
+
+def test_a_process_that_nobody_started_follows_nobody() -> None:
+    assert not processes.follow_parent()
+
+
+def test_what_is_printed_after_the_terminal_is_gone_is_forgotten() -> None:
+    script = (
+        "import os, sys\nfrom shared.system.desktop import outlive_terminal\noutlive_terminal()\n"
+        "sys.stdin.readline()\nprint('nobody reads this', flush=True)\nsys.exit(7)"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        cwd=Path(__file__).parents[3],
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdout.close()
+    with process.stdin as asked:
+        asked.write(b"go on\n")
+    assert process.wait(timeout=60) == 7

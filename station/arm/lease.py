@@ -1,0 +1,64 @@
+"""Who may move the arm: one session at a time.
+
+A session has the arm from its claim, or from its first armed heartbeat, until it disarms or is silent for too long. Any
+other is refused in one sentence, unless it takes over. A pure object without a clock: it is told the time.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+
+from shared.messages import Heartbeat, LeaseRequest
+
+_FUTURE_NS = 200_000_000  # a heartbeat from further ahead is a wrong clock, not a live station
+_REMEMBERED = 64
+"""Sessions whose last stamp is remembered, so that a heartbeat of theirs that was held up proves nothing."""
+
+
+class Lease:
+    """The owner of the arm and his last sign of life; an owner without a name is a session that gave none."""
+
+    def __init__(self, *, timeout_s: float) -> None:
+        self._timeout_ns = timeout_s * 1e9
+        self._last_ns: OrderedDict[str, int] = OrderedDict()
+        self.owner: str | None = None
+        """The session that has the arm; None while nobody has it."""
+        self.beat_ns: int | None = None
+        """The stamp of the last sign of life of whoever had the arm last."""
+
+    def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
+        """Gives the arm to a session, or why not, in one sentence."""
+        if not request.take_over and (reason := self.refusal(request.owner, now_ns=now_ns)):
+            return reason
+        self._give(request.owner, stamp_ns=now_ns)
+        return ""
+
+    def heartbeat(self, message: Heartbeat, *, now_ns: int) -> bool:
+        """Takes a sign of life; true if it is the owner's, or makes its sender the owner."""
+        if message.stamp_ns > now_ns + _FUTURE_NS or message.stamp_ns < self._last_ns.get(message.owner, 0):
+            return False
+        if self.refusal(message.owner, now_ns=now_ns):
+            return False
+        self._give(message.owner, stamp_ns=message.stamp_ns)
+        if not message.armed:
+            self.owner = None
+        return True
+
+    def refusal(self, asking: str, *, now_ns: int) -> str:
+        """Why this session may not have the arm now, in one sentence; empty if it may."""
+        if self.owner is None or asking == self.owner or self.lost(now_ns=now_ns):
+            return ""
+        return (
+            f"The arm belongs to another session ({self.owner or 'without a name'}): wait until that has ended, or "
+            "take over with `station run --take-over`."
+        )
+
+    def lost(self, *, now_ns: int) -> bool:
+        """True while no session gives a sign of life."""
+        return self.beat_ns is None or now_ns - self.beat_ns > self._timeout_ns
+
+    def _give(self, owner: str, *, stamp_ns: int) -> None:
+        self.owner, self.beat_ns = owner, stamp_ns
+        self._last_ns[owner] = max(stamp_ns, self._last_ns.pop(owner, 0))
+        if len(self._last_ns) > _REMEMBERED:
+            self._last_ns.popitem(last=False)

@@ -1,0 +1,104 @@
+"""One session at a time has the arm: another one is refused in a sentence, or takes over when it is told to."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from shared.geometry import tilt_of
+from shared.messages import ArmLease, Heartbeat, PlatformState
+from station.rig.arm_settings import ArmSettings
+from tests.unit.arm.conftest import FakeRig
+
+BELONGS = "The arm belongs to another session (mine): wait until that has ended, or take over"
+
+
+@pytest.fixture
+def owned() -> FakeRig:
+    """An arm that a session called "mine" has."""
+    rig = FakeRig(ArmSettings())
+    assert rig.claim("mine").accepted
+    rig.advance(0.2, owner="mine")
+    return rig
+
+
+def beat(rig: FakeRig, owner: str, *, armed: bool = True, late_s: float = 0.0) -> None:
+    stamp_ns = rig.clock.now_ns() - round(late_s * 1e9)
+    rig.bus.publish("session/heartbeat", Heartbeat(stamp_ns, armed, owner))
+
+
+def tilt_deg(rig: FakeRig) -> float:
+    state = rig.of(PlatformState)[-1]
+    assert isinstance(state, PlatformState)
+    return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
+
+
+def owners(rig: FakeRig) -> list[str]:
+    return [message.owner for message in rig.of(ArmLease) if isinstance(message, ArmLease)]
+
+
+def test_a_second_session_is_refused_in_one_sentence(owned: FakeRig) -> None:
+    claimed = owned.claim("theirs")
+    assert not claimed.accepted
+    assert BELONGS in claimed.reason
+    commanded = owned.command(10, owner="theirs")
+    assert BELONGS in commanded.reason
+    assert owned.command(10, owner="mine").accepted
+    owned.advance(2, owner="mine")
+    assert tilt_deg(owned) == pytest.approx(10, abs=1e-3)
+
+
+def test_heartbeats_of_a_second_session_neither_keep_disarm_nor_acknowledge(owned: FakeRig) -> None:
+    beat(owned, "theirs", armed=False)
+    assert owned.command(10, owner="mine").accepted
+    owned.stop("test")
+    beat(owned, "theirs", armed=False)
+    assert "stopped (test)" in owned.command(10, owner="mine").reason
+
+
+def test_who_takes_over_stops_the_motion_and_is_obeyed_alone(owned: FakeRig) -> None:
+    owned.command(30, owner="mine")
+    owned.advance(1, owner="mine")
+    assert owned.claim("theirs", take_over=True).accepted
+    owned.advance(2, owner="theirs")
+    assert "theirs has taken the arm over from session mine" in owned.reports[1].fault
+    held = tilt_deg(owned)
+    assert 5 < held < 25
+    assert "belongs to another session (theirs)" in owned.command(30, owner="mine").reason
+    assert owned.command(0, owner="theirs").accepted
+    owned.advance(5, owner="theirs")
+    assert tilt_deg(owned) == pytest.approx(0, abs=1e-3)
+    assert owners(owned)[0] == "mine"
+    assert owners(owned)[-1] == "theirs"
+
+
+def test_after_a_take_over_the_arm_is_armed_by_the_new_session_alone(owned: FakeRig) -> None:
+    assert owned.claim("theirs", take_over=True).accepted
+    assert "not armed" in owned.command(10, owner="theirs").reason
+    beat(owned, "theirs")
+    assert owned.command(10, owner="theirs").accepted
+
+
+@pytest.mark.parametrize("ends", ["disarms", "falls silent"])
+def test_an_arm_that_is_free_again_is_the_next_ones(owned: FakeRig, ends: str) -> None:
+    if ends == "disarms":
+        beat(owned, "mine", armed=False)
+    else:
+        owned.advance(2, heartbeat=False)
+    assert owned.claim("theirs").accepted
+    assert not owned.claim("mine").accepted
+
+
+def test_a_heartbeat_that_was_held_up_takes_nothing(owned: FakeRig) -> None:
+    owned.advance(1, owner="mine")
+    beat(owned, "mine", armed=False)
+    beat(owned, "mine", late_s=0.5)
+    assert owned.claim("theirs").accepted
+
+
+def test_an_arm_agent_that_was_started_again_knows_its_session_by_its_heartbeat() -> None:
+    rig = FakeRig(ArmSettings())
+    rig.advance(0.2, owner="mine")
+    assert not rig.claim("theirs").accepted
+    assert rig.command(10, owner="mine").accepted

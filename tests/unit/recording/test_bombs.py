@@ -1,0 +1,109 @@
+"""A small file that would be a large one: refused in a sentence, before the memory is taken."""
+
+from __future__ import annotations
+
+import io
+import tracemalloc
+import zlib
+from pathlib import Path
+
+import lz4.frame
+import pytest
+import zstandard
+from mcap.records import Chunk
+
+from shared import wire
+from shared.errors import UserError
+from shared.messages import Heartbeat
+from station.recording import chunks, mcap_file, reader
+from station.recording.chunks import DamageError, messages, unpack
+from station.recording.mcap_file import McapFile
+from station.recording.reader import open_recording
+
+LARGE = 400 * 2**20
+
+
+def packed(kind: str, size: int) -> bytes:
+    """So many zeros, without ever having them all."""
+    if kind == "lz4":
+        compressor = lz4.frame.LZ4FrameCompressor()
+        parts = [compressor.begin()]
+    else:
+        compressor = zstandard.ZstdCompressor().compressobj(size=size)
+        parts = list[bytes]()
+    parts += [compressor.compress(bytes(2**20)) for _ in range(size // 2**20)]
+    return b"".join([*parts, compressor.flush()])
+
+
+@pytest.mark.parametrize("kind", ["lz4", "zstd"])
+@pytest.mark.parametrize("claimed", [1000, 2**20])
+def test_a_chunk_that_holds_more_than_it_says_takes_no_more_than_it_says(kind: str, claimed: int) -> None:
+    bomb = packed(kind, LARGE)
+    assert len(bomb) < LARGE / 200
+    chunk = Chunk(kind, bomb, 0, 0, 0, claimed)
+    tracemalloc.start()
+    try:
+        with pytest.raises(DamageError, match="holds"):
+            unpack(chunk)
+        assert tracemalloc.get_traced_memory()[1] < 2**24
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("kind", ["lz4", "zstd"])
+def test_what_a_chunk_rightly_holds_is_unpacked(kind: str) -> None:
+    data = bytes(range(256)) * 1000
+    raw = lz4.frame.compress(data) if kind == "lz4" else zstandard.compress(data)
+    assert unpack(Chunk(kind, raw, 0, 0, zlib.crc32(data), len(data))) == data
+
+
+def test_a_chunk_of_nothing_but_messages_without_content_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chunks, "MAX_MESSAGES", 1000)
+    stream = io.BytesIO()
+    file = McapFile(stream, library="test", compression="")
+    schema = file.register_schema("x", b"")
+    channel = file.register_channel("/x", schema_id=schema)
+    records = bytearray()
+    for number in range(1001):
+        file.add_message(channel, log_ns=number, publish_ns=number, sequence=0, payload=b"")
+        records = file._chunk.records  # pyright: ignore[reportPrivateUsage]: as they are laid out
+    with pytest.raises(DamageError, match="more than 1000 messages"):
+        messages(bytes(records))
+
+
+def _recorded(path: Path, *, same_time: bool = False, overlap: bool = False) -> Path:
+    """A file of twenty chunks; with equal times, or with an index that names one of them again and again."""
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test", chunk_bytes=1)
+        schema = file.register_schema("repose.Heartbeat", wire.schema(Heartbeat))
+        channel = file.register_channel("/session/heartbeat", schema_id=schema)
+        for number in range(20):
+            at_ns = 1 if same_time else number
+            file.add_message(
+                channel, log_ns=at_ns, publish_ns=at_ns, sequence=0, payload=wire.encode(Heartbeat(number + 1))
+            )
+        if overlap:
+            indexes = file._chunk_indexes  # pyright: ignore[reportPrivateUsage]: as a forger would write them
+            indexes += indexes[:1] * 1000
+        file.finish()
+    return path
+
+
+def test_an_index_that_names_the_same_bytes_again_and_again_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="its chunks overlap"):
+        open_recording(_recorded(tmp_path / "a.mcap", overlap=True))
+
+
+def test_chunks_that_all_overlap_in_time_are_held_only_as_far_as_memory_allows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = open_recording(_recorded(tmp_path / "a.mcap", same_time=True))
+    assert len(list(recording.messages())) == 20
+    monkeypatch.setattr(reader, "MAX_HELD_BYTES", 2_000)
+    with pytest.raises(UserError, match="overlap in time"):
+        list(recording.messages())
+
+
+def test_the_limits_are_not_reached_by_our_own_recordings() -> None:
+    assert 100 * mcap_file.CHUNK_BYTES < reader.MAX_HELD_BYTES
+    assert chunks.MAX_MESSAGES * 30 > 10 * mcap_file.CHUNK_BYTES
