@@ -2,14 +2,15 @@
 
 While a block slides on one friction coefficient mu, Newton's second law in the plate's frame is
 
-    p'' = f(t + lead) - mu n(t + lead) v / |v|,
-    f = (g - A - alpha x r - omega x (omega x r) - 2 omega x v) along the plate,  n = minus the same across it,
+    p'' = f - mu n v / |v|,    n = minus the sum's part across the plate,
+    f = the part along the plate of (g - omega x (omega x r) - 2 omega x v)(t + lead) - (A + alpha x r)(t + push_lead)
 
-with A the acceleration of the pivot and r the place of the block's mass from the pivot. A path that is right has a lead
-of 0; one that comes before its attitude has a positive lead. Both sides are integrated twice, so that recorded places
-are compared with predicted ones and nothing of the noisy path is differentiated. Free in each slide are its first place
-and velocity (2 + 2) and its friction along and across the motion (2); common to a session are the lead, and the share
-of A that the recorded world applies (1, or 0 in a simulator whose pivot does not move).
+with A the acceleration of the pivot and r the place of the block's mass from the pivot. A path that is right has leads
+of 0; one that comes before its attitude, or before the plate's acceleration, has a positive one. Both sides are
+integrated twice, so that recorded places are compared with predicted ones and nothing of the noisy path is
+differentiated. Free in each slide are its first place and velocity (2 + 2) and its friction along and across the motion
+(2); common to a session are the leads, and the share of A that the recorded world applies (1, or 0 in a simulator whose
+pivot does not move).
 
 Nothing here is shared with station/diagnosis, with the simulators or with the generators.
 """
@@ -37,11 +38,16 @@ ROUNDS, STEP_S, DEGREE = 4, 1e-4, 7
 LEAST_NOISE_M = 1e-7
 LEAST_M_S2 = 1e-4
 """Least size of the pivot's acceleration, against the 1 m/s^3 or so by which a lead is told, to know its share."""
+LEAST_OF_PULL = 1e-2
+"""Least change of the plate's acceleration with time, as a share of the pull's, to know how late the block feels it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lead:
-    """By how much (s) a session's paths come before their attitude, the share of the pivot's acceleration, and both sd.
+    """By how much (s) a session's paths come before their attitude and the plate's acceleration, each with its sd.
+
+    `pivot_share` is the part of the pivot's acceleration that the paths show. What a session cannot know has an
+    infinite sd.
 
     `rms_m` is the median over the slides of the root mean square residual of their places.
     """
@@ -50,6 +56,8 @@ class Lead:
     lead_sd_s: float
     pivot_share: float
     pivot_share_sd: float
+    push_lead_s: float
+    push_lead_sd_s: float
     rms_m: float
     slides: int
 
@@ -78,20 +86,20 @@ def lead_of(signals: Signals, *, reach_m: float, above_pivot_m: float = 0.0) -> 
     if not slides:
         raise ValueError(f"expected slides of {LEAST_FRAMES} frames and more, found none")
     courses = [_course(slide) for slide in slides]
-    found, sds, noise = np.zeros(2), np.full(2, np.inf), np.ones(len(slides))
+    found, sds, noise = np.zeros(3), np.full(3, np.inf), np.ones(len(slides))
     for _ in range(ROUNDS):
-        normal, right = np.zeros((2, 2)), np.zeros(2)
+        normal, right = np.zeros((3, 3)), np.zeros(3)
         rest: list[tuple[Array, Array]] = []
         for slide, course, sd in zip(slides, courses, noise, strict=True):
-            own, common, left = _linearised(slide, plate, course, *found, above_pivot_m=above_pivot_m)
+            own, common, left = _linearised(slide, plate, course, found, above_pivot_m=above_pivot_m)
             basis, _ = np.linalg.qr(own)
             common, left = common - basis @ (basis.T @ common), left - basis @ (basis.T @ left)
             normal += common.T @ common / sd**2
             right += common.T @ left / sd**2
             rest.append((common, left))
         # A session whose pivot stands still knows nothing of the share.
-        known = np.diag(normal) > LEAST_M_S2**2 * normal[0, 0] * np.array([0.0, 1.0])
-        step, sds = np.zeros(2), np.full(2, np.inf)
+        known = np.diag(normal) > normal[0, 0] * np.array([0.0, LEAST_M_S2, LEAST_OF_PULL]) ** 2
+        step, sds = np.zeros(3), np.full(3, np.inf)
         step[known] = np.linalg.solve(normal[np.ix_(known, known)], right[known])
         sds[known] = np.sqrt(np.diag(np.linalg.inv(normal[np.ix_(known, known)])))
         found = found + step
@@ -101,6 +109,8 @@ def lead_of(signals: Signals, *, reach_m: float, above_pivot_m: float = 0.0) -> 
         lead_sd_s=float(sds[0]),
         pivot_share=float(found[1]),
         pivot_share_sd=float(sds[1]),
+        push_lead_s=float(found[2]),
+        push_lead_sd_s=float(sds[2]),
         rms_m=float(np.median(noise)),
         slides=len(slides),
     )
@@ -183,19 +193,21 @@ def _course(slide: _Slide) -> _Course:
 
 
 def _linearised(
-    slide: _Slide, plate: _Plate, course: _Course, lead_s: float, share: float, *, above_pivot_m: float
+    slide: _Slide, plate: _Plate, course: _Course, common: Array, *, above_pivot_m: float
 ) -> tuple[Array, Array, Array]:
-    """Derivatives of the places by a slide's own numbers (2 n, 6), by the common ones (2 n, 2), and what is left."""
+    """Derivatives of the places by a slide's own numbers (2 n, 6), by the common ones (2 n, 3), and what is left."""
+    lead_s, share, push_lead_s = common.tolist()
     grid, since = course.grid_s, slide.time_s - course.grid_s[0]
     way = course.velocity / np.maximum(np.hypot(*course.velocity.T), 1e-4)[:, None]
     aside = np.column_stack([-way[:, 1], way[:, 0]])
     here = np.column_stack([course.place, np.full(len(grid), above_pivot_m)])
     velocity = np.column_stack([course.velocity, np.zeros(len(grid))])
 
-    def pulled(lead: float, part: float) -> Array:
-        gravity, rate, turning, pivot = plate.at(grid + lead)
-        fictitious = np.cross(turning, here) + np.cross(rate, np.cross(rate, here)) + 2.0 * np.cross(rate, velocity)
-        return gravity - part * pivot - fictitious
+    def pulled(lead: float = lead_s, part: float = share, push_lead: float = push_lead_s) -> Array:
+        gravity, rate, _, _ = plate.at(grid + lead)
+        _, _, turning, pivot = plate.at(grid + push_lead)
+        swung = np.cross(rate, np.cross(rate, here)) + 2.0 * np.cross(rate, velocity)
+        return gravity - swung - part * pivot - np.cross(turning, here)
 
     def integrated(pull: Array) -> Array:
         """What a unit of each cause does to the places (2 n, 3): the pull along the plate, and friction both ways."""
@@ -203,15 +215,16 @@ def _linearised(
         causes = (pull[:, :2], -normal * way, -normal * aside)
         return np.column_stack([_twice(cause, grid, since).ravel() for cause in causes])
 
-    now, later = integrated(pulled(lead_s, share)), integrated(pulled(lead_s + STEP_S, share))
-    fuller = integrated(pulled(lead_s, share + 1.0))
+    now, later = integrated(pulled()), integrated(pulled(lead=lead_s + STEP_S))
+    fuller, pushed = integrated(pulled(part=share + 1.0)), integrated(pulled(push_lead=push_lead_s + STEP_S))
     own = np.zeros((2 * len(since), 6))
     for axis in range(2):
         own[axis::2, axis], own[axis::2, 2 + axis] = 1.0, since
     own[:, 4:] = now[:, 1:]
     left = slide.place_m.ravel() - now[:, 0]
     friction = np.concatenate([[1.0], np.linalg.lstsq(own, left, rcond=None)[0][4:]])
-    return own, np.column_stack([(later - now) @ friction / STEP_S, (fuller - now) @ friction]), left
+    changes = ((later - now) / STEP_S, fuller - now, (pushed - now) / STEP_S)
+    return own, np.column_stack([change @ friction for change in changes]), left
 
 
 def _once(values: Array, grid: Array) -> Array:

@@ -55,7 +55,8 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     )
     contact, places = moments.reported, [place for place, _ in chosen]
     tilt = contact.tilt_rad
-    sigma = np.array([sigma_of(track.sample) for track in tracks]) / np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
+    sigma = np.hypot([sigma_of(track.sample) for track in tracks], recorded.plate.sigma_rad(time_ns))
+    sigma /= np.maximum(np.sin(tilt) * np.cos(tilt), 1e-3)
     rows = rows_of(
         {
             "run": moments.run,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PPoly
 from scipy.spatial.transform import Rotation
 
+from station.diagnosis.observations.attitude_fit import fitted
 from station.diagnosis.observations.pivot import pivot_acceleration
 from station.physics.contact import Array
 from station.signals.tracks import AttitudeTrack, MotionTrack
@@ -58,6 +59,9 @@ class Attitude:
 class PlateMotion:
     """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
 
+    Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones: `fit` is None where there are
+    too few.
+
     The accelerations are differences of the cubics' slopes, or else of the rates.
 
     Chords of gravity would lie a tenth of a millidegree off while the plate is set in motion: always to the same side,
@@ -69,10 +73,12 @@ class PlateMotion:
         known = attitude.select(rises & np.isfinite(attitude.quaternion).all(axis=1))
         self._origin = int(known.time_ns[0]) if len(known) else 0
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
-        rate = _rate(known, self._time_s)
+        rate, gravity = _rate(known, self._time_s), known.gravity
+        self.fit = fitted(self._time_s, gravity, rate) if len(known) > 2 else None
+        if self.fit is not None:
+            rate, gravity = self.fit.rate_rad_s, self.fit.gravity
         # By columns: interpolation would copy each strided one, a whole session, at every call.
         self._rates = np.ascontiguousarray(rate.T)
-        gravity = known.gravity
         self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
@@ -104,6 +110,20 @@ class PlateMotion:
         since_s = self._since_step(time_ns, delay_s)
         pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
         return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, pivot)
+
+    def sigma_rad(self, time_ns: Times) -> Array:
+        """Standard deviation (n,) of gravity's direction at moments, of the readings' noise."""
+        if self.fit is None:
+            return np.zeros(len(time_ns))
+        return np.interp(self._seconds(time_ns), self._time_s, self.fit.sigma_rad)
+
+    def mean_sigma_rad(self, weight: Array, length_s: float) -> float:
+        """The same of a mean over so long a stretch with a weight (k,), even in time and in sum 1."""
+        if self.fit is None:
+            return 0.0
+        count = max(1, round(length_s / float(np.median(np.diff(self._time_s)))))
+        even = np.interp(np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, len(weight)), weight)
+        return self.fit.of_mean(even / even.sum())
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
         """When the arm was sent off, from `from_ns` until `to_ns`."""

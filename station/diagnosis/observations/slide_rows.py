@@ -20,7 +20,7 @@ from station.diagnosis.observations.slides import LEAST_M_S, Across, Along, Moti
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.views import block_view
 from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, Window, windows_of
-from station.physics.contact import Array, Contact, View
+from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.covariates import covariates_of
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
@@ -85,7 +85,10 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     pressing = contact.pressing_m_s2[1::nodes]
     mu = max(float(np.median(np.tan(contact.tilt_rad))), LEAST_MU)
     noise = np.array(
-        [window.acceleration_factor * track.sigma_m for window, track in zip(windows, tracks, strict=True)]
+        [
+            math.hypot(window.acceleration_factor * track.sigma_m, GRAVITY_M_S2 * _leaning_rad(window, recorded.plate))
+            for window, track in zip(windows, tracks, strict=True)
+        ]
     )
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
     slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[1::nodes], LEAST_M_S)
@@ -166,6 +169,11 @@ def _carried(values: Array, nodes: Array) -> Array:
     """Values (n, 3, 2) at the windows' nodes, carried on along a straight line to other nodes (k,): (n k, 2)."""
     slope = (values[:, -1] - values[:, 0]) / (NODES[-1] - NODES[0])
     return (values.mean(axis=1)[:, None] + slope[:, None] * nodes[None, :, None]).reshape(-1, 2)
+
+
+def _leaning_rad(window: Window, plate: PlateMotion) -> float:
+    """Standard deviation of gravity's mean direction over a window, of the attitude's noise."""
+    return plate.mean_sigma_rad(window.weight, 1e-9 * (window.to_ns - window.from_ns))
 
 
 def _of_runs(values: tuple[Array, Array], runs: Times) -> tuple[Array, Array]:

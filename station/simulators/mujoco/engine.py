@@ -25,7 +25,9 @@ FEET = 8
 class ArmEngine:
     """The arm with its plate, on which the block weighs as a part of it.
 
-    It can be read at any moment of its last time step. What the bodies hold is MuJoCo's own memory.
+    MuJoCo's steps are semi-implicit, so a velocity belongs to half a step before the places. The arm is read at the
+    velocities' moments: its last look begins and ends half a step before its last step does, and has one acceleration.
+    It can be read at any moment of that look. What the bodies hold is MuJoCo's own memory.
     """
 
     def __init__(self, model: Any, *, joint_start_rad: FLOATS, damping: float) -> None:
@@ -46,12 +48,13 @@ class ArmEngine:
         self._per_joint: FLOATS = np.empty((3, model.nv))
         self._position[:] = self._act[:] = joint_start_rad
         self._n = int(model.nv)
-        self._now = self._before = np.concatenate((self._position, self._velocity))
-        """Positions and then velocities of the joints, (2 n,), at the two ends of the last step: never written to."""
+        self._step_s = float(model.opt.timestep)
+        self._now = self._before = self._at_velocities()
+        """Positions and then velocities of the joints, (2 n,), at the two ends of the last look: never written to."""
         self._posed = False
         self._turned: list[float] | None = None
         self._turned_before: list[float] | None = None
-        """world_from_plate at the end and at the beginning of the last step, once somebody has asked for it."""
+        """world_from_plate at the end and at the beginning of the last look, once somebody has asked for it."""
 
     @property
     def servo_rad(self) -> list[float]:
@@ -62,19 +65,24 @@ class ArmEngine:
         """Advances by one time step, in which the servos move at these velocities."""
         self._pack(self._ctrl, 0, *wanted_rad_s, *wanted_rad_s)  # springs and dampers; numpy takes five times as long
         mj.mj_step(self.model, self.data)
-        self._before, self._now = self._now, np.concatenate((self._position, self._velocity))
+        self._before, self._now = self._now, self._at_velocities()
         self._turned_before, self._turned, self._posed = self._turned, None, False
 
     def halt(self, *, below_rad_s: float) -> bool:
         """Brings the joints to rest where they are, if none is quicker than that; whether they rest."""
         if float(np.abs(self._velocity).max()) >= below_rad_s:
             return False
-        self._velocity[:] = 0.0
-        self._now = self._before = np.concatenate((self._position, self._velocity))
+        self._position[:], self._velocity[:] = self._now[: self._n], 0.0
+        self._now = self._before = self._at_velocities()
+        self._posed = False
         return True
 
+    def _at_velocities(self) -> FLOATS:
+        """Positions and velocities of the joints at the moment of the velocities, half a step before the positions'."""
+        return np.concatenate((self._position - 0.5 * self._step_s * self._velocity, self._velocity))
+
     def joints(self, share: float = 1.0) -> tuple[FLOATS, FLOATS, FLOATS]:
-        """Position, velocity and effort, each (n,) and never written to again, at that share of the last step.
+        """Position, velocity and effort, each (n,) and never written to again, at that share of the last look.
 
         The effort is the one that the step was made with: its damping acts on the velocity that the step ends with.
         """
@@ -83,6 +91,7 @@ class ArmEngine:
         effort = self._explicit_effort - self._damping * change[n:]
         if share != 1.0:
             state = self._before + share * change
+            state[:n] -= 0.5 * share * (1.0 - share) * self._step_s * change[n:]
         return state[:n], state[n:], effort
 
     def carry(self, pose: Pose, *, mass_kg: float) -> None:
@@ -94,27 +103,21 @@ class ArmEngine:
 
     @property
     def bodies(self) -> Bodies:
-        """The bodies as they are now (a step leaves them one step old)."""
+        """The bodies half a step after the last look (MuJoCo's step leaves them one step old)."""
         if not self._posed:
             mj.mj_kinematics(self.model, self.data)
             self._posed = True
         return self._bodies
 
     def bodies_at(self, share: float) -> Bodies:
-        """The bodies as they were at that share of the last step."""
-        if share == 1.0:
-            return self.bodies
-        n, between = self._n, self._position_between
-        position, before = self._now[:n], self._before[:n]
-        np.subtract(position, before, out=between)
-        between *= share
-        between += before
+        """The bodies as they were at that share of the last look."""
+        self._position_between[:] = self.joints(share)[0]
         mj.mj_kinematics(self.model, self._between)
         return self._bodies_between
 
     def plate_quaternion_at(self, share: float) -> list[float]:
-        """world_from_plate at that share of the last step, as the mean of its two ends (the same within 1e-6)."""
-        after: list[float] = self._turned or self.bodies.plate_quaternion.tolist()
+        """world_from_plate at that share of the last look, as the mean of its two ends (the same within 1e-5)."""
+        after: list[float] = self._turned or self.bodies_at(1.0).plate_quaternion.tolist()
         self._turned = after
         if share == 1.0:
             return after

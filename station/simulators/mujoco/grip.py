@@ -24,56 +24,67 @@ Three = Sequence[float]
 
 
 class PlateMotion:
-    """The plate's pose at the end of the last stretch of time, and what its motion demands of a block."""
+    """The plate's motion in the last stretch of time, and what it demands of a block.
 
-    def __init__(self) -> None:
-        self._pose = _LEVEL
-        """The rotation row by row, and the place."""
-        self._rate = self._bend = np.zeros(12)
-        """The pose's first and second derivative.
+    The second difference of three poses is the acceleration at the middle one. The newest pose is therefore that of
+    half a look after the stretch, whose middle is then the middle pose, and the acceleration lasts for the stretch:
+    the path is a quadratic spline, as the arm's own readings are (`ArmEngine`). With the newest pose at the stretch's
+    end a block feels its plate's acceleration 4 ms late (tests/recovery/test_time_of_paths.py); carried on by its slope
+    it would be 3.5 times too large, as the joints do not move smoothly from step to step.
+    """
 
-        The arm's steps are semi-implicit as well: a difference of rates is the acceleration at the beginning of the
-        last stretch. Carried on from there by its slope it would have 3.5 times the true one's size in a slide, as the
-        joints do not move smoothly from step to step (tests/unit/simulators/test_plate_motion.py).
-        """
+    def __init__(self, *, ahead_s: float) -> None:
+        """By `ahead_s` the poses that are taken are those of later than the stretch's end."""
+        self._ahead_s = ahead_s
+        self._newest = self._pose = _LEVEL
+        """The newest pose, and that at the stretch's end: the rotation row by row, and the place."""
+        self._rate = self._bend = self._bend_before = np.zeros(12)
+        """The pose's first derivative at the stretch's end, its second in the stretch, and in the one before."""
         self._known, self._seconds = 0, 0.0
 
     def take(self, bodies: Bodies, *, seconds: float) -> None:
-        """The plate is there now, `seconds` after the call before."""
-        pose = np.concatenate((bodies.plate_rotation, bodies.plate_place))
-        rate = (pose - (self._pose if self._known else pose)) / seconds
+        """A new stretch is over, `seconds` after the call before."""
+        newest = np.concatenate((bodies.plate_rotation, bodies.plate_place))
+        rate = (newest - (self._newest if self._known else newest)) / seconds
         if self._known > 1:
-            self._bend = (rate - self._rate) / (0.5 * (seconds + self._seconds))
-        self._pose, self._rate, self._seconds = pose, rate, seconds
+            self._bend_before, self._bend = self._bend, (rate - self._rate) / (0.5 * (seconds + self._seconds))
+        self._newest, self._pose = newest, newest - self._ahead_s * rate
+        self._rate, self._seconds = rate, seconds
         self._known += 1
 
     def needed(self, place: Three) -> tuple[float, float, float]:
-        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place` on the plate, now."""
-        return self._force(place, self._pose)
+        """Contact force per mass (m/s², plate frame) that keeps a block at rest at `place`, at the stretch's end."""
+        return _force(place, self._pose, self._bend)
 
-    def pull(self, place: Three, velocity: Three, *, ago_s: float) -> tuple[float, float, float]:
+    def pull(self, place: Three, velocity: Three, *, ago_s: float, step_s: float) -> tuple[float, float, float]:
         """The acceleration (m/s², plate frame) of what nothing holds at `place`, that long before the stretch's end.
 
         It is gravity less the plate's own acceleration there, and Coriolis' acceleration of what moves at `velocity`.
+        It stands for the `step_s` around its moment, of which some may lie in the stretch before.
         """
-        pose = self._pose - ago_s * self._rate
-        fx, fy, fz = self._force(place, pose)
+        earlier = min(max((ago_s - self._seconds) / step_s + 0.5, 0.0), 1.0)
+        bend = self._bend + earlier * (self._bend_before - self._bend) if earlier else self._bend
+        rate = self._rate - ago_s * self._bend
+        pose = self._pose - 0.5 * ago_s * (self._rate + rate)
+        fx, fy, fz = _force(place, pose, bend)
         vx, vy, vz = velocity
         if vx * vx + vy * vy < CREEP_M_S**2:
             return -fx, -fy, -fz
-        wx, wy, wz = _spin(pose, self._rate)
+        wx, wy, wz = _spin(pose, rate)
         return -fx - 2 * (wy * vz - wz * vy), -fy - 2 * (wz * vx - wx * vz), -fz - 2 * (wx * vy - wy * vx)
 
-    def _force(self, place: Three, pose: FLOATS) -> tuple[float, float, float]:
-        (x, y, z), b, r = place, self._bend.tolist(), pose.tolist()
-        ax = b[0] * x + b[1] * y + b[2] * z + b[9]
-        ay = b[3] * x + b[4] * y + b[5] * z + b[10]
-        az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY
-        return (
-            r[0] * ax + r[3] * ay + r[6] * az,
-            r[1] * ax + r[4] * ay + r[7] * az,
-            r[2] * ax + r[5] * ay + r[8] * az,
-        )
+
+def _force(place: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, float]:
+    """Gravity and the acceleration at a place (plate frame), of a pose with that second derivative."""
+    (x, y, z), b, r = place, bend.tolist(), pose.tolist()
+    ax = b[0] * x + b[1] * y + b[2] * z + b[9]
+    ay = b[3] * x + b[4] * y + b[5] * z + b[10]
+    az = b[6] * x + b[7] * y + b[8] * z + b[11] + GRAVITY
+    return (
+        r[0] * ax + r[3] * ay + r[6] * az,
+        r[1] * ax + r[4] * ay + r[7] * az,
+        r[2] * ax + r[5] * ay + r[8] * az,
+    )
 
 
 def _spin(pose: FLOATS, rate: FLOATS) -> tuple[float, float, float]:

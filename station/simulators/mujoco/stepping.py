@@ -65,14 +65,14 @@ class Mechanism:
 
 
 def step(block: BlockEngine, motion: PlateMotion, *, ago_s: float, further: tuple[float, float]) -> None:
-    """One time step of a block from `ago_s` before the plate's newest pose, under its pull and a further one (m/s²)."""
-    x, y, z = motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s)
+    """One time step of a block from `ago_s` before the look's end, under the plate's pull and a further one (m/s²)."""
+    x, y, z = motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s, step_s=STEP_S)
     block.step(1, pull=(x + further[0], y + further[1], z), step_s=STEP_S)
 
 
 def settle(block: BlockEngine, motion: PlateMotion, draw: FrictionDraw) -> None:
     """Lets a block's feet sink in under the present pull while it cannot slip, and takes the velocity that is left."""
-    pull = motion.pull(block.qpos[:3].tolist(), (0.0, 0.0, 0.0), ago_s=0.0)
+    pull = motion.pull(block.qpos[:3].tolist(), (0.0, 0.0, 0.0), ago_s=0.0, step_s=STEP_S)
     block.set_friction(times(draw, GRIPPED))
     for _ in range(SETTLING):
         block.step(1, pull=pull, step_s=STEP_S)

@@ -1,9 +1,9 @@
 """The twin's world: an arm that follows joint set-points, and a block that sticks to its plate until the right angle.
 
-The arm, which feels nothing of a loose block, goes ahead by one step a look (10 ms), and is read at the moment asked
-for. A loose block follows in its own steps (`stepping`), in which no time is saved. Between looks the world decides
-what the block is: a part of the plate while it sticks below `LETS_GO`, held by contact above, a new contact after a
-slide. What cannot happen is not computed, and `savings` says what that is:
+The arm, which feels nothing of a loose block, goes ahead by one step a look (10 ms), to half a look after the look's
+end, and is read at the moment asked for. A loose block follows in its own steps (`stepping`), in which no time is
+saved. Between looks the world decides what the block is: a part of the plate while it sticks below `LETS_GO`, held by
+contact above, a new contact after a slide. What cannot happen is not computed, and `savings` says what that is:
 - while the set-points are reached and the block sticks with a utilisation below `RESTING`, the state is an equilibrium
   and time is skipped;
 - a part of the plate that is far from letting go is looked at less often, as is a block that the foam presses on;
@@ -37,6 +37,8 @@ LOOK = 5
 LOOK_NS = LOOK * STEP_NS
 LOOK_S = LOOK_NS * 1e-9
 """The block's time steps from one look at it to the next, and how long they take (10 ms): one step of the arm."""
+AHEAD_NS = LOOK_NS // 2
+"""The arm's places are known for so much later than the end of the look under way: see `grip.PlateMotion`."""
 UNEVEN = 0.1
 """By how much of their velocity the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
@@ -103,10 +105,10 @@ class TwinWorld:
         self._servo = Servo(start, now_ns=start_ns)
         self._reach: list[float] = model.reach_m(arm).tolist()
         self._reach_m = math.hypot(*self._reach)
-        self._motion = grip.PlateMotion()
+        self._motion = grip.PlateMotion(ahead_s=AHEAD_NS * 1e-9)
         self._rng, self._savings = rng, SAVING if savings else EVERYTHING
         self._time_ns = self._asked_ns = start_ns
-        """The time of the arm's state, which is less than a look ahead of the time asked for."""
+        """The end of the look under way, which is less than a look ahead of the time asked for."""
         self._steps_left = 0
         """Steps of the look under way that a loose block has still to make."""
         self._looking = False
@@ -154,7 +156,7 @@ class TwinWorld:
     def _begin_look(self) -> None:
         """Commands the servos and moves the arm; a sudden command frees the block before it is carried out."""
         arm, servo = self._moved, self._servo
-        wanted = servo.command(arm.servo_rad, now_ns=self._time_ns)
+        wanted = servo.command(arm.servo_rad, now_ns=self._time_ns + AHEAD_NS)
         if self._loose is None and not self._held and self._shoves(servo.jerk_rad_s):
             self._unweld()
         arm.step(wanted_rad_s=wanted)
@@ -272,7 +274,7 @@ class TwinWorld:
     # -- within
 
     def _share(self) -> float:
-        """How much of the arm's last step lies before the time asked for."""
+        """How much of the look under way lies before the time asked for."""
         return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
     def _shoves(self, jerk_rad_s: Sequence[float]) -> bool:

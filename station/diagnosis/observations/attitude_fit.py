@@ -1,0 +1,191 @@
+"""The plate's attitude from its readings and its recorded rates together: how noisy the ones, and how late the others.
+
+Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g). Were
+both right, the level e = x - integral of x'(t + d) + c x''(t + d) would stay: d and 2 c are the mean and the variance
+of the delays that a filter of the rates consists of. The readings' noise s is white, and the level wanders by what the
+rates are wrong: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space Methods, ch. 2).
+
+In its steady state the best level is a mean of the readings with weights w0 phi^|k|, w0 = (1 - phi) / (1 + phi), and
+phi is where the readings are best predicted, each from those before it. What the prediction misses has the variance
+s^2 / phi; s^2 times the weights is the covariance of the level that is found. Rates that are right bring phi near 1, a
+long mean; readings without noise bring it near 0, and stay as they are. d and c are the regression of what the
+prediction misses on the same of x' and x'' (generalised least squares), d with White's standard error (1980,
+Econometrica 48, 817).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
+
+from station.physics.contact import Array
+
+GAP = 10.0
+"""Between readings that are farther apart than so many usual intervals the rates are not added up."""
+
+LEAST_UPRIGHT = 0.05
+"""Of gravity's part across the plate: it guards a division on a plate that stands upright."""
+
+ROUNDS, MOST_LOG_ODDS = 8, 12.0
+"""Steps to the delay, each a tenth of what is left or less; and how near phi comes to 0 and 1."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AttitudeFit:
+    """Gravity and rates (n, 3) in P that fit each other, and the session's numbers.
+
+    `noise_rad` is a reading's standard deviation and `sigma_rad` (n,) that of the gravity found, `keeps` is phi: by so
+    much less a reading counts than its neighbour nearer by. The recorded rates came `delay_s` ± `delay_sd_s` late.
+    """
+
+    gravity: Array
+    rate_rad_s: Array
+    sigma_rad: Array
+    noise_rad: float
+    keeps: float
+    delay_s: float
+    delay_sd_s: float
+
+    def of_mean(self, weight: Array) -> float:
+        """Standard deviation (rad) of the mean over successive readings (k,) with weights in sum 1."""
+        apart = np.abs(np.subtract.outer(np.arange(len(weight)), np.arange(len(weight))))
+        own = (1.0 - self.keeps) / (1.0 + self.keeps)
+        return self.noise_rad * float(np.sqrt(own * (weight @ self.keeps**apart @ weight)))
+
+
+def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
+    """Fits readings (n,) of gravity (n, 3) and rates (n, 3) to each other; n is 3 or more."""
+    parts = _parts(time_s)
+    delay_s, sd_s, rate = _delay(time_s, gravity, rate_rad_s, parts)
+    level, (slope, bend) = _level(time_s, gravity, rate, parts)
+    keeps, missed = _predicted(level, parts)
+    spread = _spread_s2(time_s, *_regressed(missed, _missed(bend, keeps, parts))) * bend
+    level = level - spread
+    keeps, missed = _predicted(level, parts)
+    noise = float(np.sqrt(keeps * np.square(missed).sum() / max(2 * (len(time_s) - len(parts)), 1)))
+    smooth, own = _smoothed(level, keeps, parts)
+    found = gravity[:, :2] + smooth - level
+    upright = np.sqrt(np.maximum(1.0 - (found * found).sum(axis=1), 0.0))
+    whole = np.column_stack([found, np.copysign(upright, gravity[:, 2])])
+    wrong = _wrong(smooth, slope, time_s, parts)
+    return AttitudeFit(
+        gravity=whole,
+        rate_rad_s=rate + _turning(time_s, wrong * smooth + spread, whole, parts),
+        sigma_rad=noise * np.sqrt(own),
+        noise_rad=noise,
+        keeps=keeps,
+        delay_s=delay_s,
+        delay_sd_s=sd_s,
+    )
+
+
+def _parts(time_s: Array) -> list[slice]:
+    """Stretches of readings without a gap."""
+    step_s = np.diff(time_s)
+    ends = np.flatnonzero(step_s > GAP * np.median(step_s)) + 1
+    edges = [0, *ends.tolist(), len(time_s)]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[slice]) -> tuple[float, float, Array]:
+    """How late the rates come and its standard error, and the rates of so much later (n, 3)."""
+    delay_s, sd_s, rate = 0.0, np.inf, rate_rad_s
+    for _ in range(ROUNDS):
+        level, (slope, _) = _level(time_s, gravity, rate, parts)
+        keeps, missed = _predicted(level, parts)
+        step_s, sd_s = _regressed(missed, _missed(slope, keeps, parts))
+        delay_s += step_s
+        rate = np.column_stack([np.interp(time_s + delay_s, time_s, column) for column in rate_rad_s.T])
+    return delay_s, sd_s, rate
+
+
+def _spread_s2(time_s: Array, found_s2: float, sd_s2: float) -> float:
+    """-c without what adding up trapezoids makes of none, as James and Stein's estimator shrinks it for both errors.
+
+    A rate whose slope jumps by J within an interval h, at a share f of it, is added up to J h^2 f (1 - f) / 2 too much.
+    x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f uniform.
+    """
+    added_up = 0.1 * float(np.median(np.diff(time_s))) ** 2
+    left = found_s2 + added_up
+    return left * max(1.0 - (sd_s2**2 + added_up**2) / left**2, 0.0) if left else 0.0
+
+
+def _regressed(values: Array, by: Array) -> tuple[float, float]:
+    """The slope of values (n, 2) by others, and White's standard error of it; 0 and inf where those are 0."""
+    known = float((by * by).sum())
+    if not known > 0.0:
+        return 0.0, np.inf
+    slope = float((by * values).sum()) / known
+    return slope, float(np.sqrt(np.square(by * (values - slope * by)).sum())) / known
+
+
+def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, tuple[Array, Array]]:
+    """The level (n, 2) of each reading with these rates (n, 3); and what they make of x' and x''."""
+    slope = -np.cross(rate, gravity)[:, :2]
+    turned = [cumulative_trapezoid(slope[part], time_s[part], axis=0, initial=0.0) for part in parts]
+    return gravity[:, :2] - np.concatenate(turned), (slope, _derivative(slope, time_s, parts))
+
+
+def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
+    """The phi that predicts each reading best, and what its predictions miss (n, 2)."""
+
+    def worse(log_odds: float) -> float:
+        missed = _missed(level, 1.0 / (1.0 + np.exp(-log_odds)), parts)
+        return float(np.log((missed * missed).sum() + 1e-300))
+
+    found = minimize_scalar(worse, bounds=(-MOST_LOG_ODDS, MOST_LOG_ODDS), method="bounded")
+    keeps = 1.0 / (1.0 + float(np.exp(-found.x)))
+    return keeps, _missed(level, keeps, parts)
+
+
+def _missed(values: Array, keeps: float, parts: Sequence[slice]) -> Array:
+    """By how much (n, 2) each value differs from what the ones before it predict."""
+    steps = (np.diff(values[part], axis=0, prepend=values[part][:1]) for part in parts)
+    return np.concatenate([lfilter([1.0], [1.0, -keeps], step, axis=0) for step in steps])
+
+
+def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array, Array]:
+    """The means (n, 2) of the values on both sides, and the weight (n,) of a value in its own mean."""
+
+    def both(values: Array) -> Array:
+        sides = (lfilter([1.0], [1.0, -keeps], each, axis=0) for each in (values, values[::-1]))
+        return next(sides) + next(sides)[::-1] - values
+
+    own = np.concatenate([1.0 / both(np.ones(part.stop - part.start)) for part in parts])
+    return np.concatenate([both(level[part]) for part in parts]) * own[:, None], own
+
+
+def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) -> float:
+    """The share of the level's wandering that the rates are to blame for: the rest comes of adding up trapezoids.
+
+    Where an acceleration jumps by J within an interval h, the trapezoid errs by J h^2 f (1 - f) / 2, with f uniform
+    from 0 to 1, and the second differences of the slopes are J h f and J h (1 - f): 80 times the mean square of the one
+    is h^2 times that of the others. The share is that of James and Stein's estimator, not below 0.
+    """
+    wandered = sum(float(np.square(np.diff(level[part], axis=0)).sum()) for part in parts)
+    bent = sum(float(np.square(np.diff(slope[part], n=2, axis=0)).sum()) for part in parts)
+    added_up = float(np.median(np.diff(time_s))) ** 2 * bent / 80.0
+    return max(1.0 - added_up / wandered, 0.0) if wandered > 0.0 else 0.0
+
+
+def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]) -> Array:
+    """The rates (n, 3) with which a level wanders, which the recorded ones lack. A turn about gravity is unseen."""
+    along = _derivative(level, time_s, parts)
+    upright = np.copysign(np.maximum(np.abs(gravity[:, 2]), LEAST_UPRIGHT), gravity[:, 2])
+    across = -(along * gravity[:, :2]).sum(axis=1) / upright
+    return np.cross(np.column_stack([along, across]), gravity)
+
+
+def _derivative(values: Array, time_s: Array, parts: Sequence[slice]) -> Array:
+    """By time (n, 2); 0 in a stretch of one reading."""
+    made = np.zeros_like(values)
+    for part in parts:
+        if part.stop - part.start > 1:
+            made[part] = np.gradient(values[part], time_s[part], axis=0)
+    return made

@@ -1,0 +1,79 @@
+"""A block under three tones, by plain steps of Newton's and Coulomb's laws: when the slide that gets away begins.
+
+Nothing of `arm_vibration` is used here: this is what its file derives, and how far its law is from it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from shared.geometry import Array
+
+STEP_S, BLOCKS, MU, AWAY_M = 5e-4, 250, 0.36, 2e-3
+SHARES, PACES, PHASES = (1.0, 0.7, 0.5), (1.0, 1.37, 0.61), (1.0, 2.3, 5.1)
+
+
+@dataclass(frozen=True)
+class Away:
+    """Of the slides that get away: the push by which they are early, mean and scatter in the shaking's deviations.
+
+    `crept_m` is the median way that blocks have come before.
+    """
+
+    mean: float
+    scatter: float
+    crept_m: float
+
+
+def away(*, tone_m_s2: float, hz: float, rate_deg_s: float) -> Away:
+    """Blocks whose load grows evenly past their friction while three tones with chance phases shake them."""
+    rng = np.random.default_rng(20261340)
+    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
+    first, phase = rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+    speed, place, began = np.zeros(BLOCKS), np.zeros(BLOCKS), np.full(BLOCKS, np.nan)
+    begin, crept, gone = began.copy(), np.zeros(BLOCKS), np.zeros(BLOCKS, dtype=np.bool_)
+    for now in np.arange(-2.0 * sum(SHARES) * tone_m_s2 / growth, 3.0, STEP_S):
+        push = _tones(now + first, tone_m_s2, hz, phase)
+        excess = growth * now + push
+        goes = (speed <= 0.0) & (excess > 0.0)
+        begin[goes], crept[goes & ~gone] = now, place[goes & ~gone]
+        speed = np.where((speed > 0.0) | goes, np.maximum(speed + STEP_S * excess, 0.0), 0.0)
+        place += STEP_S * speed
+        new = ~gone & (place - crept > AWAY_M)
+        began[new], gone = begin[new], gone | new
+        if gone.all():
+            break
+    early = -growth * began / (tone_m_s2 * math.sqrt(0.5 * sum(share * share for share in SHARES)))
+    return Away(float(early.mean()), float(early.std()), float(np.median(crept)))
+
+
+def _tones(time_s: Array, tone_m_s2: float, hz: float, phase: Array) -> Array:
+    parts = zip(SHARES, PACES, PHASES, strict=True)
+    return sum((tone_m_s2 * a * np.sin(2 * math.pi * hz * f * time_s + p * phase) for a, f, p in parts), np.zeros(1))
+
+
+def test_weak_shaking_scatters_and_does_not_hasten() -> None:
+    """The load passes the limit within a part of a cycle: each moment of it is as likely, and the mean push is none."""
+    found = away(tone_m_s2=0.05, hz=3.0, rate_deg_s=14.0)
+    assert found.mean == pytest.approx(0.0, abs=0.15)
+    assert found.scatter == pytest.approx(1.0, abs=0.2)
+    assert found.crept_m < 1e-5
+
+
+def test_what_slips_at_a_crest_stops_in_the_trough() -> None:
+    """It creeps, and goes when the mean load has caught up: not early, and with less scatter than the shaking has."""
+    found = away(tone_m_s2=0.25, hz=8.0, rate_deg_s=3.0)
+    assert found.mean == pytest.approx(0.0, abs=0.15)
+    assert found.scatter < 0.4
+    assert found.crept_m > 1e-4
+
+
+def test_strong_shaking_throws_blocks_off_early() -> None:
+    """A single slip of a slow, strong shake is a slide."""
+    found = away(tone_m_s2=0.8, hz=3.0, rate_deg_s=3.0)
+    assert found.mean > 0.6
+    assert found.mean / found.scatter > 2.0
