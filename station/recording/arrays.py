@@ -62,6 +62,9 @@ def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: 
     """
     collected = _Collected(reader)
     topics = [*_TRACKS, *_WHOLE, *(name for name in reader.topics if name.startswith(ANGLE_PREFIX))]
+    for name in topics:
+        if name in reader.topics:
+            _refuse_other(reader.topics[name])
     first_ns = None if from_ns is None else from_ns - _AROUND_NS
     last_ns = None if to_ns is None else to_ns + LATE_NS
     for channels, batch in reader.batches(topics, first_ns, last_ns):
@@ -107,7 +110,6 @@ class _Collected:
         topics = dict[str, list[int]]()
         for number in np.unique(batch.channel).tolist():
             info = channels[number]
-            _refuse_other(info)
             topics.setdefault(info.name, []).append(number)
         for topic, numbers in topics.items():
             part = batch.select(np.isin(batch.channel, numbers))

@@ -33,6 +33,7 @@ PARTS: tuple[PartMaker, ...] = (
 NOT_SHOWN = frozenset(
     {
         "camera/image/overlay",  # the corners are drawn from the measurement itself
+        "arm/lease",  # which session has the arm: it says nothing of block or plate
         "twin/target",  # what the twin is told and does: arm/joints shows it as any arm's
         "twin/joints",
         "truth/scene",  # a view shows what was measured, never the truth

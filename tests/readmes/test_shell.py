@@ -51,6 +51,7 @@ SHORTER = {
     "compare-angles": "compare-angles --sweeps 1 --step-deg 5 --readings 3",
     "diagnose sim.mcap --report": "diagnose twenty.mcap --report",
     "diagnose session.mcap --overlay": "diagnose twenty.mcap --overlay",
+    "--simulate mine.mcap": "--simulate session.mcap",
 }
 """The same for less time."""
 
