@@ -21,7 +21,7 @@ CONSTANT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A channel and a covariate; its smooth columns (rows of the channel, k) and their number in the stack."""
+    """A channel and a covariate, with smooth columns (channel's rows, k) and the columns' numbers in the scores."""
 
     channel: Channel
     covariate: str
