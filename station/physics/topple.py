@@ -23,9 +23,9 @@ STILL_M_S = 5e-3
 
 
 def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """How far (n, 4, 2), m, the mark's corners have moved in P by the fall of a block q times as high as wide.
+    """Displacement (n, 4, 2), m, in P, of the mark's corners by the fall of a block q times as high as wide.
 
-    `offset_m` is where its mass is from the middle of its sole, in the block's frame.
+    `offset_m` is the place of its mass from the middle of its sole, in the block's frame.
     """
     lead_rad, stands_rad = lower_edge(view, slenderness=slenderness, offset_m=offset_m)
     still = np.hypot(view.velocity_m_s[:, 0], view.velocity_m_s[:, 1]) < STILL_M_S
