@@ -38,7 +38,7 @@ def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0
 
 
 def lower_edge(view: View, *, slenderness: float, offset_m: tuple[float, float]) -> tuple[Array, Array]:
-    """Direction in P (n,) of the edge over which the block falls first, and the tilt (n,) up to which it stands."""
+    """Direction in P (n,), rad, of the edge over which the block falls first, and the tilt (n,) at which it falls."""
     side = view.point_m[:, 1] - view.point_m[:, 0]
     turns = np.pi / 2 * np.arange(4.0)
     normals = np.arctan2(side[:, 1], side[:, 0])[:, None] + turns
