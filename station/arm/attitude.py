@@ -15,7 +15,7 @@ from station.rig.arm_model import transform
 
 Array = NDArray[np.float64]
 Numbers = tuple[float, float, float, float, float, float, float, float, float, float]
-"""Quaternion, angular velocity, pivot."""
+"""Quaternion (w, x, y, z), angular velocity (rad/s) and pivot (m)."""
 
 
 class Attitude:
