@@ -22,7 +22,7 @@ from station.simulators.recorded_runs import Poses, RecordedRun, poses_of, recor
 LEAST_DEG, LEAST_MM = 0.1, 0.1
 SIGNIFICANT = 3.0
 LEAST_RUNS = 8
-"""With fewer onsets a wave of four periods is not looked for."""
+"""With fewer onsets a wave of four periods is not sought."""
 _NEAR = 0.9
 CURES = {
     "solver_creep": 'a smaller time step and a stiffer contact (MuJoCo: cone="elliptic", impratio="100")',

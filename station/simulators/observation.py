@@ -1,4 +1,4 @@
-"""What a camera would see of simulated blocks: corners in pixels, as the effects on the image displace them."""
+"""The camera's view of simulated blocks: corners in pixels, displaced by the effects on the image."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Seen:
 
 
 class Camera:
-    """The recorded camera, seeing what a model makes of it."""
+    """The recorded camera, with the displacements of a model."""
 
     def __init__(self, geometry: CameraGeometry, *, size_px: tuple[int, int]) -> None:
         self.geometry, self.size_px = geometry, size_px
@@ -51,7 +51,7 @@ class Camera:
         return self._pixels(everywhere, seen, model, on_block=False)
 
     def inside(self, corner_px: Array) -> Bools:
-        """Whether all corners (n, 4, 2) are in the picture (n,)."""
+        """True (n,) if all corners (n, 4, 2) are in the picture."""
         limit = np.array(self.size_px, dtype=float)
         return np.all((corner_px >= 0.0) & (corner_px < limit), axis=(1, 2), keepdims=True)[:, 0, 0]
 

@@ -49,4 +49,4 @@ MUJOCO_DEFAULT = Contact(
     solimp=(0.9, 0.95, 0.001, 0.5, 2.0),
     tolerance=1e-8,
 )
-"""MuJoCo's defaults: the block has long crept away when it should start."""
+"""MuJoCo's defaults, with which the block has long crept away when it should start."""

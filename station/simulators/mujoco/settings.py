@@ -28,7 +28,7 @@ class TwinSettings:
     plate: Plate = field(default_factory=Plate)
 
     def __post_init__(self) -> None:
-        """Refuses two means."""
+        """Refuses, by a ValueError, two means."""
         if self.mean_angle_rad is not None and self.mean_mu is not None:
             raise ValueError("give mean_angle_rad or mean_mu, not both")
         self.friction()

@@ -46,7 +46,7 @@ class Twin:
                 self._bus.publish("truth/scene", self.scene(now_ns))
 
     def joint_state(self, now_ns: int) -> JointState:
-        """What the joints' sensors read."""
+        """The readings of the joints' sensors."""
         joints = self.world.joints()
         return JointState(
             stamp_ns=now_ns,

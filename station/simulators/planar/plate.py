@@ -1,4 +1,4 @@
-"""How the plate really moves: the reported attitude, turned by the effects, as one table row per stretch of time.
+"""The true motion of the plate: the reported attitude, turned by the effects, as one table row per stretch of time.
 
 Between two knots gravity moves in P along a great circle: g(t) = g₀ cos Ωt + d sin Ωt.
 """

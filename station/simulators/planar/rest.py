@@ -19,7 +19,7 @@ from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
 
 FINE_S = 0.05
-"""Knots nearer to each other than this are those of a recording."""
+"""Knots nearer to each other than this belong to a recording."""
 _APART_S = 0.25
 _APART_CREEPING_S = 0.125
 _WINDOW_S = 0.1
@@ -50,7 +50,7 @@ class Lying(NamedTuple):
     place: Array
 
     def select(self, chosen: Index) -> Lying:
-        """Fewer of them."""
+        """The chosen blocks."""
         since = self.from_s[chosen], self.rest_from_s[chosen]
         return Lying(self.row[chosen], self.number[chosen], *since, self.place[chosen])
 
@@ -72,7 +72,7 @@ class Creep:
     place: Array
 
     def at(self, chosen: Index, time_s: Array) -> Creep:
-        """The same at other times (b, w) of the chosen blocks (b,)."""
+        """The creep at other times (b, w) of the chosen blocks (b,)."""
         places = [self.place_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
         return Creep(time_s, np.stack(places, axis=1))
 
@@ -88,7 +88,7 @@ class Creep:
 
 
 class Rest:
-    """Looks for onsets in the runs of a world."""
+    """Finds onsets in the runs of a world."""
 
     def __init__(self, world: World, curve: LimitCurve) -> None:
         self._world, self._curve = world, curve
@@ -179,7 +179,7 @@ class Rest:
         return downward + off
 
     def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
-        """What friction can hold (a,): the static limit, or the kinetic one where a slip was seen not to get away."""
+        """The friction (a,) that holds: the static limit, or the larger kinetic one in runs of which to `beware`."""
         limit = self._curve.value(contact, blocks.friction)
         wary = self._wary[blocks.row]
         if contact is None or not wary.any():

@@ -21,9 +21,9 @@ from station.physics.contact import Array, Bools
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
 _BOUND_M_S = 1e-3
-"""With D below it ω is where drive and friction balance."""
+"""Below this D, ω is the rate at which drive and friction balance."""
 _MOST = 0.98
-"""Of q, for which there is such a balance."""
+"""The largest q for which there is such a balance."""
 _SMALL = 0.02
 
 
@@ -78,7 +78,7 @@ class Decays(NamedTuple):
 
 
 def decays(first: Turning, step: Array) -> Decays:
-    """See `Decays`; where z is small, and the fractions would cancel, by Taylor's series."""
+    """The `Decays` of a step; where z is small, and the fractions would cancel, they are Taylor series."""
     z = np.minimum(-first.decay * step, -1e-12)
     small = z > -_SMALL
     w = np.where(small, -1.0, z)
@@ -128,5 +128,5 @@ def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> 
 
 
 def _beside(stage: Turning, first: Turning) -> Array:
-    """What a stage's change is beside the decay of the first."""
+    """The part of a stage's change besides the decay of the first stage."""
     return stage.drive + (first.decay - stage.decay) * stage.rate
