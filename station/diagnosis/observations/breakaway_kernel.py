@@ -64,7 +64,11 @@ def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
 
 @compiled
 def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
-    """Writes a block's path, released at `start`, and its slope by D at a run's frames; returns the first frame."""
+    """Writes a block's path, released at `start`, and its slope by D at a run's frames; returns the first frame.
+
+    It integrates by Heun's rule from grid point to grid point; friction is looked up once a step, at the rule's guess,
+    and continued from there along its slope. The frame returned is the first one after `start`.
+    """
     pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
     held_at, slowed_at = laws.held[laws.of_run[run]], laws.slowing_m_s2[laws.of_run[run]]
     path, slope = shot
