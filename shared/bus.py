@@ -1,4 +1,4 @@
-"""What a process sees of the bus. Behind it stand Zenoh (`zenoh_bus`) or plain calls in one process (`memory_bus`).
+"""The interface of the bus to a process.
 
 Handlers run on the thread that calls `poll`, in order of arrival, so a process needs no locks. Only the recorder takes
 messages on the receiving thread (`direct=True`), and there it may do nothing but enqueue.

@@ -136,7 +136,7 @@ class PlatformState(Message):
 
 @dataclass(frozen=True, slots=True)
 class JointState(Message):
-    """What the arm's joints measured."""
+    """The measured state of the arm's joints."""
 
     stamp_ns: int = 0
     name: Strings = ()
@@ -156,7 +156,7 @@ class JointState(Message):
 
 @dataclass(frozen=True, slots=True)
 class TiltCommand(Message):
-    """What the arm was asked for: tilt to `angle_rad` about the axis at `azimuth_rad` (the paper's β)."""
+    """A command to the arm: tilt to `angle_rad` about the axis at `azimuth_rad` (the paper's β)."""
 
     stamp_ns: int = 0
     run: int = 0
@@ -421,7 +421,7 @@ class TwinScene(Message):
 
 @dataclass(frozen=True, slots=True)
 class CameraGeometry(Message):
-    """What turns pixels into places on the plate; the calibration that foxglove.CameraCalibration has no room for.
+    """The calibration that turns pixels into places on the plate, beyond what foxglove.CameraCalibration holds.
 
     `plate_from_pixel` is the homography (9 numbers, row by row) from undistorted pixels to metres in the plate's
     plane. The mark lies `mark_height_m` above that plane and the camera's pinhole `camera_height_m`, both of which

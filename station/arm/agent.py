@@ -46,7 +46,7 @@ class _Motion:
     step: int
     began_ns: int = 0
     end_ns: int = 0
-    """When the last set-point is due."""
+    """The time at which the last set-point is due, ns."""
     own_order: bool = False
     """True for holding or levelling after a lost heartbeat."""
     passing: bool = False

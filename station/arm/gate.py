@@ -29,7 +29,7 @@ _KNOWN = 1000
 
 
 class Action(Enum):
-    """What the arm must do now: nothing special, halt at once, come to rest smoothly and hold, or level slowly."""
+    """The gate's order to the arm: none, halt at once, come to rest smoothly and hold, or level slowly."""
 
     NONE = "none"
     HALT = "halt"
@@ -126,7 +126,7 @@ class SafetyGate:
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
     ) -> str:
-        """Why this trajectory may not start now; nothing when it may.
+        """The reason why this trajectory may not start now; empty when it may.
 
         Holding and levelling after a lost heartbeat are the gate's own orders: they need no arming, and obey all
         other rules.
@@ -140,7 +140,7 @@ class SafetyGate:
         return self._start_fault(trajectory, reading)
 
     def _trajectory_fault(self, trajectory: JointTrajectory) -> str:
-        """As `trajectory_fault`; a motion whose every number is that of one that was found right is right as well.
+        """The fault of `trajectory_fault`; a motion with the very numbers of one that was found right is right.
 
         The steps of a session are the same in each run, and looking at one takes as long as planning it.
         """

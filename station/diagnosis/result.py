@@ -87,7 +87,7 @@ class Combination:
 
 @dataclass(frozen=True, kw_only=True)
 class Own:
-    """What one name adds to the prediction of unseen runs beside all others, each figure with its standard error.
+    """The gain in the prediction of unseen runs by one name beside all others, with standard errors.
 
     `gain` is in log score (nat) a run, `path` is the decrease of a simulated slide's error (m). Folds that did not find
     the name count as 0; `folds` is the number of those that did.
@@ -125,7 +125,7 @@ class EffectFound:
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """How well held-out runs are predicted; a figure is nan where the recording has no such data.
+    """The quality of predictions of held-out runs; a figure is nan where the recording has no such data.
 
     `se` has the standard error of each figure by its name.
     """

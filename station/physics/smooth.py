@@ -155,7 +155,7 @@ class Unnamed(Effect):
     def __init__(self, covariate: str, words: str, *, size: int, typical: float, unit: str, most: float) -> None:
         """Has `size` coefficients a0, a1, …, each at most `most` in size."""
         self.covariate = covariate
-        # What classes of named effects have, an unnamed one has of its own.
+        # A named effect has these in its class; an unnamed one has its own.
         vars(self).update(
             id=f"{PREFIX}{covariate}, {words}",
             title=f"something outside the catalogue that changes with {covariate}",

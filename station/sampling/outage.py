@@ -17,7 +17,7 @@ _LEVEL_RAD = math.radians(0.5)
 
 
 class Outage:
-    """What a session does while it cannot hear camera or arm; asked at every tick."""
+    """The behaviour of a session while it cannot hear camera or arm; it is asked at every tick."""
 
     def __init__(self, state: State, tracks: Tracks) -> None:
         self._state, self._tracks = state, tracks

@@ -155,7 +155,7 @@ def _rest_s(signals: Signals, run: int, sample: Sample | None, begin_ns: int) ->
 
 
 def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> RecordedRun | None:
-    """From the first frame after which the block lies flat for good; None if it does not slide then."""
+    """The stretch from the first frame after which the block lies flat for good; None if it does not slide then."""
     lifted = np.flatnonzero(~seen.flat)
     first = int(lifted[-1]) + 1 if len(lifted) else 0
     lying = Poses(seen.time_ns[first:], seen.pose[first:], seen.flat[first:])

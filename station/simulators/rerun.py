@@ -161,7 +161,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
             if first.censored:
                 continue
             begin_ns = first.slip_ns
-            # Of a block that held, the sample has the steepest tilt: the error is at least as large.
+            # The sample of a block that held has the steepest tilt: the error is at least as large.
             onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
         path[place] = _apart_mm(seen.between(begin_ns, run.end_ns), told.between(begin_ns, run.end_ns))
     return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path)

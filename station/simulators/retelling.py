@@ -30,7 +30,7 @@ _BLINK_S = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Outcome:
-    """What a simulator found for n repeated runs; times in s from each run's beginning.
+    """The findings of a simulator for n repeated runs; times in s from each run's beginning.
 
     Attributes:
         onset_s: (n,) the first onset as the camera would stamp it; nan if the block never slid.

@@ -1,4 +1,4 @@
-"""What a simulator is for the rest of the station, and the simulators that there are.
+"""The interface of a simulator to the rest of the station, and the available simulators.
 
 A simulator is a folder here with a module `session` that has one class with `repeat`: `planar`, `mujoco`, or one that
 is added beside them. A recording that another simulator made stands in for one, too (`Elsewhere`).

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class JointReading:
-    """What the joints measured at `stamp_ns`: names, and position, velocity and effort, (n,) each.
+    """The joints' readings at `stamp_ns`: names, and position, velocity and effort, (n,) each.
 
     Nobody writes to the arrays again: where they are those of the reading before, nothing has changed.
     """
@@ -43,7 +43,7 @@ quicken(JointReading)
 
 @dataclass(frozen=True, kw_only=True)
 class DriverLink:
-    """What a driver is given: the bus, the arm's model, and its own table of rig.toml."""
+    """The resources of a driver: the bus, the arm's model, and its own table of rig.toml."""
 
     bus: Bus
     model: ArmModel

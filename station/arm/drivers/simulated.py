@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class TwinWire(Protocol):
-    """How set-points get to the twin and its readings come back."""
+    """The connection by which set-points get to the twin and its readings come back."""
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """Wants the joints there at `now_ns`, moving on at that velocity; both (n,), and never written to again."""

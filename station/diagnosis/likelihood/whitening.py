@@ -115,7 +115,7 @@ def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
 
 
 def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
-    """For all rows the place along the path, and the wander's standard deviation and reach; 0, 0, 1 without any."""
+    """Place along the path (rows,), and the wander's standard deviation and reach; 0, 0, 1 where there is none."""
     places, sizes, reaches = list[Array](), list[Array](), list[Array]()
     for channel in evidence.channels:
         wander, some = evidence.wander.get(channel.name), np.ones(len(channel))

@@ -18,7 +18,7 @@ _COLUMNS = ("all", *TITLES)
 _CLEAR = 0.05
 _DARK = 0.6
 _SCALED = 3
-"""From so many rows on there is room for the colour scale; the numbers say the same."""
+"""The number of rows from which on there is room for the colour scale; the numbers say the same."""
 
 
 def heat_map(spots: Sequence[Spot], *, title: str) -> Any:

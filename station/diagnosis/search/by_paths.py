@@ -23,7 +23,7 @@ from station.physics.model import Term
 
 FAMILY = "speed law"
 Group = tuple[frozenset[str], int]
-"""What candidates have besides their laws of sliding, and the number of those laws."""
+"""The ids of a candidate's effects besides its laws of sliding, and the number of those laws."""
 
 
 def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:

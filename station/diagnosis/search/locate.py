@@ -1,4 +1,4 @@
-"""Where residuals stand out: places by rank, with the runs and stretches that stand out most, and a sentence."""
+"""The places where residuals stand out, by rank, with the runs and stretches that stand out most, in a sentence."""
 
 from __future__ import annotations
 

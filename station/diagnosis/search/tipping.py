@@ -1,4 +1,4 @@
-"""Whether the block topples, inferred from the steepness of the runs in which it turned over and in which it stood.
+"""Infers whether the block topples from the steepness of the runs in which it turned over and in which it stood.
 
 A block stands up to a steepness s of its own, tan(tilt) times the cosine of the descent's angle to its nearest edge's
 normal; s is its width over its height, 1 / slenderness. The alternative is that a run was called toppled by mistake (a

@@ -1,4 +1,4 @@
-"""How MuJoCo holds and slides a block rightly: the settings, and MuJoCo's own for comparison.
+"""The settings with which MuJoCo holds and slides a block rightly, and MuJoCo's own for comparison.
 
 MuJoCo's contact is a regularised convex problem, and three of its traits matter here.
 

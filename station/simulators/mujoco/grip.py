@@ -1,4 +1,4 @@
-"""How much of its friction a lying block needs: the utilisation, from the plate's motion alone.
+"""The utilisation of a lying block: the share of its friction that it needs, from the plate's motion alone.
 
 A block of mass m at rest on the plate needs the contact force m (a − g) with a the plate's acceleration under it. Its
 share along the plate over its share across it, measured with the limit curve, is the utilisation: 1 is the onset.
@@ -98,7 +98,7 @@ def _spin(pose: FLOATS, rate: FLOATS) -> tuple[float, float, float]:
 
 
 class Hold:
-    """How a block is held where it lies: by a limit curve in its direction, and by its own width against tipping.
+    """The hold of a block where it lies: by a limit curve in its direction, and by its width against toppling.
 
     `axis_rad` is where the axis of the limit curve points, in the plate frame.
     """

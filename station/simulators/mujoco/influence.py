@@ -1,4 +1,4 @@
-"""What a twin's world may have beyond friction drawn for each contact: laws of friction, and pushes, of whoever asks.
+"""Mechanisms of a twin's world beyond friction drawn for each contact: laws of friction, and pushes, of the caller.
 
 The twin itself has none. A test or a study that wants a world with a further mechanism hands one to `TwinWorld`, which
 asks it before every step of a block that can move, and at every look at one that is a part of the plate.

@@ -1,4 +1,4 @@
-"""What a simulation's settings do to it, before anything is called physics: creep of the solver, artefact of the cone.
+"""The effect of a simulation's settings, apart from physics: creep of the solver, artefact of the cone.
 
 A handful of the recorded tilts is simulated with the user's settings and with refined ones. What changes is not
 physics, and the first of a list of cures that removes nine tenths of it is named. With MuJoCo's defaults a block of
@@ -65,7 +65,7 @@ def cures(baseline: Setup) -> tuple[Cure, ...]:
 def numerics(
     recorded: Signals, *, rig: RigConfig, mu_s: float, baseline: Setup = BASELINE, runs: int = RUNS
 ) -> list[dict[str, Any]]:
-    """What the settings of a simulation do on a few of the recorded tilts.
+    """The effect of a simulation's settings on a few of the recorded tilts.
 
     Each thing is a dict of id, size, unit, cured_by, before and after.
 

@@ -1,4 +1,4 @@
-"""What is read from the world: joints, the plate's pose, the block's pose on the plate."""
+"""The readings of the world: joints, the plate's pose, the block's pose on the plate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a twin's world may leave out because it cannot matter: a scheduler around the physics, which knows none itself.
+"""The steps that a twin's world may skip because they cannot matter: a scheduler that knows no physics itself.
 
 Each answer is a number of looks (10 ms) that may pass before the next one, or whether something may be done at all. A
 test compares onsets with `SAVING` and with `EVERYTHING` (tests/unit/simulators/test_onset.py).

@@ -1,4 +1,4 @@
-"""From a stream of joint set-points to the velocities that the servos in the MuJoCo model are given.
+"""Turns a stream of joint set-points into the velocities that the servos in the MuJoCo model are given.
 
 In plain numbers: for six joints a sum in numpy takes longer than the whole command.
 """

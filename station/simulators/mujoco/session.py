@@ -26,7 +26,7 @@ class MujocoSession:
     ) -> Signals:
         """Repeats as `Simulator.repeat` says; raises UserError also for settings in the rig file that cannot be."""
         setup = self._setup or own_setup(rig) or Setup()
-        # What a user has set may let a block creep long before its onset, which is then what is to be simulated.
+        # A user's settings may let a block creep long before its onset; that creep is then to be simulated.
         share = SHARE_CREEPING if setup.solid else SHARE
         simulated = partial(simulate, setup=setup, share=share)
         return repeated(recorded, model, rig=rig, rng=rng, simulated=simulated)

@@ -11,7 +11,7 @@ from station.simulators.mujoco.specimen import Block, FixedIn, Friction, Plate
 
 @dataclass(frozen=True, kw_only=True)
 class TwinSettings:
-    """What stands on the simulated arm.
+    """The material pair, block and plate on the simulated arm.
 
     `pair` is the name of a preset or the path of a pair's file; each of the other friction keys replaces the pair's
     value. The mean is given as an angle or as a coefficient (mu = tan of the angle), not as both.

@@ -1,4 +1,4 @@
-"""What stands on the arm: block, plate with its foam border, and the friction between block and plate.
+"""The specimen on the arm: block, plate with its foam border, and the friction between block and plate.
 
 All numbers are in SI units and radians. The plate frame has its origin at the plate's centre on its surface, z up when
 level. The defaults are the paper's rig (sections III and IV, Figs. 2 and 4) as far as it states them.

@@ -53,7 +53,7 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """What acts on one block in one step: force per mass (m/s², plate frame), turning (rad/s²) and friction.
+    """The load on one block in one step: force per mass (m/s², plate frame), turning (rad/s²) and friction.
 
     `friction` along and across the axis at `axis_rad`; both alike: no axis is needed.
     """

@@ -62,7 +62,7 @@ class Twin:
         plate, block = world.plate_pose(), world.block_pose()
         (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot_m
         (x, y, z), (bw, bx, by, bz) = block.position, block.quaternion
-        # By position, in the order of the class: it is made a hundred times a second.
+        # The fields are given by position, in the order of the class: it is made a hundred times a second.
         return TwinScene(now_ns, qw, qx, qy, qz, px, py, pz, x, y, z, bw, bx, by, bz, world.mu_now)
 
     def _take_target(self, received: Received) -> None:

@@ -265,7 +265,7 @@ class TwinWorld:
         return self._moved.plate_quaternion_at(self._share())
 
     def block_pose(self) -> Pose:
-        """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
+        """The block's pose on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
         if self._loose is None or self._quiet_s >= REST_S or not self._looking:
             return self._seen
         ahead_s = (self._asked_ns - self._time_ns + self._steps_left * STEP_NS) * 1e-9
@@ -278,7 +278,7 @@ class TwinWorld:
         return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
     def _shoves(self, jerk_rad_s: Sequence[float]) -> bool:
-        """Whether a change of the joints' commanded velocities could make the block slip within one look.
+        """True if a change of the joints' commanded velocities could make the block slip within one look.
 
         In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
         equally quick, so a share of their sum is allowed for.
@@ -310,7 +310,7 @@ class TwinWorld:
 
     def _stuck(self) -> bool:
         """True if the block stays where it is, on a plate that does not move."""
-        # What the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
+        # A block that the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
         if self._held or not self.block_at_rest or any(self._leaning):
             return self._held or self.block_at_rest
         return self._utilisation(self._motion.needed(self._rel.position), self._hold) < RESTING

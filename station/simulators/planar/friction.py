@@ -108,7 +108,7 @@ class _Watched(Contact):
 
 
 def asks_for_direction(term: Term, *, phases: tuple[bool, ...] = (False, True)) -> bool:
-    """Whether an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
+    """True if an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
 
     One that only looks at it says the same in all directions.
     """

@@ -40,7 +40,7 @@ class Pull(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where blocks are and how they move (a,): direction `way`, turned by `yaw`; who turns has a yaw rate."""
+    """Places and motion of blocks (a,): direction `way`, turned by `yaw`; a block that turns has a yaw rate."""
 
     x: Array
     y: Array

@@ -117,7 +117,7 @@ class Rest:
         return Grid(times, np.broadcast_to(number, times.shape))
 
     def _steepest(self, window: int) -> Grid:
-        """Of each window of knots the one with the steepest tilt, and with pushes the most abrupt one too."""
+        """The knot with the steepest tilt in each window of knots, and with pushes the most abrupt one too."""
         plate = self._world.plate
         n = len(self._world.commands)
         table = plate.table.reshape(Column.COUNT, n, -1)
@@ -304,7 +304,7 @@ class Rest:
 
 
 def _root(at: Excess, low: Array, high: Array) -> tuple[Array, Array]:
-    """Where E passes zero between `low` and `high` (b,), and the direction there; by the Illinois rule.
+    """The zero of E between `low` and `high` (b,), and the direction there, by the Illinois rule.
 
     The upper end of the last bracket is returned, where E is not negative.
     """

@@ -56,7 +56,7 @@ class Chances:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Motions:
-    """What n blocks did.
+    """The motions of n blocks.
 
     Attributes:
         onset_s: (n,) the true time of the first onset from rest of a slip beyond `ONSET_M`; nan without one.

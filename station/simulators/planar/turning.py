@@ -62,7 +62,7 @@ def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array,
 
 
 class Decays(NamedTuple):
-    """What the first stage's decay makes of a step (a,): z = −decay · step, half of it and whole.
+    """The decay of the first stage over a step (a,): z = −decay · step, half of it and whole.
 
     `kept` is eᶻ, `share` (eᶻ − 1) / z; `begin`, `middle`, `end` are the weights of the stages (1/6, 4/6, 1/6 at z = 0).
     """
@@ -118,7 +118,7 @@ def rate_at_full(first: Turning, second: Turning, way: Decays) -> Array:
 def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> tuple[Array, Array]:
     """The yaw rate (a,) after a step, and how far a rule of lower order is from it."""
     inner, last = _beside(second, first), _beside(third, first)
-    # Of the two rules only what follows from the stages differs.
+    # The two rules differ only in what follows from the stages.
     off = way.begin * first.drive + (way.middle - way.share) * inner + way.end * last
     rate = first.rate * way.kept + way.step * (off + way.share * inner)
     off = np.abs(way.step * off)
