@@ -102,11 +102,11 @@ def against(recorded: Found, simulated: Found) -> Against:
     gain = level.gain + sum(one.gain for one in beside)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
     alike = [one.effect for one in beside if one.effect is not None and one.odds <= 0]
-    return Against(level=level, effects=beside, differ_p=differ_p, shared=_of(recorded.evidence, fits[0], alike))
+    return Against(level=level, effects=beside, differ_p=differ_p, shared=_refit(recorded.evidence, fits[0], alike))
 
 
-def _of(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
-    """The fit with only these of the model's effects and its nuisances."""
+def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
+    """The fit again with only these of the model's effects and its nuisances."""
     ids = {effect.id for effect in effects}
     terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect.id in ids)
     return fit(evidence, replace(fitted.model, terms=terms), effects, noise=fitted.noise)

@@ -33,17 +33,17 @@ class State:
         self.asked_ns = 0
         self.hold_from_ns = 0
         self.found_ns = 0
-        """When usable corners were last received that were fresh."""
+        """The time at which fresh, usable corners were last received, ns."""
         self.seen_ns = 0
-        """When a fresh frame was last received, whatever it showed."""
+        """The time at which a fresh frame was last received, whatever it showed, ns."""
         self.blind = ""
-        """What was wrong with the frames since: nothing came, they were late, or the same again."""
+        """The fault of the frames since: nothing came, they were late, or the same again."""
         self.attitude_ns = 0
-        """When an attitude of the plate was last received that was fresh."""
+        """The time at which a fresh attitude of the plate was last received, ns."""
         self.faults = 0
-        """How many runs in a row have failed; those that an outage ended do not count."""
+        """The number of runs in a row that have failed, without those that an outage ended."""
         self.outage = ""
-        """What ended the run if that was the network; the session waits until everybody is heard again."""
+        """The network's fault that ended the run, if any; the session waits until everybody is heard again."""
         self.samples = 0
 
     def begin(self, now_ns: int) -> None:

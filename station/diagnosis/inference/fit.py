@@ -25,10 +25,12 @@ from station.physics.model import Model
 from station.physics.parameter import Parameter
 
 MOST_STEPS = 25
+"""The largest number of Newton steps between two noise estimates."""
 CONVERGED = 1e-3
 """A step that promises a smaller gain in log likelihood ends the search."""
 
 NOISE_ROUNDS = 3
+"""The largest number of noise estimates after the first."""
 WORTH_RENEWING = 0.5
 """A new noise estimate is kept if it raises the log likelihood by more than this."""
 
@@ -37,6 +39,7 @@ FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
 slope of a law by its shape holds only nearby."""
 
 SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
+"""The factors by which a step is shortened, one after another."""
 ENOUGH = 0.2
 """A step must bring this share of its promised gain, or else it is shortened: a step to the far end of a shape's range
 may gain a little and end where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""

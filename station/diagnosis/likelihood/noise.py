@@ -123,6 +123,7 @@ def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Arra
 
 
 def _between(mean: Array, error: Array) -> float:
+    """The standard deviation of the runs' random effects, from their means (runs,) and these means' errors (runs,)."""
     known = np.isfinite(mean)
     if known.sum() < 4:
         return 1e-6
@@ -136,6 +137,7 @@ def _robust_sd(values: Array) -> float:
 
 
 def _clipped(values: Array) -> Array:
+    """The values clipped at CLIP robust standard deviations from their median."""
     middle = float(np.median(values))
     mad = 1.4826 * float(np.median(np.abs(values - middle)))
     return np.clip(values, middle - thresholds.CLIP * mad, middle + thresholds.CLIP * mad) if mad else values

@@ -30,8 +30,8 @@ def _volume(tail: Array) -> Array:
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
     """Slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
 
-    The weight is the expected curvature's stand-in (ν + 1) / (ν + w²), which is positive everywhere; for a limit it is
-    the curvature itself.
+    The weight is (ν + 1) / (ν + w²), as in iteratively reweighted least squares: unlike the curvature it is positive
+    everywhere. For a limit it is the curvature itself.
     """
     curvature = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + white**2))
     slope = curvature * white

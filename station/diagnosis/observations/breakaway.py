@@ -119,7 +119,7 @@ class Breakaways:
         return self.nearer(law, COUNT).nearer(law, count)
 
     def some(self, number: int) -> Breakaways:
-        """At most `number` of the runs, evenly spaced."""
+        """The runs thinned to `number` of them, evenly spaced; all of them if there are fewer."""
         return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
 
     def of_places(self, chosen: Times) -> Breakaways:

@@ -97,7 +97,7 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
     if max(map(_worth, gentle)) > max(map(_worth, found[:2])) - NEARLY:
         both = [each for each in gentle if _worth(each) > max(map(_worth, gentle)) - NEARLY]
         found += [_with_drop(few, _dropping(each.law, sudden.law.drop)) for each in both]
-    return _among(paths.some(MANY), found).law
+    return _chosen_by_many(paths.some(MANY), found).law
 
 
 def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
@@ -134,7 +134,7 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
     return found
 
 
-def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:
+def _chosen_by_many(paths: Breakaways, found: Sequence[_Found]) -> _Found:
     """The law that MANY runs prefer, among those that a FEW runs find about as likely as any."""
     least = max(map(_worth, found)) - NEARLY
     fitted = [_fitted_near(paths, each.law, (*each.free, CREEP)) for each in found if _worth(each) > least]

@@ -41,7 +41,7 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> B
     most = float(np.quantile(np.abs(off_rad), FAR))
     common = _common(np.clip(off_rad, -most, most), sigma, angles_rad)
     left = off_rad - common
-    own = _spread(left[:, 1], sigma)
+    own = _true_variance(left[:, 1], sigma)
     trust = own / (own + sigma**2)
     return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma)
 
@@ -55,7 +55,7 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Ar
     return (design @ found).reshape(off_rad.shape)
 
 
-def _spread(left_rad: Array, sigma_rad: Array) -> float:
+def _true_variance(left_rad: Array, sigma_rad: Array) -> float:
     """The variance of the true deviations, from measured ones (n,) less that of their errors."""
     squared = np.minimum(left_rad**2, float(np.quantile(left_rad**2, FAR)))
     return max(float(np.average(squared - sigma_rad**2, weights=sigma_rad**-4.0)), 0.0)

@@ -80,9 +80,9 @@ def _mistaken(tips: Tips) -> Array:
 def _tipping(tips: Tips) -> Array:
     """Log likelihood (s, scatters, mistakes) of a block that topples at a steepness s."""
     total = np.zeros((len(STEEPNESS), len(SCATTERS), len(MISTAKES)))
-    for low, high, share, fell in zip(tips.stood, _high(tips), _share(tips), tips.tipped, strict=True):
-        standing = _beyond(low)
-        falls = standing - _beyond(high) if fell else np.zeros_like(standing)
+    for low, high, share, fell in zip(tips.stood, _fallen_by(tips), _share(tips), tips.tipped, strict=True):
+        standing = _stands(low)
+        falls = standing - _stands(high) if fell else np.zeros_like(standing)
         for place, mistake in enumerate(MISTAKES.tolist()):
             if fell:
                 chance = (1 - mistake) * falls + mistake * share * standing
@@ -92,18 +92,18 @@ def _tipping(tips: Tips) -> Array:
     return total
 
 
-def _high(tips: Tips) -> Array:
+def _fallen_by(tips: Tips) -> Array:
     """The steepness (r,) at which each block had fallen; for one that stood, the largest."""
     return np.where(tips.tipped, np.maximum(tips.fallen, tips.stood * (1.0 + SHIFTED)), tips.stood)
 
 
 def _share(tips: Tips) -> Array:
     """The share (r,) of its steepness over which a block fell: a mistake would have had to happen there, too."""
-    high = _high(tips)
+    high = _fallen_by(tips)
     return np.where(tips.tipped, np.clip((high - tips.stood) / np.maximum(high, 1e-9), SHIFTED, 1.0), 1.0)
 
 
-def _beyond(steepness: float) -> Array:
+def _stands(steepness: float) -> Array:
     """Probability (s, scatters) that a block stands at a steepness."""
     off = np.log(STEEPNESS[:, None] / max(steepness, 1e-3)) / SCATTERS
     return np.asarray(norm.cdf(off), dtype=np.float64)

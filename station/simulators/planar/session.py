@@ -62,7 +62,7 @@ def repeated(
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
-    """What the runs were told: the attitude every 10 ms, and the specimen as its sample or else the rig file has it."""
+    """The commands of the runs: the attitude every 10 ms, and the specimen as its sample, or the rig file, has it."""
     size = rig.block.size_m
     samples = [run.sample for run in runs]
     times = [_knots_s(run) for run in runs]
