@@ -46,7 +46,7 @@ class Tilter:
         self._max_angle_rad = max_angle_rad
         self._paths: dict[float, TiltPath] = {}
         self._motions: dict[tuple[float, TiltState, float, float], TiltMotion] = {}
-        """By azimuth, start, goal and rate."""
+        """The planned motions by azimuth, start, goal and rate."""
         self._motion: TiltMotion | None = None
         self._path: TiltPath | None = None
         self._rest = TiltState()

@@ -29,7 +29,7 @@ class Camera:
     def __init__(self, geometry: CameraGeometry, *, size_px: tuple[int, int]) -> None:
         self.geometry, self.size_px = geometry, size_px
         self.flat = replace(geometry, mark_height_m=0.0)
-        """For what lies in the plate's own plane."""
+        """The calibration for what lies in the plate's own plane."""
         self._centre = np.array([geometry.camera_x_m, geometry.camera_y_m])
         homography = np.reshape(geometry.plate_from_pixel, (3, 3))
         middle = np.array([0.5 * (size_px[0] - 1), 0.5 * (size_px[1] - 1)])

@@ -91,11 +91,11 @@ class ProjectedCamera:
         )
         self._noise: list[list[float]] = []
         self._stray_px = 0.0
-        """How far sag and the noise at hand can move a corner."""
+        """The largest shift of a corner by sag and the noise at hand, px."""
         self._pose: Placed | None = None
         self._corners: Corners = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self._room_px = 0.0
-        """How far the corners are from the picture's edges, without sag and noise."""
+        """The distance of the corners from the picture's edges without sag and noise, px."""
         self._tipped = False
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))

@@ -180,6 +180,6 @@ def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> Re
 
 
 def numbers(runs: Iterable[RecordedRun]) -> Array:
-    """The runs' numbers counted from 0 (n,), with the recording's gaps."""
+    """The runs' numbers (n,), counted from 0 with the recording's gaps."""
     found = np.array([run.run for run in runs], dtype=float)
     return found - found.min(initial=np.inf)

@@ -94,7 +94,7 @@ class SimulatedArm:
         self._motion, self._began_ns = trajectory, now_ns
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: the set-point stays where it is."""
+        """Halts as `Driver.halt` says: the set-point stays where it is."""
         if self._motion is not None:
             self._hold(self._motion.at(now_ns - self._began_ns)[0])
             self._send_held(now_ns)

@@ -127,7 +127,7 @@ class _Simulated:
 
 
 def _along_x(slide: Slide) -> Slide:
-    """The same slide turned to go along x: the package weighs each coordinate by its size, and across is but noise."""
+    """The slide turned to go along x: the package weighs each coordinate by its size, and across is but noise."""
     way = slide.place_m[-1] - slide.place_m[0]
     cosine, sine = way / max(float(np.hypot(*way)), 1e-9)
     turn = np.array([[cosine, sine], [-sine, cosine]])

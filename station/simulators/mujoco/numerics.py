@@ -149,7 +149,7 @@ def _tilt_along(commands: Commands, row: int, times: Array) -> Array:
 
 
 def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
-    """How much earlier blocks start (deg) and how much farther they creep (mm) than with the refined settings."""
+    """The advance of the onset (deg) and the additional creep (mm) against the refined settings."""
     both = np.isfinite(before.onset_rad) & np.isfinite(refined.onset_rad)
     early = float(np.degrees((refined.onset_rad - before.onset_rad)[both].mean())) if both.any() else 0.0
     return early, 1e3 * float(before.crept_m(refined).mean() - refined.crept_m(refined).mean())

@@ -14,7 +14,7 @@ from station.simulators.mujoco.tilted import Setup, Solver
 
 @dataclass(frozen=True, kw_only=True)
 class MujocoSettings:
-    """What is left out is MuJoCo's default; the block is then a box on a plane, as a user writes it down first."""
+    """The user's settings; one that is left out is MuJoCo's default, and the block is then a box on a plane."""
 
     timestep_s: float = 0.002
     cone: Literal["pyramidal", "elliptic"] = "pyramidal"

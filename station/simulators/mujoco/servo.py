@@ -26,7 +26,7 @@ class Servo:
         self._position: list[float] = joint_start_rad.tolist()
         self._velocity = [0.0] * len(self._position)
         self.moving = False
-        """Whether the newest set-point moves on."""
+        """True if the newest set-point moves on."""
         self._stamp_ns = now_ns
         self._wanted = self._wanted_before = self._velocity
         self.settled = False

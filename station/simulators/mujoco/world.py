@@ -44,15 +44,13 @@ UNEVEN = 0.1
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
 LEANING = 0.95
-"""The same two, times this, for a block that leans on the foam, whose force is known less exactly.
-
-With 0.8 instead, 24 sessions of 40 runs on steel had as many falls (3, not 4) and runs without a slip (28, not 29).
-"""
+"""The factor on LETS_GO and GRIPS for a block that leans on the foam, whose force is known less exactly. With 0.8
+instead, 24 sessions of 40 runs on steel had as many falls (3, not 4) and runs without a slip (28, not 29)."""
 RESTING = 0.99
 REST_S = 0.05
 QUIET_M = 1e-6
 QUIET_TURN = 1e-5
-"""At rest means: moved and turned less than this in each look of the last `REST_S`."""
+"""A block is at rest if it moved less than QUIET_M and turned less than QUIET_TURN in each look of the last REST_S."""
 SLIDE_M = 1e-3
 """A slide is at least so long; what comes to rest after one is a new contact with a new draw of friction."""
 STILL_RAD_S = 1e-4
@@ -117,7 +115,7 @@ class TwinWorld:
         """Looks since the plate's motion was taken note of, and how many of them may be left out."""
         self._read: tuple[FLOATS, FLOATS, FLOATS] | None = None
         self.lost = 0
-        """How often the block left the plate, or fell over, and was put back on its centre."""
+        """The number of times that the block left the plate, or fell over, and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
 
     # -- driving

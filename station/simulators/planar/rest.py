@@ -66,7 +66,7 @@ class Crossing(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Creep:
-    """Nodes (a, c) of the way that blocks creep while at rest."""
+    """Nodes (a, c) of the creep of blocks at rest."""
 
     time_s: Array
     place: Array
