@@ -1,1 +1,1 @@
-"""What both sides of Repose are built on: messages, topics, the bus, clocks, configuration and geometry."""
+"""The base of both sides of Repose: messages, topics, the bus, clocks, configuration and geometry."""

@@ -1,4 +1,4 @@
-"""What a process sees of the bus. Behind it stand Zenoh (`zenoh_bus`) or plain calls in one process (`memory_bus`).
+"""The interface of the bus to a process.
 
 Handlers run on the thread that calls `poll`, in order of arrival, so a process needs no locks. Only the recorder takes
 messages on the receiving thread (`direct=True`), and there it may do nothing but enqueue.
@@ -20,15 +20,15 @@ from shared.messages import Message
 class Recipe:
     """A message that is made when somebody looks at it: `make(**values)`.
 
-    `make` is a function of a module, and the values are messages, numbers, texts or None: so another process, the one
-    that writes a recording, can make it as well.
+    `make` is a function of a module, and the values are messages, numbers, texts or None, so that another process, the
+    one that writes a recording, can make it as well.
     """
 
     make: Callable[..., Message]
     values: Mapping[str, Any]
 
     def made(self) -> Message:
-        """The message."""
+        """Returns the message."""
         return self.make(**self.values)
 
 
@@ -64,7 +64,7 @@ class Received:
             self.payload = payload
 
     def __getattr__(self, name: str) -> Message | bytes:
-        """What was not given; Python asks here only while the slot is empty."""
+        """Derives a field that was not given; Python asks here only while the slot is empty."""
         if name == "payload":
             self.payload = wire.encode(self.message)
             return self.payload
@@ -90,21 +90,21 @@ Handler = Callable[[Received], None]
 MissHandler = Callable[[Missed], None]
 Server = Callable[[Message], Message]
 ReplyHandler = Callable[[Message | None], None]
-"""Gets the reply, or None when nobody answered in time."""
+"""A function that gets the reply, or None when nobody answered in time."""
 
 
 class Bus(Protocol):
     """The bus of one rig as one process sees it."""
 
     malformed: Counter[str]
-    """Payloads by topic or service that were no message of it: they were left out, and reached nobody."""
+    """The number of payloads, by topic or service, that were no message of it: they were dropped and reached nobody."""
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
-        """Sends a message to whoever subscribes; the topic's traffic class decides how."""
+        """Sends a message to all subscribers; the topic's traffic class decides how."""
         ...
 
     def carries(self, topic: str) -> bool:
-        """Whether a message of that topic may reach anybody: what does not need not be made."""
+        """True if a message of that topic may reach anybody; otherwise it need not be made."""
         ...
 
     def subscribe(
@@ -124,7 +124,7 @@ class Bus(Protocol):
         ...
 
     def announce(self, name: str) -> None:
-        """Says that the process `name` is alive, until the bus is closed or the process dies."""
+        """Declares that the process `name` is alive, until the bus is closed or the process dies."""
         ...
 
     def alive(self) -> frozenset[str]:
@@ -132,7 +132,7 @@ class Bus(Protocol):
         ...
 
     def poll(self, timeout_s: float = 0.0) -> int:
-        """Runs the handlers of what has arrived, waiting up to `timeout_s` for the first; returns how many."""
+        """Runs the handlers of what has arrived, waiting up to `timeout_s` for the first; returns their number."""
         ...
 
     def close(self) -> None:

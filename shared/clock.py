@@ -1,4 +1,4 @@
-"""The clocks that processes are driven by: the system's, or a simulated one."""
+"""The clocks that drive processes: the system's, or a simulated one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOOKS = 9
 
 
 def _epoch_ns() -> int:
-    """When the monotonic clock was 0: a process may be interrupted between two looks, so the quickest counts."""
+    """The time at which the monotonic clock was 0; of several tries the least interrupted, quickest one counts."""
     looks: list[tuple[int, int]] = []
     for _ in range(LOOKS):
         before, now, after = time.perf_counter_ns(), time.time_ns(), time.perf_counter_ns()
@@ -41,12 +41,12 @@ class SystemClock:
         return self._epoch_ns + time.perf_counter_ns()
 
     def from_monotonic_ns(self, monotonic_ns: int) -> int:
-        """A CLOCK_MONOTONIC stamp (camera sensors give these) on this clock."""
+        """The time on this clock of a CLOCK_MONOTONIC stamp, which camera sensors give."""
         return self._epoch_ns + monotonic_ns
 
 
 SIMULATION_EPOCH_NS = 1_600_000_000_000_000_000
-"""Where simulated time begins (September 2020): a fixed date, so that the same seed gives the same bytes."""
+"""The begin of simulated time (September 2020): a fixed date, so that the same seed gives the same bytes."""
 
 
 class SimulatedClock:

@@ -13,7 +13,7 @@ from shared.errors import UserError
 
 T = TypeVar("T")
 _LARGE = 2**63
-"""TOML's own limit for a whole number, which Python's reader does not keep."""
+"""TOML's own limit for an integer, which Python's reader does not enforce."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _describe(hint: Any) -> str:
 
 
 def _line_of(text: str, path: tuple[str, ...]) -> int:
-    """The line of a key, 1-based; of its table's header if the key is not there; 0 if neither is found."""
+    """The line of a key, 1-based, or else of its table's header; 0 if neither is found."""
     *table, key = path
     current: list[str] = []
     header_line = 0

@@ -23,7 +23,7 @@ class Slot:
 
     @property
     def nested(self) -> bool:
-        """Whether the field holds a message."""
+        """True if the field holds a message."""
         return issubclass(self.kind, Message)
 
 

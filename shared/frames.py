@@ -34,7 +34,7 @@ CAMERA = "camera"
 BLOCK = "block"
 
 PIXEL_CENTRE = 0.5
-"""What a viewer's pixel coordinates have over OpenCV's."""
+"""The offset of a viewer's pixel coordinates from OpenCV's."""
 
 OVERLAY_RGBA = (255, 60, 200, 255)
 _DOTS_A_SIDE = 15
@@ -147,7 +147,7 @@ def seen(
     pivot_above_plate_m: float,
     block_height_m: float,
 ) -> foxglove.FrameTransforms:
-    """The message of topic `tf` that follows from what was last heard of arm, camera and block, as far as it was."""
+    """The message of topic `tf`, from the last known state of arm, camera and block, as far as it is known."""
     transforms: list[foxglove.FrameTransform] = []
     if attitude is not None:
         transforms.append(platform_transform(attitude, pivot_above_plate_m=pivot_above_plate_m))
@@ -163,12 +163,12 @@ def seen(
 
 
 _PLACED = attrgetter("plate_from_pixel", "camera_x_m", "camera_y_m", "camera_height_m")
-"""What of a calibration says where the camera is."""
+"""The fields of a calibration that determine where the camera is."""
 
 
 @lru_cache(maxsize=4)
 def _view_of(plate_from_pixel: tuple[float, ...], x_m: float, y_m: float, height_m: float) -> foxglove.FrameTransform:
-    """Computed anew only when the calibration says something else: it is the same for a whole session."""
+    """The camera's view, computed anew only when the calibration changes, which it rarely does in a session."""
     return camera_transform(
         CameraGeometry(plate_from_pixel=plate_from_pixel, camera_x_m=x_m, camera_y_m=y_m, camera_height_m=height_m)
     )

@@ -82,9 +82,9 @@ def plate_from_pixel(*, px_per_m: float, centre_px: tuple[float, float]) -> Arra
 
 
 def undistort(points_px: ArrayLike, *, intrinsics: ArrayLike, distortion: Sequence[float]) -> Array:
-    """Where points (n, 2) would be seen by the same camera without its lens's distortion, in pixels.
+    """The pixels (n, 2) at which the same camera without its lens's distortion would see points (n, 2).
 
-    OpenCV's model with k1, k2, p1, p2, k3 (as many as are given), inverted by fixed-point iteration, which converges
+    OpenCV's model with k1, k2, p1, p2, k3 (as many as are given) is inverted by fixed-point iteration, which converges
     for the mild distortion of such lenses to below 0.001 px.
 
     Args:

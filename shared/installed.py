@@ -1,4 +1,4 @@
-"""What is installed of Repose: its version, and which extra brings a package that is missing."""
+"""The installation of Repose: its version, and the extra that brings a missing package."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BROUGHT_BY = {
     "sklearn": "scikit-learn",
     "zenoh": "eclipse-zenoh",
 }
-"""Distributions that are named otherwise than what is imported from them."""
+"""Distributions whose names differ from what is imported from them."""
 
 
 def version() -> str:
@@ -32,7 +32,7 @@ def version() -> str:
 
 
 def sentence_of(missing: ModuleNotFoundError) -> str | None:
-    """One sentence for the user that says what to install; None if no extra brings what is missing: a fault of ours."""
+    """A sentence for the user that says what to install; None if no extra brings the package: a fault of ours."""
     root = (missing.name or "").partition(".")[0]
     wanted = _normal(_BROUGHT_BY.get(root, root))
     found = [line for line in _requirements() if _normal(_name(line)) == wanted]
@@ -71,7 +71,7 @@ def _extra(requirement: str) -> str:
 
 
 def _name(requirement: str) -> str:
-    """With its own extras: who lacks mujoco does not need mujoco[sysid]."""
+    """The name with its own extras: an installation without mujoco does not need mujoco[sysid]."""
     return re.split(r"[^]\w.[-]", requirement, maxsplit=1)[0]
 
 

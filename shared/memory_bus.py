@@ -27,7 +27,7 @@ class MemoryBus:
         self._alive: set[str] = set()
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
-        """Hands the message to every subscriber before it returns; a recipe is left to who looks at it."""
+        """Hands the message to every subscriber before it returns; a recipe is made by whoever looks at it."""
         route = self._routes.get(topic) or self._route(topic)
         if not route:
             return
@@ -48,7 +48,7 @@ class MemoryBus:
         return route
 
     def carries(self, topic: str) -> bool:
-        """Whether anybody hears that topic."""
+        """True if anybody subscribes to that topic."""
         return bool(self._routes.get(topic) or self._route(topic))
 
     def subscribe(
@@ -83,12 +83,12 @@ class MemoryBus:
         return frozenset(self._alive)
 
     def poll(self, timeout_s: float = 0.0) -> int:
-        """Nothing waits here."""
+        """Returns 0: nothing waits here."""
         del timeout_s
         return 0
 
     def close(self) -> None:
-        """Forgets everybody."""
+        """Removes all subscribers and services."""
         self._handlers.clear()
         self._routes.clear()
         self._servers.clear()

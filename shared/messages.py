@@ -27,7 +27,7 @@ class Message:
     PACKAGE: ClassVar[str] = "repose"
 
     def __init_subclass__(cls) -> None:
-        """Every class passes here twice: as it is written, and again when `dataclass` has given it slots."""
+        """Quickens the class's `__init__`; a class passes here as it is written, and again with its slots."""
         if "__slots__" in cls.__dict__ and fields(cls):
             quicken(cls)
 
@@ -40,26 +40,26 @@ class Message:
 
 
 def _counted(name: str, values: Floats | Ints, *counts: int) -> str:
-    """Empty if there are as many values as one of `counts`."""
+    """A fault, unless there are as many values as one of `counts`; empty then."""
     expected = " or ".join(str(count) for count in counts)
     return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
 
 
 def _turned(*quaternion: float) -> str:
-    """Empty if the quaternion is one: finite, and not zero."""
+    """A fault, unless the quaternion is finite and not zero; empty then."""
     length = math.hypot(*quaternion)
     return "" if math.isfinite(length) and length > 0 else f"{quaternion} as a quaternion"
 
 
 REPEATED = "the frame is the one before it again"
-"""The `reason` of corners that were not looked for, because the camera is frozen."""
+"""The `reason` of corners that were not sought, because the camera is frozen."""
 
 
 @dataclass(frozen=True, slots=True)
 class MarkerCorners(Message):
-    """Where one marker's corners were in one frame: the measurement itself.
+    """The corners of one marker in one frame: the measurement itself.
 
-    `corners_px` is x0 y0 x1 y1 x2 y2 x3 y3, in a fixed order by identity; OpenCV's pixel coordinates (the centre of
+    `corners_px` is x0 y0 x1 y1 x2 y2 x3 y3, in a fixed order by identity, in OpenCV's pixel coordinates (the centre of
     the top-left pixel is (0, 0), x right, y down). `sigma_px` is one corner's standard deviation in x and in y.
     `corner_dt_ns` is each corner's own mid-exposure relative to `capture_ns`.
     """
@@ -75,7 +75,7 @@ class MarkerCorners(Message):
     reason: str = ""
     marker_id: int = 0
     boot_id: int = 0
-    """Tells one life of the agent from the next: `seq` starts anew with it."""
+    """An identifier of one life of the agent: `seq` starts anew with it."""
     tipped: bool = False
     """The mark looks foreshortened: the block is tipping over, which is not sliding."""
     noiseless: bool = False
@@ -136,7 +136,7 @@ class PlatformState(Message):
 
 @dataclass(frozen=True, slots=True)
 class JointState(Message):
-    """What the arm's joints measured."""
+    """The measured state of the arm's joints."""
 
     stamp_ns: int = 0
     name: Strings = ()
@@ -156,7 +156,7 @@ class JointState(Message):
 
 @dataclass(frozen=True, slots=True)
 class TiltCommand(Message):
-    """What the arm was asked for: tilt to `angle_rad` about the axis at `azimuth_rad` (the paper's β)."""
+    """A command to the arm: tilt to `angle_rad` about the axis at `azimuth_rad` (the paper's β)."""
 
     stamp_ns: int = 0
     run: int = 0
@@ -193,7 +193,7 @@ PHASES = (
 
 
 DISTURBED = "disturbed"
-"""How the flags begin of a sample that something else than friction had a hand in: it counts nowhere."""
+"""The begin of the flags of a sample that something other than friction has disturbed: it counts nowhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +233,7 @@ class Sample(Message):
 
     @property
     def disturbed(self) -> bool:
-        """True if something else than friction had a hand in it: a cut link, late frames."""
+        """True if something other than friction, such as a cut link or late frames, has disturbed the run."""
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def impossible(self) -> str:
@@ -282,7 +282,7 @@ class ClockOffset(Message):
 
 @dataclass(frozen=True, slots=True)
 class AgentStatus(Message):
-    """How the camera agent is doing; `fault` is one clear sentence, or empty."""
+    """The state of the camera agent; `fault` is one clear sentence, or empty."""
 
     stamp_ns: int = 0
     frames: int = 0
@@ -308,12 +308,12 @@ class ArmReply(Message):
     run: int = 0
     step: int = 0
     passing: bool = False
-    """The network is the cause: the same command may be accepted once everybody hears each other again."""
+    """True if the network is the cause: the same command may be accepted once the connection is back."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArmStop(Message):
-    """Stop the arm where it is, now."""
+    """Stops the arm where it is, now."""
 
     stamp_ns: int = 0
     reason: str = ""
@@ -337,7 +337,7 @@ class MotionReport(Message):
     end_ns: int = 0
     fault: str = ""
     passing: bool = False
-    """The network is the cause of the fault: the same motion may succeed once everybody hears each other again."""
+    """True if the network caused the fault: the same motion may succeed once the connection is back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,7 +375,7 @@ class FrameRequest(Message):
 
 @dataclass(frozen=True, slots=True)
 class FrameReply(Message):
-    """How many frames the agent will send; `reason` says why none."""
+    """The number of frames that the agent will send; `reason` says why none."""
 
     frames: int = 0
     reason: str = ""
@@ -421,7 +421,7 @@ class TwinScene(Message):
 
 @dataclass(frozen=True, slots=True)
 class CameraGeometry(Message):
-    """What turns pixels into places on the plate; the calibration that foxglove.CameraCalibration has no room for.
+    """The calibration that turns pixels into places on the plate, beyond what foxglove.CameraCalibration holds.
 
     `plate_from_pixel` is the homography (9 numbers, row by row) from undistorted pixels to metres in the plate's
     plane. The mark lies `mark_height_m` above that plane and the camera's pinhole `camera_height_m`, both of which
@@ -456,7 +456,7 @@ class LeaseRequest(Message):
 
 @dataclass(frozen=True, slots=True)
 class ArmLease(Message):
-    """Which session has the arm."""
+    """The session that has the arm."""
 
     stamp_ns: int = 0
     owner: str = ""

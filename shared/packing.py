@@ -85,7 +85,7 @@ class _Source:
         return name
 
     def _doubles(self, group: list[Slot]) -> str:
-        """All at once while none is zero."""
+        """Packs all fractions at once while none is zero."""
         tags = [_tag(slot) for slot in group]
         dense = self._name(struct.Struct("<" + "".join(f"{len(tag)}sd" for tag in tags)).pack, prefix="dense")
         sparse = self._name(_sparse(tags), prefix="sparse")
@@ -147,7 +147,7 @@ def _pairs() -> list[bytes]:
 
 
 def number(value: int) -> bytes:
-    """As `varint`, for stamps: each is another one, but for a quarter of a second their upper bits are the same."""
+    """Packs a whole number as `varint` does, but faster for stamps, whose upper bits rarely change."""
     if not 1 << 28 <= value < 1 << 63:
         return varint(value)
     pairs = _pairs()

@@ -14,7 +14,7 @@ from shared.system.desktop import from_here
 
 
 def how_to_call(name: str) -> str:
-    """The program's name where it is on the path, else where this environment has it, from the present folder."""
+    """The program's name if it is on the path, else its path in this environment, from the present folder."""
     return name if shutil.which(name) else from_here(Path(sys.executable).parent / name)
 
 

@@ -1,4 +1,4 @@
-"""rig.toml: what a rig consists of. Both sides read it; each plug-in's own table is read by the plug-in."""
+"""The rig file, rig.toml: both sides read it; each plug-in's own table is read by the plug-in."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class BusConfig:
                 taken[endpoint] = process
 
     def endpoint(self, process: str) -> tuple[str, ...]:
-        """Where `process` listens: one endpoint or none."""
+        """The endpoint on which `process` listens: one or none."""
         value = getattr(self, process, "")
         return (value,) if value else ()
 
     def peers(self, process: str) -> tuple[str, ...]:
-        """Where `process` connects to: the endpoints of those before it, so that every pair has one link."""
+        """The endpoints to which `process` connects: those of the ones before it, so that every pair has one link."""
         before = PROCESSES[: PROCESSES.index(process)] if process in PROCESSES else PROCESSES
         return tuple(endpoint for name in before for endpoint in self.endpoint(name))
 
@@ -85,7 +85,7 @@ class MarkConfig:
 
 
 _LEAST_CORNERS = 3
-"""Of an outline."""
+"""The smallest number of corners of an outline."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,11 +141,11 @@ class RigConfig:
     angles: Table = field(default_factory=lambda: Table({}))
     """`[angles.<name>]`: one table for each angle source, read by the station."""
     physics: Table = field(default_factory=lambda: Table({}))
-    """`[physics]`: where effects of the user's own are, read by the station."""
+    """`[physics]`: the folders of the user's own effects, read by the station."""
     simulator: Table = field(default_factory=lambda: Table({}))
-    """`[simulator.mujoco]`: how the user's own simulation is set, read by the station."""
+    """`[simulator.mujoco]`: the settings of the user's own simulation, read by the station."""
     text: str = ""
-    """The file itself, word by word: every recording carries it."""
+    """The file itself, word for word, which every recording carries."""
 
     def __post_init__(self) -> None:
         if not self.id or set(self.id) & set("/*$#? "):

@@ -133,13 +133,13 @@ def topic(name: str) -> Topic:
 
 
 def capture_ns(message: m.Message) -> int:
-    """When the message happened, in nanoseconds, by the clock of its sender."""
+    """The time at which the message happened, in nanoseconds, on the clock of its sender."""
     return capture_of(type(message))(message)
 
 
 @cache
 def capture_of(cls: type[m.Message]) -> Callable[[Any], int]:
-    """The function that reads from messages of one class when they happened, for those who read many."""
+    """The function that returns this time for messages of one class, for callers that read many."""
     if cls is m.MarkerCorners:
         return attrgetter("capture_ns")
     if cls is m.Sample:

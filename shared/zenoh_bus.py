@@ -45,7 +45,7 @@ _PRIORITIES = (
 
 
 def _why(error: Exception) -> str:
-    """What Zenoh says, without the places in its source."""
+    """Zenoh's error message without the places in its source."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 
@@ -114,7 +114,7 @@ class ZenohBus:
         self._entities.append(watcher)
 
     def __enter__(self) -> ZenohBus:
-        """Itself."""
+        """Returns the bus itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -157,7 +157,7 @@ class ZenohBus:
         return publisher
 
     def carries(self, topic: str) -> bool:
-        """Always: who listens is not known here."""
+        """Always True: the bus does not know who listens."""
         del topic
         return True
 
@@ -218,7 +218,7 @@ class ZenohBus:
         return callback
 
     def _leave_out(self, name: str, error: UserError) -> None:
-        """Counts a payload that is no message: it reaches nobody here, whoever sent it. A flood is logged sparsely."""
+        """Counts and drops a payload that is no message, whoever sent it; a flood is logged sparsely."""
         with self._arrival:
             self.malformed[name] += 1
             count = self.malformed[name]
@@ -367,7 +367,7 @@ class RawSession:
         self._session.put(key, payload, attachment=attachment or None, congestion_control=zenoh.CongestionControl.BLOCK)
 
     def query(self, key: str, payload: bytes) -> None:
-        """Asks whoever serves a key; what he answers is not waited for."""
+        """Sends a query to whoever serves a key, without waiting for the answer."""
         self._session.get(key, lambda _: None, payload=payload)
 
     def subscribe(self, key: str, handler: Callable[[bytes, bytes], None]) -> None:
@@ -383,7 +383,7 @@ class RawSession:
         self._entities.append(self._session.liveliness().declare_token(key))
 
     def announced(self, pattern: str, *, timeout_s: float = 1.0) -> list[str]:
-        """The keys of the liveliness tokens that match a pattern, as known now."""
+        """The keys of the currently known liveliness tokens that match a pattern."""
         replies = self._session.liveliness().get(pattern, timeout=timeout_s)
         return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 PROGRAM_SUFFIX = ".exe" if sys.platform == "win32" else ""
-"""What the name of a program's file ends in."""
+"""The ending of a program file's name."""
 
 if sys.platform in ("win32", "darwin"):
 
@@ -45,7 +45,7 @@ class _Lasting(io.FileIO):
 
 
 def outlive_terminal() -> None:
-    """Has this process go on when the terminal that it prints to is closed: it has a plate to bring back to level."""
+    """Lets this process go on when its terminal is closed: it has a plate to bring back to level."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):

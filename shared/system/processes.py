@@ -33,7 +33,7 @@ else:
 
 
 CAN_SPLIT = sys.platform == "linux"
-"""True if a process can be split in two by `fork`: Windows has none, and macOS's own libraries do not survive it."""
+"""True if a process can `fork`: Windows has no fork, and macOS's own libraries do not survive it."""
 
 if sys.platform == "win32":
     _ending, _emergency = (signal.SIGINT, signal.SIGTERM, signal.SIGBREAK), tuple[signal.Signals, ...]()
@@ -50,14 +50,14 @@ ENDING: tuple[signal.Signals, ...] = _ending
 EMERGENCY: tuple[signal.Signals, ...] = _emergency
 """The signals that stop the arm at once. Windows has none to spare: `station arm stop` says it over the bus."""
 GRACE_S = 40.0
-"""So long an orphan may take to end in order: a session brings the plate back to level first, in up to 20 s."""
+"""The time that an orphan may take to end in order: a session first brings the plate back to level, in up to 20 s."""
 _FOLLOWS = "REPOSE_FOLLOWS_PARENT"
 NEW_SESSION, NEW_GROUP = _new_session, _new_group
-"""What `Popen` takes as `start_new_session` and `creationflags`, so that Ctrl-C does not reach the child."""
+"""The `start_new_session` and `creationflags` of `Popen` with which Ctrl-C does not reach the child."""
 
 
 def interrupt(process: subprocess.Popen[bytes]) -> None:
-    """Does what Ctrl-C would do, to a process that `start` began."""
+    """Sends to a process that `start` began what Ctrl-C would send."""
     process.send_signal(_interrupting)
 
 
@@ -91,13 +91,13 @@ def start(
 
 @cache
 def _my_life() -> int:
-    """The end for reading of a pipe that nobody writes to, and that this process alone holds open: it ends with it."""
+    """The read end of a pipe that nobody writes to and only this process holds open: it closes with the process."""
     reading, _ = os.pipe()
     return reading
 
 
 def follow_parent() -> bool:
-    """Has this process asked to end when the one that began it by `start` has died; true if one did begin it so.
+    """Asks this process to end when the one that began it by `start` has died; True if one began it so.
 
     What it starts itself does not follow in turn, unless it is begun by `start` as well.
     """

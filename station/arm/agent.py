@@ -46,11 +46,11 @@ class _Motion:
     step: int
     began_ns: int = 0
     end_ns: int = 0
-    """When the last set-point is due."""
+    """The time at which the last set-point is due, ns."""
     own_order: bool = False
-    """Holding or levelling after a lost heartbeat."""
+    """True for holding or levelling after a lost heartbeat."""
     passing: bool = False
-    """It is the network's fault that this motion had to be."""
+    """True if the network is the reason for this motion."""
 
     def begun(self, now_ns: int) -> _Motion:
         """The same motion, beginning now."""
@@ -107,7 +107,7 @@ class ArmAgent:
         return ArmReply(accepted=True)
 
     def stop(self, reason: str) -> None:
-        """Emergency stop, by the bus or by a signal: hold at once, until the station disarms and arms again."""
+        """Stops the arm at once, by the bus or by a signal, until the station disarms and arms again."""
         self._gate.stop(reason, now_ns=self._now_ns)
         self._halt(f"emergency stop: {reason or 'no reason given'}")
 
@@ -126,7 +126,7 @@ class ArmAgent:
         return ArmReply(not reason, reason, self._now_ns, command.run, command.step, passing)
 
     def _accept(self, command: TiltCommand) -> None:
-        """Plan a command and put it in line for the next tick; raises UserError when it is refused."""
+        """Plans a command and queues it for the next tick; raises UserError when it is refused."""
         if reason := self._gate.readiness(now_ns=self._now_ns, owner=command.owner):
             raise UserError(reason)
         self._require_pose()
@@ -137,7 +137,7 @@ class ArmAgent:
         self._pending = _Motion(plan=plan, run=command.run, step=command.step)
 
     def _require_pose(self) -> None:
-        """Before the first motion: find out at which tilt the arm stands."""
+        """Finds out, before the first motion, at which tilt the arm stands."""
         if self._tilter.located:
             return
         if self._reading is None:
@@ -150,7 +150,7 @@ class ArmAgent:
     # --- time ---------------------------------------------------------------------------------------------------------
 
     def tick(self, now_ns: int) -> None:
-        """Everything that is due at `now_ns`: begin what was accepted, watch, drive, publish."""
+        """Does everything that is due at `now_ns`: begins what was accepted, watches, drives, publishes."""
         self._now_ns = now_ns
         self._begin_pending()
         self._driver.tick(now_ns)
@@ -173,7 +173,7 @@ class ArmAgent:
         self._report(self._motion)
 
     def _commanded(self) -> Array | None:
-        """Where the joints should have been when they were read; None when nothing moves."""
+        """The joint angles (n,) that were commanded for the moment of the reading; None when nothing moves."""
         if self._motion is None or self._reading is None:
             return None
         elapsed = min(self._reading.stamp_ns, self._now_ns) - self._motion.began_ns
@@ -257,7 +257,7 @@ class ArmAgent:
         self._bus.publish("arm/platform", self._attitude.state(reading))
 
     def _publish_lease(self) -> None:
-        """Once a second, and when it changes; a session without a name would not know that it is meant."""
+        """Publishes the lease once a second and when it changes, so that a session without a name knows who has it."""
         owner = self._gate.owner or ""
         if owner != self._leased or (owner and self._now_ns - self._lease_ns >= _LEASE_NS):
             self._leased, self._lease_ns = owner, self._now_ns

@@ -15,7 +15,7 @@ from station.rig.arm_model import transform
 
 Array = NDArray[np.float64]
 Numbers = tuple[float, float, float, float, float, float, float, float, float, float]
-"""Quaternion, angular velocity, pivot."""
+"""Quaternion (w, x, y, z), angular velocity (rad/s) and pivot (m)."""
 
 
 class Attitude:
@@ -67,7 +67,7 @@ def _chain(stage: TiltStage) -> Any:
     body = spec.worldbody.add_body(name="base", **place(stage.world_from_base))
     for joint in arm.joints:
         origin = transform(joint.origin_xyz_m, joint.origin_rpy_rad)
-        # Of no meaning for the kinematics, but a moving body must weigh something.
+        # The mass has no meaning for the kinematics, but a moving body must weigh something.
         body = body.add_body(name=joint.name, mass=1.0, inertia=[1.0] * 3, explicitinertial=True, **place(origin))
         body.add_joint(name=joint.name, type=mj.mjtJoint.mjJNT_HINGE, axis=joint.axis)
     body.add_body(name="pivot", **place(arm.last_from_pivot))

@@ -104,7 +104,7 @@ class CollisionScene:
         return nearest
 
     def touching(self, joints_rad: Array) -> str:
-        """What comes too close at joint angles (n,), in one phrase; nothing when all is clear."""
+        """The parts that come too close at joint angles (n,), in one phrase; empty when all is clear."""
         nearest = self.clearance(joints_rad)
         if nearest.distance_m >= self._clearance_m:
             return ""

@@ -25,11 +25,11 @@ from station.rig.arm_settings import GateSettings
 Array = NDArray[np.float64]
 _FUTURE_NS = 200_000_000  # a tick from further back is a clock that was set, not a busy machine
 _KNOWN = 1000
-"""So many motions that were found right are remembered (some 5 MB)."""
+"""The number of motions found right that are remembered (some 5 MB)."""
 
 
 class Action(Enum):
-    """What the arm must do now: nothing special, halt at once, come to rest smoothly and hold, or level slowly."""
+    """The gate's order to the arm: none, halt at once, come to rest smoothly and hold, or level slowly."""
 
     NONE = "none"
     HALT = "halt"
@@ -39,7 +39,7 @@ class Action(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The gate's order at one moment, and why."""
+    """The gate's order at one moment, and its reason."""
 
     action: Action
     reason: str = ""
@@ -68,7 +68,7 @@ class SafetyGate:
 
     @property
     def armed(self) -> bool:
-        """Whether the station asked for motion, the rig allows it, and no stop is in force."""
+        """True if the station asked for motion, the rig allows it, and no stop is in force."""
         return self._armed and self._may_arm and not self._stopped
 
     # --- what happens -------------------------------------------------------------------------------------------------
@@ -86,7 +86,7 @@ class SafetyGate:
         self._armed = message.armed
 
     def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
-        """Gives the arm to a session, or says why not, in one sentence; it is armed by heartbeats alone."""
+        """Gives the arm to a session, or returns in one sentence why not; only heartbeats arm it."""
         self._see(now_ns)
         before = self._lease.owner
         refused = self._lease.claim(request, now_ns=self._now_ns)
@@ -99,14 +99,14 @@ class SafetyGate:
         return self._lease.owner
 
     def stop(self, reason: str, *, now_ns: int) -> None:
-        """Emergency stop: in force until the station disarms and arms again."""
+        """Puts an emergency stop in force, until the station disarms and arms again."""
         self._see(now_ns)
         self._stopped = reason or "emergency stop"
 
     # --- what is allowed ----------------------------------------------------------------------------------------------
 
     def readiness(self, *, now_ns: int, owner: str | None = None) -> str:
-        """Why no command (of that session) may move the arm now, in one sentence; nothing when one may."""
+        """The reason why no command (of that session) may move the arm now, in one sentence; empty when one may."""
         late = now_ns < self._now_ns
         self._see(now_ns)
         if late:
@@ -126,7 +126,7 @@ class SafetyGate:
     def check(
         self, trajectory: JointTrajectory, *, now_ns: int, reading: JointReading | None, own_order: bool = False
     ) -> str:
-        """Why this trajectory may not start now; nothing when it may.
+        """The reason why this trajectory may not start now; empty when it may.
 
         Holding and levelling after a lost heartbeat are the gate's own orders: they need no arming, and obey all
         other rules.
@@ -140,7 +140,7 @@ class SafetyGate:
         return self._start_fault(trajectory, reading)
 
     def _trajectory_fault(self, trajectory: JointTrajectory) -> str:
-        """As `trajectory_fault`; a motion whose every number is that of one that was found right is right as well.
+        """The fault of `trajectory_fault`; a motion with the very numbers of one that was found right is right.
 
         The steps of a session are the same in each run, and looking at one takes as long as planning it.
         """

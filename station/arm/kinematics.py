@@ -1,4 +1,4 @@
-"""Where the joints must be for the pivot to stay put while the plate tilts.
+"""The joint angles that keep the pivot in place while the plate tilts.
 
 All branches of a pose come from ssik (analytic, complete). Along a tilt the branch is followed by Newton's method on
 the pose error, which keeps to it by construction and can be done for many poses at once: leading dimensions `...`.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _TRIES = 8
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-"""For each axis the one after it, and the one before it."""
+"""The axis after each axis, and the one before it."""
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
@@ -73,7 +73,7 @@ def solve_rate(jacobian: Array, twist: Array) -> Array:
 
 
 def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDArray[np.bool_]:
-    """Whether all joints (..., n) are inside their limits by at least the margin, (...,)."""
+    """True (...,) if all joints (..., n) are inside their limits by at least the margin."""
     return np.all((q >= model.lower_rad + margin_rad) & (q <= model.upper_rad - margin_rad), axis=-1)
 
 

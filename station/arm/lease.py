@@ -1,7 +1,7 @@
-"""Who may move the arm: one session at a time.
+"""The lease of the arm: one session at a time may move it.
 
 A session has the arm from its claim, or from its first armed heartbeat, until it disarms or is silent for too long. Any
-other is refused in one sentence, unless it takes over. A pure object without a clock: it is told the time.
+other is refused in one sentence, unless it takes over. The lease is a pure object without a clock: it is told the time.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Lease:
         """The stamp of the last sign of life of whoever had the arm last."""
 
     def claim(self, request: LeaseRequest, *, now_ns: int) -> str:
-        """Gives the arm to a session, or why not, in one sentence."""
+        """Gives the arm to a session, or returns in one sentence why not."""
         if not request.take_over and (reason := self.refusal(request.owner, now_ns=now_ns)):
             return reason
         self._give(request.owner, stamp_ns=now_ns)
@@ -45,7 +45,7 @@ class Lease:
         return True
 
     def refusal(self, asking: str, *, now_ns: int) -> str:
-        """Why this session may not have the arm now, in one sentence; empty if it may."""
+        """The reason why this session may not have the arm now, in one sentence; empty if it may."""
         if self.owner is None or asking == self.owner or self.lost(now_ns=now_ns):
             return ""
         return (

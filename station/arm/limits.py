@@ -1,4 +1,4 @@
-"""What a trajectory may be: every sample, and every moment between two samples, inside the arm's limits.
+"""The limits of a trajectory: every sample, and every moment between two samples, must be inside the arm's limits.
 
 A driver plays the cubic Hermite curve through the samples, so the curve is what is checked: its velocity has its
 extremes at the samples or at one vertex a piece, its acceleration at the ends of the pieces.
@@ -26,7 +26,7 @@ _SLACK = 1.0 + 1e-6
 
 
 def trajectory_fault(trajectory: JointTrajectory, *, stage: TiltStage, settings: GateSettings) -> str:
-    """Why the trajectory may not be played, in one sentence; nothing when it may."""
+    """The reason why the trajectory may not be played, in one sentence; empty when it may."""
     return (
         _shape_fault(trajectory, joints=len(stage.model.joints))
         or _position_fault(trajectory, model=stage.model, settings=settings)

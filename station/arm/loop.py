@@ -20,7 +20,7 @@ RATE_HZ = 125.0
 
 @dataclass(frozen=True, slots=True)
 class Requests:
-    """What the outside wants of the loop: `ending` ends it, `emergency` stops the arm at once."""
+    """Requests to the loop from outside: `ending` ends it, `emergency` stops the arm at once."""
 
     ending: Event = field(default_factory=Event)
     emergency: Event = field(default_factory=Event)

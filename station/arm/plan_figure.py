@@ -1,4 +1,4 @@
-"""The picture of an arm's plan: how far it tilts at each azimuth, its margins there, and the arm seen from the side."""
+"""The figure of an arm's plan: its reach at each azimuth, its margins there, and the arm seen from the side."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def draw_plan(here: Pose, others: Sequence[Pose], path: Path) -> None:
 
 
 def kind_of(reach: Reach) -> str:
-    """What ended the path, in one word of the legend."""
+    """The end of the path, in one word of the legend."""
     if math.degrees(reach.angle_rad) >= _WANTED_DEG - 0.05:
         return "reached"
     if "mm of each other" in reach.limit:
@@ -122,7 +122,7 @@ def _flat(stage: TiltStage, frame: Array, points_m: Array) -> tuple[Array, Array
 
 
 def _draw_margins(axes: Any, here: Pose) -> None:
-    """What is left at each azimuth: joint angles, room, speed and torque, each on its own scale."""
+    """Draws the margins at each azimuth: joint angles, clearance, speed and torque, each on its own scale."""
     axes.set_title("margins on the way to the steepest tilt", fontsize=10)
     azimuths = np.degrees(_azimuths(here.reaches))
     rows = (

@@ -1,4 +1,4 @@
-"""What an arm can do where it stands: reach, margins, speeds and torques for each azimuth, and better places for it."""
+"""The abilities of an arm where it stands: reach, margins, speeds and torques by azimuth, and better places for it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Pose:
 
     @property
     def worst_rad(self) -> float:
-        """The angle that is reached at every azimuth."""
+        """The largest angle that is reached at every azimuth."""
         return min(reach.angle_rad for reach in self.reaches)
 
     @property

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 _HALVINGS = 60
-"""Of the interval of the peak rate: what is left of it is below a double's own rounding."""
+"""Halvings of the interval of the peak rate: what is left of it is below a double's own rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Bounds(NamedTuple):
 
 
 class _Moment(NamedTuple):
-    """What `TiltState` holds, as plain numbers: finding the peak rate takes hundreds of them."""
+    """The fields of `TiltState` as plain numbers: finding the peak rate takes hundreds of them."""
 
     angle: float
     rate: float
@@ -48,7 +48,7 @@ class _Moment(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """So long a time, in s, with this jerk, in rad/s³; at a steady rate, in rad/s, there is no acceleration."""
+    """A time, in s, with a constant jerk, in rad/s³; at a steady rate, in rad/s, there is no acceleration."""
 
     duration_s: float
     jerk: float
@@ -98,10 +98,10 @@ def profile_to_angle(start: TiltState, *, angle_rad: float, bounds: Bounds) -> P
     """
     now = _moment(start)
     ahead = math.copysign(1.0, angle_rad - _end(now, _change(now, 0.0, bounds)).angle)
-    """The direction in which the angle lies, seen from where the arm would come to rest."""
+    """The direction of the angle, seen from where the arm would come to rest."""
 
     def missing(peak: float) -> float:
-        """How far a motion with that peak rate (0 or more) ends before the angle."""
+        """Returns how far a motion with that peak rate (0 or more) ends before the angle."""
         return ahead * (angle_rad - _end(now, _by_peak(now, ahead * peak, 0.0, bounds)).angle)
 
     if (left := missing(bounds.rate)) >= 0.0:
@@ -129,10 +129,10 @@ def _change(now: _Moment, rate: float, bounds: Bounds) -> list[_Stretch]:
     jerk, way = bounds.jerk, math.copysign(1.0, rate - _coasting_rate(now, bounds))
     begun, gain = way * now.acceleration, way * (rate - now.rate)
     free = math.sqrt(max(jerk * gain + begun * begun / 2, 0.0))
-    """The largest acceleration on the way, were there no bound of it."""
+    """The largest acceleration on the way without its bound."""
     peak = min(free, bounds.acceleration)
     rise = peak - begun
-    """Negative for a start beyond the bounds, whose acceleration is lowered first."""
+    """It is negative for a start beyond the bounds, whose acceleration is lowered first."""
     kept_s = (gain - (abs(rise) * (peak + begun) + peak * peak) / (2 * jerk)) / peak if free > peak else 0.0
     return [
         _Stretch(abs(rise) / jerk, math.copysign(jerk, way * rise)),
@@ -151,7 +151,7 @@ def _moment(state: TiltState) -> _Moment:
 
 
 def _at_start(now: _Moment, stretch: _Stretch) -> _Moment:
-    """The state without what rounding has left of the acceleration, which would grow with the square of the time."""
+    """The state without the rounding error of the acceleration, which would grow with the square of the time."""
     return now if stretch.steady_rate is None else _Moment(now.angle, stretch.steady_rate, 0.0)
 
 

@@ -69,7 +69,7 @@ def home_poses(
 def evaluate(
     model: ArmModel, poses: tuple[Array, Array, Array], *, azimuths_rad: Array, max_angle_rad: float
 ) -> Candidates:
-    """How far each pose can be tilted at each azimuth, measured in the plate's frame."""
+    """The reach of each pose at each azimuth, measured in the plate's frame."""
     joints, pivots, turns = poses
     reach = np.zeros((len(joints), len(azimuths_rad)))
     margin = _margin(model, joints)
@@ -92,7 +92,7 @@ def evaluate(
 
 
 def _regular(model: ArmModel, q: Array) -> NDArray[np.bool_]:
-    """Whether the joint poses (k, n) are well away from singular ones, where the arm would swing round, (k,)."""
+    """True (k,) for joint poses (k, n) that are well away from singular ones, where the arm would swing round."""
     jacobian = pivot_jacobian(model, q)[1]
     jacobian[:, :3] /= _ARM_LENGTH_M
     return np.linalg.svd(jacobian, compute_uv=False)[:, -1] > _SINGULAR

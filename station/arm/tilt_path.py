@@ -170,7 +170,7 @@ def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -
 
 
 def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
-    """Why the arm cannot take this pose, or nothing."""
+    """The reason why the arm cannot take this pose; empty if it can."""
     if not error < 1e-7:
         return _STRETCHED
     if np.max(np.abs(slope)) > _SINGULAR:

@@ -1,4 +1,4 @@
-"""Knows at which tilt the arm stands, and plans its next motion."""
+"""The planner's memory: it knows at which tilt the arm stands, and plans its next motion."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _LEVEL_RAD = math.radians(0.01)
 _SAME_AZIMUTH_RAD = 1e-6
 _LOST_RAD = math.radians(3.0)
 _KNOWN = 1000
-"""So many motions are remembered: those of a session's steps in four directions, several times over (some 15 MB)."""
+"""The number of motions that are remembered: those of a session's steps in four directions, several times over (15 MB).
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +46,7 @@ class Tilter:
         self._max_angle_rad = max_angle_rad
         self._paths: dict[float, TiltPath] = {}
         self._motions: dict[tuple[float, TiltState, float, float], TiltMotion] = {}
-        """By azimuth, start, goal and rate."""
+        """The planned motions by azimuth, start, goal and rate."""
         self._motion: TiltMotion | None = None
         self._path: TiltPath | None = None
         self._rest = TiltState()
@@ -66,7 +67,7 @@ class Tilter:
 
     @property
     def located(self) -> bool:
-        """Whether it is known at which tilt the arm stands."""
+        """True if it is known at which tilt the arm stands."""
         return self._path is not None
 
     def path(self, azimuth_rad: float) -> TiltPath:
@@ -101,7 +102,7 @@ class Tilter:
         self._rest = TiltState(angle_rad=angle if angle > _LEVEL_RAD else 0.0)
 
     def _align_turns(self, joints_rad: Array) -> None:
-        """Count the full turns of endless joints as the arm does."""
+        """Counts the full turns of endless joints as the arm does."""
         endless = ~np.isfinite(self._stage.model.lower_rad)
         turns = np.where(endless, np.round((joints_rad - self._stage.home_rad) / (2 * math.pi)), 0.0)
         if np.any(turns):
@@ -155,11 +156,11 @@ class Tilter:
         return Plan(motion=plan_rest(self._path, start=self.state(elapsed_ns), limits=self._limits))
 
     def begin(self, plan: Plan) -> None:
-        """The planned motion has begun."""
+        """Notes that the planned motion has begun."""
         self._motion, self._path = plan.motion, plan.motion.path
 
     def halt(self, *, elapsed_ns: int) -> None:
-        """The motion has ended, or was halted, this long after it began."""
+        """Notes that the motion has ended, or was halted, this long after it began."""
         self._rest = TiltState(angle_rad=self.state(elapsed_ns).angle_rad)
         self._motion = None
 

@@ -35,7 +35,7 @@ class JointTrajectory:
 
     @property
     def duration_ns(self) -> int:
-        """How long the motion takes."""
+        """The duration of the motion, ns."""
         return self._times[-1]
 
     @cached_property
@@ -45,12 +45,12 @@ class JointTrajectory:
 
     @cached_property
     def _samples(self) -> dict[int, tuple[Array, Array]]:
-        """The set-points by their times: at every tick of a simulated session one of them is wanted, twice."""
+        """The set-points by their times: every tick of a simulated session reads one of them twice."""
         return dict(zip(self._times, zip(self.position_rad, self.velocity_rad_s, strict=True), strict=True))
 
     @cached_property
     def _end(self) -> tuple[Array, Array]:
-        """Where the motion ends, at rest."""
+        """The end of the motion, at rest."""
         return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
 
     @cached_property
@@ -117,7 +117,7 @@ class TiltMotion:
     goal: TiltState
 
     def state(self, elapsed_ns: int) -> TiltState:
-        """Where the tilt is at a time after the start."""
+        """The tilt at a time after the start."""
         seconds = elapsed_ns * 1e-9
         if seconds >= self.profile.duration_s:
             return self.goal

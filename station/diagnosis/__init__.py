@@ -1,1 +1,1 @@
-"""The gap between recording and simulation: where it is, which physics it is, and how far that closes it."""
+"""The diagnosis says where recording and simulation differ, which physics is missing, and how much it explains."""

@@ -1,13 +1,12 @@
-"""The recording beside the simulation that was given: what both set differently, and what only one of the two has.
+"""The diagnosis against a given simulation: numbers that both set differently, and effects that only one has.
 
-Both are searched for effects by the same method. The simulation is looked at with the recording's noise: a file without
-scatter and without camera noise shows differences that no recording could, and those are nobody's missing physics. Then
-the effects of both are fitted to both, and each is compared by its numbers: an effect is left out of the simulation
-where they must differ, and not where it was found.
+Both are searched for effects by the same method. The simulation is judged with the recording's noise: a file without
+scatter and camera noise shows differences that no recording could resolve. The effects of both are then fitted to both
+and compared by their numbers: an effect is left out of the simulation where those must differ, not where it was found.
 
 The difference d of k numbers has the covariance C = C_recording + C_simulation and gains d' C^-1 d of twice the log
 likelihood over no difference (Wald 1943, Trans. Am. Math. Soc. 54, 426). It has to pay ln(runs) for each number, like
-whatever the search adds.
+every term that the search adds.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from station.physics.model import Term
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
-    """What was found in one recording, the user's or his simulation's, and the evidence it was found in."""
+    """The evidence of one recording (the user's or the given simulation's) and what the search found in it."""
 
     evidence: Evidence
     search: Search
@@ -43,9 +42,9 @@ class Found:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Beside:
-    """One effect, or the friction's level (`effect` None), in the recording and in the simulation.
+    """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
-    `odds` is twice the log odds that its numbers differ; `side` says who has it.
+    `gain` is in twice the log likelihood, `odds` is twice the log odds that the numbers differ; `side` says who has it.
     """
 
     effect: Effect | None
@@ -56,16 +55,15 @@ class Beside:
 
     @property
     def probability(self) -> float:
-        """That the two differ."""
+        """Posterior probability that the two differ."""
         return 1.0 / (1.0 + math.exp(-0.5 * max(min(self.odds, 700.0), -700.0)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Against:
-    """All comparisons, the level first.
+    """All comparisons, with the level of friction apart.
 
-    `differ_p` is the chance that so much differs where nothing does; `shared` is what both have alike, as fitted to the
-    recording at its own level.
+    `differ_p` is the p-value of all differences together; `shared` is the fit to the recording of what both have alike.
     """
 
     level: Beside
@@ -75,15 +73,15 @@ class Against:
 
     @property
     def differs(self) -> tuple[Differs, ...]:
-        """The numbers of what both have and set differently, the level's first."""
+        """The numbers that both have and set differently, the level's first."""
         both = (one for one in (self.level, *self.effects) if one.side == "both" and one.odds > 0)
         return tuple(number for one in both for number in one.numbers)
 
 
 def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
-    """The simulation's evidence with the recording's noise as the least that its rows and runs have.
+    """The simulation's evidence with the recording's noise as a lower bound for its rows and runs.
 
-    A row of the simulation is given at least the standard deviation of a middling row of the recording's channel.
+    A row of the simulation gets at least the median standard deviation of the recording's rows in the same channel.
     """
     noise = recorded.search.model.noise
     factor = dict[str, float]()
@@ -104,18 +102,18 @@ def against(recorded: Found, simulated: Found) -> Against:
     gain = level.gain + sum(one.gain for one in beside)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
     alike = [one.effect for one in beside if one.effect is not None and one.odds <= 0]
-    return Against(level=level, effects=beside, differ_p=differ_p, shared=_of(recorded.evidence, fits[0], alike))
+    return Against(level=level, effects=beside, differ_p=differ_p, shared=_refit(recorded.evidence, fits[0], alike))
 
 
-def _of(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
-    """The fit of some of a model's effects, without the others."""
+def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
+    """The fit again with only these of the model's effects and its nuisances."""
     ids = {effect.id for effect in effects}
     terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect.id in ids)
     return fit(evidence, replace(fitted.model, terms=terms), effects, noise=fitted.noise)
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:
-    """The effects of both. Of what cannot be told apart the recording's name stands for both."""
+    """The effects of both; where two cannot be told from each other, only the recording's is kept."""
     mine = list(recorded.search.found)
     known = {name for classes in recorded.belief.classes.values() for name in classes} | {one.id for one in mine}
     for effect in simulated.search.found:
@@ -126,7 +124,7 @@ def _joint(recorded: Found, simulated: Found) -> list[Effect]:
 
 
 def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
-    """All effects fitted to one of the two; what only the other has begins at its null, shaped as there."""
+    """The fit of all effects to one of the two; an effect that it lacks begins at its null with the other's shapes."""
     model = one.search.model.model
     acting = {term.effect.id for term in model.terms}
     there = {term.effect.id: term.values for term in other.search.model.model.terms}
@@ -138,7 +136,7 @@ def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
 
 
 def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
-    """The coefficient of friction, with what a law's own inexactness and the runs' scatter leave open."""
+    """Compares the coefficients of friction; their errors include the runs' scatter and a law's own inexactness."""
     each = [_mu(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
@@ -152,7 +150,7 @@ def _mu(evidence: Evidence, fitted: Fit) -> Value:
 
 
 def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
-    """One effect's numbers in both; its shapes only where both were found to have it."""
+    """Compares one effect's numbers; its shapes count only where both were found to have the effect."""
     has = [effect.id in {one.id for one in found.search.found} for found in (recorded, simulated)]
     free = fits[0].of_effect(effect.id)[0]
     kept = [place for place, parameter in enumerate(free) if all(has) or not parameter.is_shape]
@@ -176,11 +174,11 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
 
 
 def _gain(numbers: Sequence[Differs], covariance: Array) -> float:
-    """Twice the log likelihood that numbers gain by differing, whose difference has a covariance (k, k)."""
+    """Twice the log likelihood gained if k numbers may differ; `covariance` (k, k) is that of their differences."""
     apart = np.array([one.recording.value - one.simulation.value for one in numbers])
     return float(apart @ np.linalg.pinv(covariance, hermitian=True) @ apart)
 
 
 def _price(recorded: Found, count: int) -> float:
-    """What so many numbers have to gain."""
+    """The gain in twice the log likelihood that `count` numbers must exceed (BIC)."""
     return count * math.log(max(recorded.evidence.used(), 2))

@@ -1,4 +1,4 @@
-"""Compiles arithmetic, and keeps the machine code for the next process where there is a place to keep it."""
+"""Compiles numerical functions, and caches the machine code where that is possible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The diagnosis of one recording: locate, name, model, fit, next. Signals or samples in, a `Diagnosis` out."""
+"""The diagnosis of one recording from signals or samples: locate, name, model, fit, next experiment."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from station.physics.model import Model, Term, table_of_model
 from station.signals.session import Signals
 
 TIPPING = "tipping"
-"""The effect that is told by runs that fall over, not by how they slide."""
+"""The effect that is inferred from the runs in which the block toppled, not from how it slides."""
 
 
 def diagnose(
@@ -46,13 +46,13 @@ def diagnose(
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
-    """Diagnoses a session's signals, or a table of samples at the level of onsets; arguments as in `examined`."""
+    """Diagnoses a session's signals, or a table of samples by its onsets; the arguments are those of `examined`."""
     return examined(recorded, catalogue, name=name, setting=setting, mu_s=mu_s, seed=seed, progress=progress).diagnosis
 
 
 @dataclass(frozen=True, kw_only=True)
 class Examined:
-    """A diagnosis, what its figures are drawn from, and what was found in which evidence (None: nothing can be)."""
+    """A diagnosis, the data of its figures, and what was found in which evidence (None if nothing could be tested)."""
 
     diagnosis: Diagnosis
     pictures: PictureData
@@ -71,18 +71,18 @@ def examined(
     jobs: int = 1,
     progress: Progress = lambda _: None,
 ) -> Examined:
-    """The diagnosis, with what a report's figures need.
+    """The diagnosis, with the data of the report's figures.
 
     Args:
         recorded: a session, or the rows of a table.
         catalogue: the effects to consider; `station.physics.catalogue.catalogue()` has them all.
-        name: how the recording is called in the result.
+        name: the recording's name in the result.
         setting: sizes of plate and block.
         mu_s: where the plain model's fit begins.
-        seed: of the null's draws and of the folds; the same seed gives the same answer.
-        folding: how runs are held out: `folds.named`, or `folds.nested`, which finds names anew.
-        jobs: processes that search without a fold each; with 1 no other process is started.
-        progress: is told what is being done.
+        seed: seeds the null's draws and the folds; the same seed gives the same answer.
+        folding: how runs are held out: `folds.named`, or `folds.nested`, which searches anew in each fold.
+        jobs: processes that search the folds in parallel; with 1 no other process is started.
+        progress: is called with a message before each step.
     """
     progress("reading the evidence")
     chosen = setting or Setting()
@@ -91,7 +91,7 @@ def examined(
     if why:
         return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())
     rng = np.random.default_rng(seed)
-    # What a simulator's numerics do is looked for in the simulator, not in the recording.
+    # A simulator's numerical artefacts are sought in the simulator, not in the recording.
     effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = search(in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress), progress)
@@ -107,7 +107,7 @@ def examined(
 
 
 def _why_not(evidence: Evidence) -> str | None:
-    """Why nothing at all can be said, in one sentence."""
+    """The reason, in one sentence, why nothing can be tested; None if something can."""
     used = evidence.used()
     if not evidence.channels or used == 0:
         reasons = "; ".join(evidence.notes) or "there is no run with a slide"
@@ -123,14 +123,14 @@ def _why_not(evidence: Evidence) -> str | None:
 
 
 def _slid(evidence: Evidence) -> int:
-    """In how many runs friction was overcome: the others only say that it was larger."""
+    """The number of runs in which the block slid; the other runs only bound friction from below."""
     rows = [channel.rows for channel in evidence.channels if channel.shares_friction]
     return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
 
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """What is believed of a search, what each name adds for unseen runs, and the model of those that add something."""
+    """The beliefs of a search, what each name adds for unseen runs, and the model of those names with its quality."""
 
     belief: Belief
     own: Mapping[str, Own]
@@ -170,7 +170,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         simulator="planar",
         mu_s=_mu(evidence, found.null),
         scatter=found.null.noise.scatter,
-        # Of two looks the smaller p, times two.
+        # The smaller of two p-values is doubled (Bonferroni).
         global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
         verdict=verdict,
         located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
@@ -207,7 +207,7 @@ def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> M
 
 
 def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[EffectFound, ...]:
-    """The names that were found, those that unseen runs do not bear out among them; and the places."""
+    """The names that were found, also those that unseen runs do not confirm, and the places; by probability."""
     kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
     listed = [_effect(evidence, fitted, term, judged) for fitted, term in every.values()]
@@ -245,7 +245,7 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
 
 
 def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
-    """The verdict on a recording: that of what is clear, or that it cannot be told."""
+    """The verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
     if not claimed or all(effect.verdict == "not supported" for effect in effects):
         return "not supported"
     clear = [effect for effect in effects if effect.verdict == "supported"]
@@ -253,7 +253,7 @@ def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
 
 
 def _mu(evidence: Evidence, null: Fit) -> Value:
-    """The level of the plain model, and how far its runs' scatter leaves it open."""
+    """The plain model's coefficient of friction, with the standard error that its runs' scatter leaves."""
     mu_s = as_simulated(evidence, null).mu_s
     return Value(value=mu_s, sd=mu_s * null.noise.scatter / math.sqrt(max(evidence.used(), 1)), unit="1")
 

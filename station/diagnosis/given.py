@@ -1,4 +1,4 @@
-"""The answer against a simulation that the user gives as a recording: about the difference of the two alone."""
+"""The diagnosis against a simulation that the user gives as a recording: it is about the difference of the two."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ def against_given(
     """The diagnosis with a simulation's recording of the same commands in place of the plain model.
 
     Args:
-        examined: of the user's recording.
-        simulated: what the simulator recorded.
+        examined: the diagnosis of the user's recording.
+        simulated: the simulation's recording.
         catalogue: the effects to consider, as for the recording.
         setting: sizes of plate and block.
-        name: how the simulation is called in the result.
-        seed: of the null's draws.
-        progress: is told what is being done.
+        name: the simulation's name in the result.
+        seed: seeds the null's draws.
+        progress: is called with a message before each step.
 
     Raises:
-        UserError: if too little slides in the simulation.
+        UserError: if too few of the simulation's runs can be compared.
     """
     answer, recorded = examined.diagnosis, examined.found
     if recorded is None:
@@ -67,7 +67,7 @@ def against_given(
     compared = against(recorded, theirs)
     left, _ = looked_at(recorded.evidence, compared.shared, staged.offered, rng=rng, progress=progress)
     told = _told(answer, compared, theirs)
-    least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # of two looks
+    least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # the smaller of two p-values
     return replace(
         told,
         simulator=name,
@@ -79,7 +79,7 @@ def against_given(
 
 
 def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
-    """The recording's own answer, each of its effects beside the simulation's, and what only that has."""
+    """The recording's own answer with each effect compared, and the effects that only the simulation has."""
     beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
     mine = [_of_recording(effect, beside.get(effect.id)) for effect in answer.effects]
     known = {effect.id for effect in mine}
@@ -95,7 +95,7 @@ def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
 
 
 def _of_recording(effect: EffectFound, beside: Beside | None) -> EffectFound:
-    """What the recording has: the simulation lacks it only as far as their numbers must differ."""
+    """An effect of the recording; the simulation lacks it with the probability that their numbers differ."""
     if beside is None:
         return effect
     probability = effect.probability * beside.probability
@@ -104,7 +104,7 @@ def _of_recording(effect: EffectFound, beside: Beside | None) -> EffectFound:
 
 
 def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
-    """What only the simulation was found to have."""
+    """An effect that was found in the simulation alone."""
     effect = beside.effect
     assert effect is not None
     classes: Mapping[str, tuple[str, ...]] = simulated.belief.classes

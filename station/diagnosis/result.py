@@ -1,4 +1,4 @@
-"""What a diagnosis says: plain values, in the shape of the `--json` contract and more."""
+"""The result of a diagnosis as plain values, and its `--json` form."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 Verdict = Literal["supported", "not supported", "indistinguishable", "untestable"]
 
 Side = Literal["recording", "simulation", "both"]
-"""Who has an effect, of a recording and the simulation that was given."""
+"""The side that has an effect: the recording, the simulation that was given, or both."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Value:
-    """A number with its standard error, 90 % interval and unit; `at_bound` where its range ends at this value."""
+    """A number with its standard error, 90 % interval and unit; `at_bound` is True at a bound of its range."""
 
     value: float
     sd: float
@@ -26,11 +26,11 @@ class Value:
 
     @property
     def interval90(self) -> tuple[float, float]:
-        """From the standard error."""
+        """The central 90 % interval of a Gaussian with this standard error."""
         return self.value - 1.645 * self.sd, self.value + 1.645 * self.sd
 
     def __str__(self) -> str:
-        """The number with as many digits as its standard error has two of, its unit, and whether it is at a bound."""
+        """The number and its standard error to two digits of the error, the unit, and a note if it is at its bound."""
         unit = ("" if self.unit == "1" else f" {self.unit}") + (" (at its bound)" if self.at_bound else "")
         if not math.isfinite(self.sd) or self.sd == 0:
             return f"{self.value:.3g}{unit}"
@@ -49,7 +49,7 @@ class Differs:
 
 @dataclass(frozen=True, kw_only=True)
 class Stretch:
-    """A stretch of a recording."""
+    """A stretch of one run of a recording, in its clock's nanoseconds."""
 
     run: int
     from_ns: int
@@ -61,7 +61,7 @@ class Located:
     """A place where residuals stand out: phase × covariate, with the runs and stretches that stand out most.
 
     `effect_size` is the root mean square of the smooth part over that of the whole residual; `p` is corrected for the
-    whole search. `curve` are points (covariate, residual, its error) for a plot.
+    whole search. `curve` has points (covariate, mean residual, its standard error) for a plot.
     """
 
     phase: str
@@ -77,7 +77,7 @@ class Located:
 
 @dataclass(frozen=True, kw_only=True)
 class Combination:
-    """A quantity that is known where single numbers are not, with its standard error in its unit."""
+    """A quantity that is identifiable where single numbers are not, with its standard error in its unit."""
 
     expression: str
     value: float
@@ -87,10 +87,10 @@ class Combination:
 
 @dataclass(frozen=True, kw_only=True)
 class Own:
-    """What one name adds to the prediction of unseen runs, all others being there, each with its standard error.
+    """The gain in the prediction of unseen runs by one name beside all others, with standard errors.
 
-    `gain` is in log score a run, `path` how much nearer a slide's simulation comes; the folds that did not find the
-    name are counted with nothing. `folds` is in how many it was found.
+    `gain` is in log score (nat) a run, `path` is the decrease of a simulated slide's error (m). Folds that did not find
+    the name count as 0; `folds` is the number of those that did.
     """
 
     gain: Value
@@ -105,10 +105,10 @@ class Own:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectFound:
-    """An effect of the catalogue, or `other`, and what is said of it. `class_ids` cannot be told from each other.
+    """An effect of the catalogue, or `other`, with its verdict. `class_ids` cannot be told from each other.
 
-    `determined` are the combinations that are known where single numbers are not; `own` is what the name adds to the
-    prediction of unseen runs.
+    `determined` are the combinations that are identifiable where single numbers are not; `own` is what the name adds to
+    the prediction of unseen runs; `separated_by` is the advice that separates the class.
     """
 
     id: str
@@ -125,7 +125,7 @@ class EffectFound:
 
 @dataclass(frozen=True, kw_only=True)
 class Quality:
-    """How well held-out runs are predicted; nan where the recording has no such thing.
+    """The quality of predictions of held-out runs; a figure is nan where the recording has no such data.
 
     `se` has the standard error of each figure by its name.
     """
@@ -141,10 +141,10 @@ class Quality:
 
 @dataclass(frozen=True, kw_only=True)
 class FitQuality:
-    """Before and after, on runs that were held out; `floor` is the spread between equal runs.
+    """The quality before and after, on held-out runs; `floor_onset_deg` is the spread between equal runs.
 
-    `gap_closed` is the share of what the log score could gain at most: the ceiling is what the fitted model scores on
-    sessions that are drawn from itself. `nested`: the names, too, were found without the runs.
+    `gap_closed` is the share of the possible gain in log score: the ceiling is what the fitted model scores on sessions
+    that are drawn from itself. `nested` is True if the names, too, were found without the held-out runs.
     """
 
     before: Quality
@@ -160,7 +160,7 @@ class FitQuality:
 
     @classmethod
     def unknown(cls) -> FitQuality:
-        """Of a recording that says nothing."""
+        """The quality where nothing could be tested: every figure is nan."""
         nan = math.nan
         nothing = Quality(log_score=nan, onset_rmse_deg=nan, path_rmse_mm=nan, coverage90=nan)
         return cls(before=nothing, after=nothing, log_score_gain=nan, gain_se=nan, floor_onset_deg=nan, gap_closed=nan)
@@ -178,9 +178,9 @@ class NextExperiment:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidates:
-    """One row of the comparison table: what it gains over the plain model of its stage.
+    """One row of the comparison table: a candidate's gain over the model before its stage.
 
-    `ids` says `other` for a smooth term, `told` with what it goes.
+    `ids` has `other` for a smooth term; `told` names the candidate for readers.
     """
 
     stage: int
@@ -196,8 +196,8 @@ class Candidates:
 class Diagnosis:
     """The whole answer.
 
-    `given`: the baseline is a simulation that the user gave, and `differs` what both set differently. Without one the
-    baseline is one constant friction.
+    `given` is True if the baseline is a simulation that the user gave, and `differs` are the numbers that both set
+    differently. Otherwise the baseline is one constant friction.
     """
 
     recording: str
@@ -228,7 +228,7 @@ class Diagnosis:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Ids of the effects that are claimed."""
+        """Ids of the effects that are claimed: supported or indistinguishable."""
         return tuple(effect.id for effect in self.effects if effect.verdict in ("supported", "indistinguishable"))
 
 
@@ -346,7 +346,7 @@ def _quality(quality: Quality) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """JSON knows no nan and no infinity."""
+    """The value with null for each nan and infinity, which JSON lacks, and with plain Python numbers."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

@@ -1,10 +1,10 @@
-"""Every number that decides a claim: its value, unit, meaning, and how it was set. Nothing else decides one.
+"""Every number that decides a claim, with its value, unit, meaning and reason; no other number decides one.
 
     python -m station.diagnosis.thresholds
 
 prints the table. Most numbers are read from here when they are needed, so that another value can be tried from outside:
 `KNOCK_OUT=NAME=VALUE pytest -m benchmark -s tests/benchmarks/test_knock_out.py` diagnoses the same cases with it and
-without. `tests/unit/diagnosis/test_thresholds.py` refuses a number that decides and is not here.
+without. `tests/unit/diagnosis/test_thresholds.py` refuses a deciding number that is not here.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Self
 
 BENCHMARK = "KNOCK_OUT={name}=VALUE pytest -m benchmark -s tests/benchmarks/test_knock_out.py"
 EDITED = "pytest -m benchmark -s tests/benchmarks/test_knock_out.py before and after {name} is changed here"
-"""For a number that is read when a module is loaded, or while a recording is read."""
+"""The command for a number that is read when a module is loaded, or while a recording is read."""
 
 
 class Threshold(float):
@@ -26,17 +26,17 @@ class Threshold(float):
     shown: str
 
     def __new__(cls, value: float, *, unit: str = "1", meaning: str, how: str, shown: str = BENCHMARK) -> Self:
-        """The number itself; `shown` names itself with `{name}`."""
+        """Returns the number itself; `shown` is a command in which `{name}` stands for the threshold's name."""
         made = super().__new__(cls, value)
         made.unit, made.meaning, made.how, made.shown = unit, meaning, how, shown
         return made
 
     def __reduce__(self) -> tuple[type[float], tuple[float]]:
-        """Another process gets the number alone."""
+        """Pickles as a plain float: another process gets the number alone."""
         return float, (float(self),)
 
 
-# Whether anything is said at all.
+# These decide whether anything is tested at all.
 LEAST_RUNS = Threshold(
     20,
     unit="runs",
@@ -84,7 +84,7 @@ PLAUSIBLE = Threshold(
     how="Convention: three times what the effect's own source calls typical.",
 )
 
-# How candidates are weighed.
+# These weigh the candidates.
 NONE = Threshold(
     0.5, meaning="Prior probability that nothing is left to find.", how="Belief: each answer as likely as the other."
 )
@@ -146,7 +146,7 @@ FOLDS = Threshold(
     shown=EDITED,
 )
 
-# Whether a gain is only the misfit of a law.
+# These decide whether a gain is only a law's misspecification.
 KNOWN_TO = Threshold(
     30.0,
     unit="2 ln L",
@@ -160,7 +160,7 @@ BELIEVED = Threshold(
     how="Convention: 95 %.",
 )
 
-# What a measurement is trusted to.
+# These are the systematic floors of the measurements.
 FRICTION_TRUSTED = Threshold(
     0.003,
     meaning="By less friction no effect is told, however many runs say so.",
@@ -208,7 +208,7 @@ ONSET_BLUR_S2 = Threshold(
     shown=EDITED,
 )
 
-# What scatters.
+# These concern the noise.
 GAUSSIAN = Threshold(
     200.0,
     unit="degrees of freedom",
@@ -256,7 +256,7 @@ LONGEST_REACH_M = Threshold(
     shown="pytest tests/unit/diagnosis/test_wander.py",
 )
 
-# Of laws of sliding alone: what the blocks' first paths say.
+# These weigh the evidence of the blocks' first paths, for laws of sliding alone.
 PATHS_SLACK = Threshold(
     20.0, unit="2 ln L", meaning="A fit of the paths may fall so short of its best.", how="Seen on development cases."
 )
@@ -283,7 +283,7 @@ PATHS_NEAR_M_S2 = Threshold(
     how="A quarter of a per cent of the friction at mu = 0.4.",
 )
 
-# What is used of a recording.
+# These decide which parts of a recording are used.
 LEAST_TILT_RAD = Threshold(
     0.02,
     unit="rad",
@@ -333,7 +333,7 @@ PLAIN_SIGMAS = Threshold(
     shown="pytest tests/unit/diagnosis/test_slips.py",
 )
 
-# What may explain a residual.
+# These decide which covariates may explain a residual.
 LEAST_ROWS = Threshold(12, unit="rows", meaning="A covariate known of fewer rows explains nothing.", how="Convention.")
 LEAST_KNOWN_SHARE = Threshold(
     0.5, meaning="A covariate known of a smaller share of the rows explains nothing.", how="Convention: most of them."
@@ -354,7 +354,7 @@ LEAST_PLACES_M = Threshold(
     1e-3, unit="m", meaning="Places that lie nearer to each other explain nothing.", how="A tenth of the block's side."
 )
 
-# Whether the block tips.
+# These decide whether the block topples.
 MOST_MISTAKEN = Threshold(
     3e-2,
     meaning="A run is called tipped by mistake at most so often (three smaller chances beside it).",
@@ -368,7 +368,7 @@ WIDEST_TIP = Threshold(
     shown="pytest tests/recovery/test_tipping.py",
 )
 
-# Where: how a place is shown; no name depends on it.
+# This decides which places are listed; no name depends on it.
 LEVEL = Threshold(
     0.05, meaning="A place is listed below this corrected p.", how="Convention: 5 %.", shown="station diagnose FILE"
 )

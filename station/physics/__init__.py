@@ -1,1 +1,1 @@
-"""What acts on the block beyond a plain simulation: one file an effect, each vanishing at its null value."""
+"""The physics of a block on a plate: one file for each effect beyond a plain simulation, neutral at its null value."""

@@ -1,4 +1,4 @@
-"""The effects that there are: every file of the folder `effects`, and of the folders that a rig file names.
+"""The catalogue of effects: every file of the folder `effects`, and of the folders that a rig file names.
 
 This is the only module of the physics that looks at files, and it only imports them.
 """

@@ -1,4 +1,4 @@
-"""What is read from a table is what was expected there, or else one sentence says what came."""
+"""Checks of values that are read from a table; an unexpected one raises an error of one sentence."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
 
 
 def number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:
-    """A number, of which `valid` says whether it can be; raises `UserError` for another, or for none."""
+    """The value as a float, if it is a number that `valid` accepts; raises `UserError` otherwise."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not valid(float(value)):
         raise UserError(f"Expected {expected} for {name}, got {value!r}")
     return float(value)
 
 
 def numbers(values: object, name: str) -> list[float]:
-    """Finite numbers; raises `UserError` for anything else than a list of them."""
+    """The values as floats; raises `UserError` unless they are a list of finite numbers."""
     if not isinstance(values, list):
         raise UserError(f"Expected a list of numbers for {name}, got {values!r}")
     return [number(value, name, math.isfinite, "finite numbers") for value in values]  # pyright: ignore[reportUnknownVariableType]: what a parsed file holds

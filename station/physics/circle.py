@@ -1,4 +1,4 @@
-"""Cosine and sine of many angles at once: most of what following a sliding block costs."""
+"""Cosine and sine of many angles at once, which is most of the cost of following a sliding block."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from station.physics.contact import Array
 
 
 def cos_sin(angle_rad: Array) -> tuple[Array, Array]:
-    """Cosine and sine of angles, to 3e-16: by the tangent of half the angle, t, (1 − t²) / (1 + t²) and 2t / (1 + t²).
+    """Cosine and sine (n,) of angles (n,), rad, to 3e-16.
 
-    NumPy has the tangent in vector instructions where it leaves sine and cosine, which it wants to the last bit, to the
-    C library: both in a fifth of the time with AVX-512, in two thirds of it elsewhere.
+    They follow from the tangent of half the angle, t, as (1 − t²) / (1 + t²) and 2t / (1 + t²). NumPy has the tangent
+    in vector instructions where it leaves sine and cosine, which it wants to the last bit, to the C library: both take
+    a fifth of the time with AVX-512, and two thirds of it elsewhere.
     """
     tangent = np.tan(0.5 * angle_rad)
     square = tangent * tangent

@@ -1,4 +1,4 @@
-"""What an effect must say of itself before anything is computed with it."""
+"""Checks that an effect is described completely before anything is computed with it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CHOICES = (("layer", get_args(Layer)), ("family", get_args(Family)))
 
 
 def fault_of(effect: type[Effect]) -> str | None:
-    """Why a class is not a complete effect: what was expected and what came, in a few words; None if it is one."""
+    """The fault of an incomplete effect, as what was expected and what came; None if the class is complete."""
     for name in _TEXTS:
         value = getattr(effect, name, None)
         if not isinstance(value, str) or not value.strip():

@@ -1,4 +1,4 @@
-"""The state of a block on the plate, and of what the camera sees of it, for many moments at once."""
+"""The state of a block on the plate, and the camera's view of it, at many moments at once."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ class Contact:
         run: number of the run, counted from 0 at the session's first run (float).
         moving: False at rest and at the onset, True while sliding.
         way_rad: direction in P of the sliding, or of the sliding that would begin.
-        speed_m_s: of the sliding; 0 at rest.
+        speed_m_s: speed of the sliding; 0 at rest.
         x_m, y_m: place of the mark's centre in P.
-        yaw_rad: of the block in P.
-        rest_s: how long it has lain under load up to now; while sliding, how long it had lain when the slide began.
+        yaw_rad: heading of the block in P.
+        rest_s: dwell under load up to now; while sliding, the dwell before the slide.
         slid_s: time since the slide began; 0 at rest.
         tilt_rad: angle between the plate's normal and up.
         down_rad: direction in P of the steepest descent.
         rate_rad_s, acceleration_rad_s2: (n, 3) angular velocity and acceleration of the plate, in P.
         rising: +1 while the tilt grows (or grew last), −1 while it falls.
         step_s: time since the present or last tilt step began.
-        mount_rad: how the plate is turned in its mount: the angle from P, which the camera and the arm share, to the
-            plate's own grain.
-        mass_kg, area_m2: of the block and of its contact.
+        mount_rad: turn of the plate in its mount: the angle from P, which the camera and the arm share, to the plate's
+            own grain.
+        mass_kg, area_m2: mass of the block and area of its contact.
         border_m: distance from the block's edge to the foam, negative inside it; inf where there is none.
-        temperature_c, relative_humidity: of the air; nan where unknown.
+        temperature_c, relative_humidity: state of the air; nan where unknown.
     """
 
     run: Array
@@ -63,12 +63,12 @@ class Contact:
         return len(self.run)
 
     def chosen(self, rows: NDArray[np.int64]) -> Contact:
-        """The moments of some rows (m,), each as often as it is named."""
+        """The moments with these indices (m,); an index may repeat."""
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     @property
     def pressing_m_s2(self) -> Array:
-        """Gravity's normal component, g cos θ (n,): the normal force of a plain block per mass."""
+        """Gravity's normal component g cos θ (n,), m/s²: a plain block's normal force per mass."""
         return GRAVITY_M_S2 * np.cos(self.tilt_rad)
 
     @property
@@ -82,17 +82,17 @@ class Contact:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class View:
-    """A mark that the camera sees at n moments: its corners' true places, and what may displace their images.
+    """The camera's view of a mark at n moments: its corners' true places, and what may displace their images.
 
     Attributes:
-        point_m: (n, 4, 2) the mark's corners in P where they truly are.
+        point_m: (n, 4, 2) the mark's true corners in P.
         on_block: False for a fiducial that is fixed to the plate.
-        velocity_m_s: (n, 2) of the mark's centre in P; 0 for a fiducial.
-        yaw_rate_rad_s: (n,) of the mark.
+        velocity_m_s: (n, 2) velocity of the mark's centre in P; 0 for a fiducial.
+        yaw_rate_rad_s: (n,) turning rate of the mark.
         tilt_rad, down_rad: (n,) as in `Contact`.
-        rest_s: (n,) since the tilt of this run began: how long the block has been held on a slope.
-        side_m: of the block's mark.
-        camera_height_m: from the lens to the plate.
+        rest_s: (n,) time since this run's tilt began: how long the block has been held on a slope.
+        side_m: side of the block's mark.
+        camera_height_m: height of the lens above the plate.
         image_centre_m: (2,) the place in P that the optical axis meets.
         row_m: (2,) unit vector in P along which the image's rows are exposed one after another (image down).
         image_size_m: height of the field of view on the plate.

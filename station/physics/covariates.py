@@ -1,4 +1,4 @@
-"""What friction might depend on, read from a contact, by the names that reports use."""
+"""The covariates on which friction may depend, read from a contact, by the names that reports use."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ READ: Mapping[str, Callable[[Contact], Array]] = MappingProxyType(
         "humidity": lambda contact: contact.relative_humidity,
     }
 )
-"""How each is read (n,); nan where it is unknown or without meaning."""
+"""The function that reads each covariate (n,) from a contact; it gives nan where that is unknown or meaningless."""
 
 
 def covariates_of(contact: Contact) -> Mapping[str, Array]:
-    """All of them; those that are unknown or do not vary are for the reader to leave out."""
+    """All covariates (n,) by name, also those that are unknown or do not vary."""
     return {name: read(contact) for name, read in READ.items()}

@@ -15,7 +15,7 @@ from station.physics.model import Model
 from station.physics.narrowing import Bracket
 
 STEP_RAD = 0.01
-"""Of the central differences of h: their error is h''' / 60 000, far below any scatter."""
+"""The step of the central differences of h; their error is h''' / 60 000, far below any scatter."""
 
 _STEPS = 20
 _SETTLED_RAD = 1e-4
@@ -23,7 +23,7 @@ _FARTHEST_RAD = 1.5
 
 
 def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
-    """h, h′ and h″ (n,) of the limit curve in a direction, in units of the normal force."""
+    """The support function h, h′ and h″ (n,) of the limit curve in directions (n,), relative to the normal force."""
     ahead = model.friction(replace(contact, way_rad=way_rad + STEP_RAD))
     here = model.friction(replace(contact, way_rad=way_rad))
     behind = model.friction(replace(contact, way_rad=way_rad - STEP_RAD))
@@ -31,17 +31,17 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
 
 
 def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
-    """h′ (n,) alone."""
+    """The derivative h′ (n,) of the support function in directions (n,)."""
     ahead = model.friction(replace(contact, way_rad=way_rad + STEP_RAD))
     behind = model.friction(replace(contact, way_rad=way_rad - STEP_RAD))
     return (ahead - behind) / (2 * STEP_RAD)
 
 
 def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, Array]:
-    """The ratio T/N (n,) that a resting block holds against a load in a direction, and the way (n,) it then takes.
+    """The largest ratio T/N (n,) that holds against a load in direction `load_rad`, and the direction (n,) of the slip.
 
-    The smallest over φ of h(φ) / cos(φ − load), by Newton's method from the load's own direction, kept in a
-    bracket; a model without directions needs none of it.
+    It is the minimum over φ of h(φ) / cos(φ − load), found by Newton's method in a bracket from the load's own
+    direction; an isotropic model needs no search.
     """
     here, slope, bend = support(model, contact, load_rad)
     best, best_way = here, load_rad.copy()
@@ -60,16 +60,16 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 
 
 def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
-    """The ratio T/N (n,) that is held against a load in a direction by a block that can only slide one way.
+    """The ratio T/N (n,) that holds against a load in direction `load_rad` a block that can only slide along `way_rad`.
 
-    It is never below the threshold. Along the way that another model's block takes it is the threshold of a model near
-    that one, to first order in what is between them: the threshold is a minimum over the ways.
+    It is never below the threshold. Along the direction in which another model's block slips it is the threshold of a
+    model near that one, to first order in their difference: the threshold is a minimum over the directions.
     """
     return model.friction(replace(contact, way_rad=way_rad)) / np.cos(way_rad - load_rad)
 
 
 def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """The slope of ln (h / cos) by the offset from the load, and the slope of that.
+    """The first and second derivative (n,) of ln (h / cos) by the offset (n,) from the load's direction.
 
     In u = tan(off) the function is convex for any convex curve: it has one minimum, also where the curve has a corner
     or a straight part.

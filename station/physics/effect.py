@@ -1,4 +1,4 @@
-"""The interface of an effect: what it may change, all of it nothing unless a subclass says otherwise.
+"""The interface of an effect: everything that it may change, none of which it changes unless a subclass says so.
 
 The block on a plate with attitude R (world_from_plate) slides in the direction φ (`way_rad`) against
 
@@ -55,9 +55,9 @@ class Effect(ABC):
     confounded_with: ClassVar[tuple[str, ...]] = ()
     separated_by: ClassVar[str]
     absorbed_by_mu: ClassVar[bool] = False
-    """Whether, with everything that it depends on held constant, no data can tell it from another mu."""
+    """True if no data can tell the effect from another mu while everything that it depends on is constant."""
     is_series: ClassVar[bool] = False
-    """Whether the law is the first terms of a series, which leaves a part of anything that it stands for."""
+    """True if the law is the first terms of a series, which leaves a part of anything that it stands for."""
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""
@@ -70,7 +70,7 @@ class Effect(ABC):
         return None
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
-        """Angular acceleration (n,), rad/s², of the sliding block about the plate's normal, not by friction."""
+        """Angular acceleration (n,), rad/s², of the sliding block about the plate's normal, other than by friction."""
         del contact, values
         return 0.0
 
@@ -85,17 +85,17 @@ class Effect(ABC):
         return None
 
     def delay_s(self, values: Values) -> float:
-        """How much later than the truth the camera's stamps read, seconds."""
+        """The delay of the camera's stamps, s: how much later than the truth they read."""
         del values
         return 0.0
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """Velocity (n, 2), m/s, in P, with which a block below its onset moves for good."""
+        """Velocity (n, 2), m/s, in P, of the irreversible motion of a block below its onset."""
         del contact, values
         return None
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """How far (n, 4, 2), m, the corners' images stand from the truth, as places in P."""
+        """Displacement (n, 4, 2), m, in P, of the corners' images from the truth."""
         del view, values
         return None
 
@@ -105,16 +105,16 @@ class Effect(ABC):
         return 0.0
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """Quantities that slides in these states determine where single numbers trade off: value and unit by words."""
+        """Quantities that these states determine where single numbers trade off: value and unit by description."""
         del contact, values
         return {}
 
     def __eq__(self, other: object) -> bool:
-        """Effects hold no state: one id, one effect, also after a journey through another process."""
+        """Effects are equal if their ids are: they hold no state, also after being sent to another process."""
         return isinstance(other, Effect) and other.id == self.id
 
     def __hash__(self) -> int:
-        """By the id."""
+        """The hash of the id."""
         return hash(self.id)
 
     # --- about the effect -----------------------------------------------------------------------------------------
@@ -124,7 +124,7 @@ class Effect(ABC):
         return {parameter.name: parameter.neutral for parameter in self.parameters}
 
     def is_null(self, values: Values) -> bool:
-        """Whether it vanishes exactly at these values."""
+        """True if the effect vanishes exactly at these values."""
         return all(values[parameter.name] == parameter.null for parameter in self.parameters if not parameter.is_shape)
 
     def acts_through(self) -> frozenset[str]:
@@ -132,15 +132,15 @@ class Effect(ABC):
         return _overridden(type(self))
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """The shapes that runs with these onsets cannot tell, whatever the effect's size: held at their first start."""
+        """The shapes that runs with these onsets cannot determine at any size; they stay at their first start."""
         del contact
         return frozenset()
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """Why the runs with these onsets cannot show it, in one sentence; None when they can, as far as is known here.
+        """The reason, in one sentence, why the runs with these onsets cannot show the effect; None if there is none.
 
-        For what every analysis must know beforehand (no second mass, no other angle sensor). What the design's
-        numbers say is found by the diagnosis itself.
+        It is for what every analysis must know beforehand (no second mass, no other angle sensor). What the design's
+        numbers imply the diagnosis finds by itself.
         """
         del contact
         return None

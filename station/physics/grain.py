@@ -33,7 +33,7 @@ PARAMETERS = (
     Parameter(name="sin2", unit="1", low=-0.7, high=0.7, typical=0.1),
     Parameter(name="shape", unit="1", low=-1.5, high=1.0, typical=0.5, null=None, starts=(ELLIPSE,)),
 )
-"""Those of every effect of a grain."""
+"""The parameters of every effect of a grain."""
 
 
 def grain(angle_rad: Array, values: Values) -> Array:
@@ -47,7 +47,7 @@ def grain(angle_rad: Array, values: Values) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Grain:
-    """The curve by its radius, angles counted from its larger extreme."""
+    """The limit curve by its radius, with angles counted from its larger extreme."""
 
     size: float
     shape: float
@@ -70,7 +70,7 @@ class _Grain:
 
 
 _FLAT = 1e-6
-"""Below it p counts as 0, where r = exp(w / 2)."""
+"""A smaller |p| counts as 0, where r = exp(w / 2)."""
 
 
 def _convex(shape: float, size: float) -> float:
@@ -93,4 +93,4 @@ def _largest(shape: float) -> float:
 
 
 _ANY = 8.0
-"""Larger than any size within the bounds."""
+"""A size larger than any within the bounds."""

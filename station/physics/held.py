@@ -1,7 +1,7 @@
-"""From the force that a limit curve holds in each direction to the friction that a slide meets: its support function.
+"""The support function of a limit curve, which a slide meets, from the force that the curve holds in each direction.
 
-A curve is often known by its radius r(ψ), the force that is held against a pull at ψ. What slides in φ meets
-h(φ) = max over ψ of r(ψ) cos(φ − ψ) (maximum dissipation; Goyal, Ruina, Papadopoulos 1991).
+A curve is often known by its radius r(ψ), the force that is held against a pull at ψ. A slide in φ meets h(φ) = max
+over ψ of r(ψ) cos(φ − ψ) (maximum dissipation; Goyal, Ruina, Papadopoulos 1991).
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from station.physics.contact import Array
 from station.physics.narrowing import Bracket
 
 NEARLY_FLAT = 0.95
-"""The share of what a convex curve can bear of a shape: beyond it a side would bend in."""
+"""The largest share of a shape that a convex curve can bear; beyond 1 a side would bend in."""
 
 NODES = 513
-"""Of the table of a support function: cubics between them err by 1e-10, and by 1e-6 beside a nearly flat side."""
+"""The nodes of a support function's table: cubics between them err by 1e-10, and by 1e-6 beside a nearly flat side."""
 
 _STEPS = 40
 _SETTLED_RAD = 1e-9
@@ -27,11 +27,11 @@ _FARTHEST_RAD = 1.5
 
 
 class Held(Protocol):
-    """A convex curve around the origin by its radius, the same to both sides of an axis; equal ones are one."""
+    """A convex curve around the origin by its radius, symmetric about an axis; equal curves have equal hashes."""
 
     @property
     def folds(self) -> int:
-        """How often it repeats in a turn."""
+        """The number of its repetitions in a full turn."""
         ...
 
     def radius(self, angle_rad: Array) -> Array:
@@ -46,14 +46,14 @@ class Held(Protocol):
 
 
 def support_of(held: Held, angle_rad: Array) -> Array:
-    """h (n,) for slides at angles φ (n,) from the curve's axis."""
+    """The support function h (n,) for slides at angles φ (n,) from the curve's axis."""
     period = 2.0 * np.pi / held.folds
     return _table(held)(np.abs(angle_rad - period * np.round(angle_rad / period)))
 
 
 @lru_cache(maxsize=64)
 def _table(held: Held) -> CubicHermiteSpline:
-    """The support function from the axis to where it repeats in the mirror."""
+    """The support function as a spline, from the axis to half its period, where it is mirrored."""
     angle = np.linspace(0.0, np.pi / held.folds, NODES)
     off = _off(held, angle)
     radius = held.radius(angle + off)
@@ -61,7 +61,7 @@ def _table(held: Held) -> CubicHermiteSpline:
 
 
 def _off(held: Held, angle_rad: Array) -> Array:
-    """By how much (n,) the direction of the largest r(φ + off) cos(off) is off φ, by Newton's method in a bracket."""
+    """The offset ψ − φ (n,) of the largest r(ψ) cos(φ − ψ), by Newton's method in a bracket."""
     bracket = Bracket.around(len(angle_rad), _FARTHEST_RAD)
     for _ in range(_STEPS):
         tangent = np.tan(bracket.at)

@@ -44,7 +44,7 @@ class Model:
 
     @cached_property
     def _acting(self) -> Mapping[str, tuple[Term, ...]]:
-        """The acting terms by hook: a channel asks for them some hundred thousand times a diagnosis."""
+        """The acting terms by hook, cached: channels ask for them some hundred thousand times a diagnosis."""
         acting = [term for term in self.terms if not term.effect.is_null(term.values)]
         return {hook: tuple(term for term in acting if hook in term.effect.acts_through()) for hook in HOOKS}
 
@@ -81,16 +81,16 @@ class Model:
         return _sum((term.effect.seen(view, term.values) for term in self.acting("seen")), view.point_m.shape)
 
     def shaking(self, contact: Contact) -> Array:
-        """Standard deviation (n,), m/s², of the random pushes together."""
+        """Standard deviation (n,), m/s², of the sum of the random pushes."""
         each = (np.square(term.effect.shaking(contact, term.values)) for term in self.acting("shaking"))
         return np.sqrt(_sum(each, (len(contact),)))
 
     def delay_s(self) -> float:
-        """How late the camera's stamps read."""
+        """The delay of the camera's stamps, s: the sum of all effects'."""
         return sum(term.effect.delay_s(term.values) for term in self.acting("delay_s"))
 
     def with_term(self, term: Term) -> Model:
-        """The model with one more effect, or with an effect's values replaced."""
+        """The model with one more term, or with the term of that effect replaced."""
         others = tuple(known for known in self.terms if known.effect.id != term.effect.id)
         return replace(self, terms=(*others, term))
 

@@ -10,12 +10,12 @@ from station.physics.contact import Array
 
 _LEAST_SLOPE = 1e-3
 _FINEST = 1e-7
-"""Steps below it are Newton's last, and rounding."""
+"""A smaller step is Newton's last, and rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bracket:
-    """Where rising functions vanish: between `low` and `high` (n,), to be looked for at `at`, `moved` from the last."""
+    """Brackets from `low` to `high` (n,) of rising functions' zeros, tried at `at`, `moved` from the last place."""
 
     low: Array
     high: Array
@@ -24,7 +24,7 @@ class Bracket:
 
     @classmethod
     def around(cls, count: int, farthest: float) -> Bracket:
-        """As many brackets from −farthest to farthest, to begin with in their middles."""
+        """Brackets (count,) from −farthest to farthest, which begin in their middles."""
         return cls(np.full(count, -farthest), np.full(count, farthest), np.zeros(count), np.full(count, np.inf))
 
     def narrowed(self, value: Array, slope: Array) -> Bracket:
@@ -41,5 +41,5 @@ class Bracket:
         return Bracket(low, high, at, np.abs(at - self.at))
 
     def settled(self, within: float) -> bool:
-        """Whether no place has moved farther than that."""
+        """True if no place has moved by `within` or more."""
         return bool(np.max(self.moved, initial=0.0) < within)

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 class Parameter:
     """A number that an effect depends on.
 
-    `null` is the value at which the effect vanishes; None marks a shape (a speed scale, a place), which is without
-    meaning while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound it: a sign
-    that physics forbids is outside the bounds. `typical` is the size at which the effect is plain to see: it scales
-    steps and starts.
+    `null` is the value at which the effect vanishes; None marks a shape (a speed scale, a place), which has no meaning
+    while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound the number: a sign
+    that physics forbids is outside the bounds. `typical` is a size at which the effect is plain to see: it scales steps
+    and starts.
     """
 
     name: str
@@ -24,7 +24,7 @@ class Parameter:
     starts: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be fitted."""
+        """Refuses, by a ValueError, a parameter that cannot be fitted."""
         if not self.low < self.high:
             raise ValueError(f"parameter {self.name}: expected low < high, got {self.low} and {self.high}")
         if self.null is not None and not self.low <= self.null <= self.high:
@@ -36,7 +36,7 @@ class Parameter:
 
     @property
     def is_shape(self) -> bool:
-        """Whether it only shapes an effect whose size is another parameter."""
+        """True if it only shapes an effect whose size is another parameter."""
         return self.null is None
 
     @property

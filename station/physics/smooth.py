@@ -1,8 +1,8 @@
-"""Physics without a name: friction, or a push, that changes smoothly with one of the things it might depend on.
+"""Smooth terms: friction, or a push, that changes smoothly with one covariate, for physics that has no name.
 
 An effect outside the catalogue is modelled by these terms. They are effects like the named ones, so simulators take
-them; unlike those they hold numbers of the recording that they were found in, such as where its covariates lie. So they
-stand in no catalogue, and model.toml has them whole, see `smooth_table`.
+them; unlike those they hold numbers of the recording that they were found in, such as its covariates' range. They are
+therefore in no catalogue, and model.toml has them whole, see `smooth_table`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 PREFIX = "other:"
-"""How the ids of smooth terms begin."""
+"""The ids of smooth terms begin with this."""
 
 FARTHEST = 1.5
-"""Polynomials count from −1.5 to 1.5 spreads about the middle: they say nothing farther out."""
+"""Polynomials are clipped at 1.5 spreads from the middle: they say nothing farther out."""
 
 PLACE_M = 0.03
 """The place on the plate at which a push that is linear in it has its coefficient's size."""
@@ -33,17 +33,17 @@ Direction = Literal["radial", "linear", "any", "field"]
 
 
 class Form(ABC):
-    """A few smooth functions of one covariate, whose weighted sum is ln of the friction."""
+    """A few smooth functions of one covariate, whose weighted sum is the log of a factor on friction."""
 
     @property
     @abstractmethod
     def size(self) -> int:
-        """How many functions."""
+        """The number of functions."""
 
     @property
     @abstractmethod
     def words(self) -> str:
-        """A few words for reports, which tell it from others of the same covariate."""
+        """A few words for reports, which distinguish it from other forms of the same covariate."""
 
     @abstractmethod
     def of(self, values: Array) -> Array:
@@ -58,16 +58,16 @@ class Harmonics(Form):
 
     @property
     def size(self) -> int:
-        """One for each wave."""
+        """The number of waves."""
         return len(self.waves)
 
     @property
     def words(self) -> str:
-        """Such as 'harmonic 1+2'."""
+        """The orders, such as 'harmonic 1+2'."""
         return "harmonic " + "+".join(str(k) for k in sorted({k for _, k in self.waves}))
 
     def of(self, values: Array) -> Array:
-        """The waves in their order."""
+        """The waves (n, size) in their order."""
         known = np.isfinite(values)
         angle = np.where(known, values, 0.0)
         waves = [WAVES[wave](k * angle) for wave, k in self.waves]
@@ -80,7 +80,7 @@ WAVES: dict[Wave, np.ufunc] = {"cos": np.cos, "sin": np.sin}
 
 @dataclass(frozen=True, kw_only=True)
 class Powers(Form):
-    """Powers 1 … `degree` of (value − `middle`) / `spread`, which is held within ± `FARTHEST`."""
+    """Powers 1 … `degree` of (value − `middle`) / `spread`, which is clipped to ± FARTHEST."""
 
     middle: float
     spread: float
@@ -93,11 +93,11 @@ class Powers(Form):
 
     @property
     def words(self) -> str:
-        """Such as 'degree 2'."""
+        """The degree, such as 'degree 2'."""
         return f"degree {self.degree}"
 
     def of(self, values: Array) -> Array:
-        """The powers, from the first on."""
+        """The powers (n, degree), from the first on."""
         known = np.where(np.isfinite(values), values, self.middle)
         scaled = np.clip((known - self.middle) / self.spread, -FARTHEST, FARTHEST)
         return np.column_stack([scaled**k for k in range(1, self.degree + 1)])
@@ -105,7 +105,7 @@ class Powers(Form):
 
 @dataclass(frozen=True, kw_only=True)
 class Swings(Form):
-    """cos and sin of a phase that turns `often` times while the value goes from `low` on by `width`."""
+    """Cosine and sine of a phase with `often` periods while the value goes from `low` on by `width`."""
 
     low: float
     width: float
@@ -113,16 +113,16 @@ class Swings(Form):
 
     @property
     def size(self) -> int:
-        """Cosine and sine."""
+        """Two: cosine and sine."""
         return 2
 
     @property
     def words(self) -> str:
-        """Such as '2.5 swings'."""
+        """The number of periods, such as '2.5 swings'."""
         return f"{self.often:g} swings"
 
     def of(self, values: Array) -> Array:
-        """Cosine and sine."""
+        """Cosine and sine (n, 2)."""
         known = np.isfinite(values)
         phase = 2 * np.pi * self.often * (np.where(known, values, self.low) - self.low) / self.width
         return np.where(known[:, None], np.column_stack([np.cos(phase), np.sin(phase)]), 0.0)
@@ -130,10 +130,10 @@ class Swings(Form):
 
 @dataclass(frozen=True, eq=False)
 class ByRun:
-    """A covariate that a contact does not know, such as what the run before did: its values by the runs' numbers."""
+    """A covariate that a contact does not have, such as the last run's slide: its values by the runs' numbers."""
 
     run: Array
-    """(r,) ascending."""
+    """Run numbers (r,), ascending."""
     value: Array
 
     def __call__(self, contact: Contact) -> Array:
@@ -143,7 +143,7 @@ class ByRun:
 
 
 class Unnamed(Effect):
-    """What all smooth terms are."""
+    """The base of all smooth terms."""
 
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "history"
@@ -153,9 +153,9 @@ class Unnamed(Effect):
     covariate: str
 
     def __init__(self, covariate: str, words: str, *, size: int, typical: float, unit: str, most: float) -> None:
-        """Of `size` coefficients a0, a1, …, each at most `most` in size."""
+        """Has `size` coefficients a0, a1, …, each at most `most` in size."""
         self.covariate = covariate
-        # What classes of named effects have, an unnamed one has of its own.
+        # A named effect has these in its class; an unnamed one has its own.
         vars(self).update(
             id=f"{PREFIX}{covariate}, {words}",
             title=f"something outside the catalogue that changes with {covariate}",
@@ -166,16 +166,16 @@ class Unnamed(Effect):
 
 
 class Smooth(Unnamed):
-    """ln of the friction is a weighted sum of a form's functions of a covariate, at the onset, sliding, or both."""
+    """A factor on friction, whose log is a weighted sum of a form's functions, at the onset, sliding, or both."""
 
     def __init__(self, covariate: str, form: Form, *, at: frozenset[When], by_run: ByRun | None = None) -> None:
-        """`by_run` says the values of a covariate that no contact knows."""
+        """Depends on `covariate`; `by_run` has the values of a covariate that no contact has."""
         words = form.words + _WHEN[at]
         super().__init__(covariate, words, size=form.size, typical=0.05, unit="1", most=1.0)
         self.form, self.at, self.by_run = form, at, by_run
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the class."""
+        """The factor (n,) on friction."""
         read = self.by_run or READ[self.covariate]
         total = self.form.of(read(contact)) @ _numbers(values)
         return np.exp(np.where(self._acts(contact.moving), total, 0.0))
@@ -192,7 +192,7 @@ _WHEN: dict[frozenset[When], str] = {
 
 
 class SmoothPush(Unnamed):
-    """A push along the plate, m/s², by the place: from the centre, linear, linear beside a constant part, or a field.
+    """A push along the plate, m/s², by the place: radial, linear, linear with a constant, or a field.
 
     A field is the slope of a hill, a polynomial of fourth degree of the place: a plate that is bent, or a magnet.
     """
@@ -200,17 +200,17 @@ class SmoothPush(Unnamed):
     family: ClassVar[Family] = "place"
 
     def __init__(self, direction: Direction) -> None:
-        """'radial' has one coefficient, 'linear' four, 'any' six, 'field' fourteen."""
+        """Has one coefficient if 'radial', four if 'linear', six if 'any', fourteen if 'field'."""
         self.direction: Direction = direction
         size, words = PUSHES[direction]
         super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """See the class."""
+        """The push (n, 3), m/s², in P."""
         return np.einsum("nik,k->ni", self._waves(contact), _numbers(values))
 
     def _waves(self, contact: Contact) -> Array:
-        """For each coefficient a push (n, 3, k)."""
+        """The pushes (n, 3, k) of all coefficients at 1."""
         x, y = contact.x_m / PLACE_M, contact.y_m / PLACE_M
         if self.direction == "radial":
             return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
@@ -224,7 +224,7 @@ class SmoothPush(Unnamed):
 
 
 def _hill_slopes(x: Array, y: Array) -> Array:
-    """The slopes of each hill (n, 3, k) at places (n,)."""
+    """The slopes (n, 3, k) of the hills at places (n,)."""
     found = np.zeros((len(x), 3, len(HILLS)))
     of_x, of_y = (np.vander(one, HIGHEST + 1, increasing=True).T for one in (x, y))
     for k, (i, j) in enumerate(HILLS):
@@ -245,16 +245,16 @@ PUSHES: dict[Direction, tuple[int, str]] = {
     "any": (6, "push"),
     "field": (len(HILLS), "field"),
 }
-"""How many coefficients each kind of push has, and what it is called."""
+"""The number of coefficients of each kind of push, and its name in reports."""
 
 
 def is_smooth(effect: Effect) -> bool:
-    """Whether it is a term without a name."""
+    """True for a term without a name."""
     return isinstance(effect, Unnamed)
 
 
 def is_of_the_air(effect: Effect) -> bool:
-    """Whether it is a straight line against temperature or humidity, onset and slide alike."""
+    """True for a straight line in temperature or humidity that acts on onset and slide alike."""
     return isinstance(effect, Smooth) and effect.covariate in AIR and effect.form.size == 1 and len(effect.at) > 1
 
 

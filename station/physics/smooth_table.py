@@ -59,11 +59,11 @@ _FORMS = ("powers", "harmonics", "swings")
 _WHENS: tuple[When, ...] = ("onset", "sliding")
 _WHERE = "[[smooth]]"
 _HIGHEST = 12
-"""Multiple of an angle: beyond it a wave is no longer smooth."""
+"""The highest multiple of an angle: beyond it a wave is no longer smooth."""
 
 
 def table_of_smooth(effect: Unnamed, values: Values) -> dict[str, Any]:
-    """The table that says the term."""
+    """The table of model.toml that describes the term."""
     coefficients = {"coefficients": [float(values[one.name]) for one in effect.parameters]}
     if isinstance(effect, SmoothPush):
         return {"covariate": effect.covariate, "push": effect.direction, **coefficients}

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 TURNING_RADIUS = 1.0 / math.sqrt(12.0)
-"""ρ of a sole of unit width."""
+"""The turning radius ρ of a sole of unit width."""
 
 SQUARE_GYRATION = 1.0 / 6.0
 """The square radius of gyration of a block of unit width about its upright axis."""

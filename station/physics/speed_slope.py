@@ -1,4 +1,4 @@
-"""The slope of a speed law where a recording has slides: what they determine, whatever the law's own numbers."""
+"""The slope of a speed law over the recorded speeds, which slides determine whatever the law's own numbers."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from station.physics.contact import Contact
 from station.physics.effect import Effect, Values
 
 SHARES = (0.25, 0.75)
-"""Of the recorded speeds: the quartiles between which the slope is taken."""
+"""The quartiles of the recorded speeds between which the slope is taken."""
 
 
 def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-    """The change of friction per e-fold of speed between the quartiles of the recorded speeds, over static friction.
+    """The change of friction per e-fold of speed between the recorded speeds' quartiles, relative to static friction.
 
-    Empty where nothing slides.
+    It is empty where nothing slides.
     """
     speeds = contact.speed_m_s[contact.moving]
     if not len(speeds):

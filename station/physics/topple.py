@@ -23,9 +23,9 @@ STILL_M_S = 5e-3
 
 
 def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """How far (n, 4, 2), m, the mark's corners have moved in P by the fall of a block q times as high as wide.
+    """Displacement (n, 4, 2), m, in P, of the mark's corners by the fall of a block q times as high as wide.
 
-    `offset_m` is where its mass is from the middle of its sole, in the block's frame.
+    `offset_m` is the place of its mass from the middle of its sole, in the block's frame.
     """
     lead_rad, stands_rad = lower_edge(view, slenderness=slenderness, offset_m=offset_m)
     still = np.hypot(view.velocity_m_s[:, 0], view.velocity_m_s[:, 1]) < STILL_M_S
@@ -38,7 +38,7 @@ def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0
 
 
 def lower_edge(view: View, *, slenderness: float, offset_m: tuple[float, float]) -> tuple[Array, Array]:
-    """Direction in P (n,) of the edge over which the block falls first, and the tilt (n,) up to which it stands."""
+    """Direction in P (n,), rad, of the edge over which the block falls first, and the tilt (n,) at which it falls."""
     side = view.point_m[:, 1] - view.point_m[:, 0]
     turns = np.pi / 2 * np.arange(4.0)
     normals = np.arctan2(side[:, 1], side[:, 0])[:, None] + turns

@@ -1,4 +1,4 @@
-"""What the state machine asks of the world."""
+"""The actions that the state machine asks for."""
 
 from __future__ import annotations
 

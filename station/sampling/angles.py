@@ -17,7 +17,7 @@ class AngleRange:
         self._onsets_rad: dict[int, list[float]] = defaultdict(list)
 
     def add(self, sector: int, onset_rad: float) -> None:
-        """One more slip in this direction. Censored runs are not added: they have no onset."""
+        """Takes one more onset angle in this direction; censored runs have none and are not added."""
         self._onsets_rad[sector].append(onset_rad)
 
     def bounds_rad(self, sector: int, *, limit_rad: float) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Where to tilt next: a random choice that favours directions in which the block can slide far (section IV)."""
+"""The choice of the next tilting direction: random, with more weight where the block can slide far (section IV)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def slide_in_image(azimuth_rad: float) -> tuple[float, float]:
 
 
 def distance_to_border_px(centre_px: tuple[float, float], *, azimuth_rad: float, size_px: tuple[int, int]) -> float:
-    """How far the block's centre is from the image's border along its slide, in pixels; 0 outside the image."""
+    """The distance of the block's centre from the image's border along its slide, in pixels; 0 outside the image."""
     distances = []
     for place, step, length in zip(centre_px, slide_in_image(azimuth_rad), size_px, strict=True):
         if abs(step) > 1e-9:

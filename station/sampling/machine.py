@@ -42,15 +42,15 @@ INPUTS = (
 _PAUSE_S = 1.0  # after a fault, before the next run
 _STALE_NS = 500_000_000
 OWN_ORDER = -1
-"""The run of motions that the arm makes on its own order."""
+"""The run number of motions that the arm makes on its own order."""
 SLIDING = ("TILT", "SLIP")
 """The phases whose frames make the onset."""
 ENDING = ("SLIP", "SETTLE", "RETURN", "DONE")
-"""The phases that go on without frames, because the slip is known; what comes of them says so."""
+"""The phases that go on without frames, because the slip is known; the sample is then marked as disturbed."""
 
 
 class SamplingMachine:
-    """Decides what the rig does next. `handle` takes one message and gives the actions that follow from it."""
+    """Decides what the rig does next: `handle` takes one message and returns the actions that follow from it."""
 
     def __init__(
         self, plan: Plan, *, size_px: tuple[int, int], reach: Reach, specimen: Specimen, geometry: CameraGeometry | None
@@ -75,18 +75,18 @@ class SamplingMachine:
 
     @property
     def phase(self) -> str:
-        """The phase it is in: START, one of shared.messages.PHASES, or FINISHED."""
+        """The current phase: START, one of shared.messages.PHASES, or FINISHED."""
         return self._state.phase
 
     @property
     def samples(self) -> int:
-        """How many runs have given a sample."""
+        """The number of runs that have given a sample."""
         return self._state.samples
 
     def handle(self, message: Message, *, now_ns: int) -> list[Action]:
-        """Takes one message, received at `now_ns`; gives what is to be done, in order.
+        """Takes one message, received at `now_ns`, and returns the actions that follow, in order.
 
-        What comes before the first heartbeat of the session is not heard.
+        Messages before the first heartbeat of the session are ignored.
         """
         state = self._state
         state.begin(now_ns)
@@ -99,7 +99,7 @@ class SamplingMachine:
         return state.actions
 
     def stop(self, reason: str, *, now_ns: int) -> list[Action]:
-        """Ends the session where it is: the run at hand is aborted, and the plate goes back to level."""
+        """Ends the session now: the current run is aborted, and the plate goes back to level."""
         state = self._state
         state.begin(now_ns)
         if state.phase != "FINISHED":
@@ -176,7 +176,7 @@ class SamplingMachine:
             state.abort(message.reason or "the arm refused the command", passing=message.passing)
 
     def _on_lease(self, message: ArmLease) -> None:
-        """Ends the session when another one has the arm: whatever is seen from now on may be that one's doing."""
+        """Ends the session when another one has the arm: whatever is seen from now on may be caused by that one."""
         state = self._state
         if state.owner and message.owner and message.owner != state.owner:
             fault = f"another session ({message.owner}) has taken the arm over"
@@ -211,7 +211,7 @@ class SamplingMachine:
         return running and begin_ns is not None and begin_ns > self._state.run.start_ns
 
     def _of_an_earlier_session(self, message: MotionReport) -> bool:
-        """Whether the arm agent's cache has sent a report again from before this very motion was asked for."""
+        """True if a report from the arm agent's cache is older than the request for this very motion."""
         begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
         return begin_ns is not None and begin_ns < self._state.asked_ns - _STALE_NS
 

@@ -8,16 +8,16 @@ from station.sampling.state import State
 from station.sampling.tracks import Tracks
 
 _BACK_S = 1.0
-"""Everybody must have been heard for so long: a link that has just come back may go again."""
+"""Everybody must have been heard for this long: a link that has just come back may go again."""
 _AGAIN_S = 5.0
 """A command to level that nobody has answered is repeated after this."""
 
 _LEVEL_RAD = math.radians(0.5)
-"""An arm that is so near to level is there: it settles within 0.3 degrees (`settle_tolerance_deg`)."""
+"""An arm within this angle of level counts as level: it settles within 0.3 degrees (`settle_tolerance_deg`)."""
 
 
 class Outage:
-    """What a session does while it cannot hear camera or arm; asked at every tick."""
+    """The behaviour of a session while it cannot hear camera or arm; it is asked at every tick."""
 
     def __init__(self, state: State, tracks: Tracks) -> None:
         self._state, self._tracks = state, tracks

@@ -20,14 +20,14 @@ from station.sampling.state import State
 from station.sampling.tracks import Tracks
 
 Reach = Callable[[float], float]
-"""The highest tilt (rad) that the arm reaches at an azimuth (rad)."""
+"""The largest tilt (rad) that the arm reaches at an azimuth (rad)."""
 
 _TIPPED_FRAMES = 5
 _SYNC_RAD = math.radians(2.0)
 
 
 class Phases:
-    """The acts of the state machine. Each begins what its phase does; the machine says when."""
+    """The acts of the state machine: each begins a phase, and the machine decides when."""
 
     def __init__(
         self, plan: Plan, *, size_px: tuple[int, int], reach: Reach, specimen: Specimen, geometry: CameraGeometry | None
@@ -45,7 +45,7 @@ class Phases:
         self.environment: Environment | None = None
 
     def synchronise(self) -> None:
-        """A small tilt and back, seen by the arm and (by its sag) by the camera: one sync event a session."""
+        """Makes a small tilt and back, seen by the arm and (by its sag) by the camera: one sync event a session."""
         self._sync += 1
         if self._sync == 1:
             self.state.enter("SYNC", "a small tilt, seen by arm and camera")
@@ -66,7 +66,7 @@ class Phases:
         state.level()
 
     def dwell(self, rest_ns: int | None) -> None:
-        """The block is at rest since `rest_ns` on the level plate, or moves (None); the reference follows the dwell."""
+        """Ends the dwell once the block has rested since `rest_ns` (None: it moves) for the time that was drawn."""
         state = self.state
         if rest_ns is None:
             return
@@ -132,7 +132,7 @@ class Phases:
         )
 
     def read_slide(self) -> None:
-        """Takes the readings of the slide, once an attitude after its detection is there."""
+        """Takes the slide's readings, once an attitude after its detection has arrived."""
         state = self.state
         read_slide(state.run, tracks=self.tracks, plan=self._plan.slip)
         if not state.run.disturbed:
@@ -157,7 +157,7 @@ class Phases:
         state.level()
 
     def conclude(self) -> None:
-        """Level and at rest again: where the block has come to, and the sample."""
+        """Takes the block's final place once it is level and at rest again, and reports the sample."""
         state = self.state
         run = state.run
         sample = run.sample(
@@ -182,7 +182,7 @@ class Phases:
             self.level()
 
     def arrived(self) -> None:
-        """The motion that was asked for has ended."""
+        """Goes on once the requested motion has ended."""
         state = self.state
         if state.phase == "SYNC":
             self.synchronise()

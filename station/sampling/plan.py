@@ -11,7 +11,7 @@ from shared.config import load_table, parse
 
 
 def _finite(plan: object) -> None:
-    """Refuses what is no number (TOML knows nan and inf): it would pass every comparison below."""
+    """Refuses nan and inf, which TOML has: a nan would pass every comparison below."""
     for spec in fields(plan):  # pyright: ignore[reportArgumentType]
         value = getattr(plan, spec.name)
         if isinstance(value, float) and not math.isfinite(value):

@@ -48,7 +48,7 @@ class ReferenceReading:
 
     @property
     def exhausted(self) -> bool:
-        """Whether every attempt was refused."""
+        """True if every attempt was refused."""
         return self.refused >= self._plan.attempts
 
 

@@ -18,19 +18,19 @@ DECISIONS = ("arm/command", "session/event", "session/sample")
 _TOPIC_OF: dict[type[Message], str] = {TiltCommand: DECISIONS[0], RunEvent: DECISIONS[1], Sample: DECISIONS[2]}
 _ROUNDING = 1e-9
 STOPPED = "stopped by"
-"""How the reason of an end that no message brought about begins: what comes after it cannot be replayed."""
+"""The begin of the reason of an end that no message caused: what follows it cannot be replayed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """The first decision that was taken otherwise; None stands for no decision at all."""
+    """The first decision that differs; None stands for no decision at all."""
 
     number: int
     recorded: Message | None
     replayed: Message | None
 
     def __str__(self) -> str:
-        """One sentence."""
+        """The difference in one sentence."""
         if self.recorded is None or self.replayed is None or type(self.recorded) is not type(self.replayed):
             return f"decision {self.number}: recorded {self.recorded}, replayed {self.replayed}"
         names = [
@@ -44,7 +44,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """How many decisions were compared, and the first that differs, if any."""
+    """The number of decisions that were compared, and the first that differs, if any."""
 
     decisions: int
     difference: Difference | None
@@ -93,9 +93,9 @@ class _Lane:
         self.recorded = before
 
     def compare(self) -> tuple[int, Difference | None]:
-        """How many agree, and the first that does not.
+        """The number of decisions that agree, and the first that does not.
 
-        A recording may end between an input and the decision that followed from it, but not the other way round.
+        A recording may end between an input and the decision that follows from it, but not the other way round.
         """
         pairs = zip_longest(self.recorded, self.replayed[: len(self.recorded)])
         for number, (recorded, replayed) in enumerate(pairs, start=1):
@@ -125,7 +125,7 @@ def _equal(one: Message, other: Message) -> bool:
 
 
 def _same(one: object, other: object) -> bool:
-    """Equal, or both not a number. Floats may differ by rounding: libraries add in another order from time to time."""
+    """True if both are equal, or both nan; floats may differ by rounding, as libraries sum in varying orders."""
     if isinstance(one, float) and isinstance(other, float):
         return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=_ROUNDING) or (math.isnan(one) and math.isnan(other))
     if isinstance(one, tuple) and isinstance(other, tuple):

@@ -1,4 +1,4 @@
-"""One run in the making: what was asked, what was seen, and the Sample that comes of it."""
+"""One run in progress: what was asked, what was seen, and the Sample that results from it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from station.sampling.reference import Reference
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
-    """What lies on the rig, as the rig file says."""
+    """The block and plate on the rig, as the rig file describes them."""
 
     object: str = ""
     plate: str = ""
@@ -23,7 +23,7 @@ class Specimen:
 
 @dataclass(slots=True)
 class Run:
-    """The state of one run; filled in as it goes."""
+    """The state of one run, which is filled in as it goes."""
 
     number: int
     start_ns: int
@@ -45,18 +45,18 @@ class Run:
     """Begin (ns) and target (rad) of every tilt step executed."""
 
     def disturb(self, what: str) -> None:
-        """Something else than friction has a hand in this run: its sample counts nowhere."""
+        """Marks the run as disturbed by something other than friction: its sample counts nowhere."""
         flag = f"{DISTURBED}_{what}"
         if flag not in self.flags:
             self.flags.append(flag)
 
     @property
     def disturbed(self) -> bool:
-        """True if something had."""
+        """True if the run is marked as disturbed."""
         return any(flag.startswith(DISTURBED) for flag in self.flags)
 
     def began(self, motion: MotionReport) -> None:
-        """A step's motion has begun."""
+        """Notes that a step's motion has begun."""
         self.steps.append((motion.begin_ns, self.angles_rad[motion.step - 1]))
 
     def bracket_rad(self, at_ns: int) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""What a slide says of its run: the attitude over the 300 ms up to its detection, and the onset fitted to its path."""
+"""A slide's readings: the mean attitude over the 300 ms up to its detection, and the onset fitted to its path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from station.sampling.run import Run
 from station.sampling.tracks import Tracks
 
 _FITTED_NS = 3_000_000_000
-"""How far back the path is fitted: a second and more of rest before the slide, whatever the tilt's rate."""
+"""The stretch of path before the detection that is fitted: it has a second and more of rest at any tilt rate."""
 
 
 def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:

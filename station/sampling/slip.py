@@ -13,19 +13,19 @@ def threshold_px(plan: SlipPlan, *, tilt_rad: float) -> float:
 
 
 def displacements_px(corners_px: tuple[float, ...], reference_px: tuple[float, ...]) -> tuple[float, ...]:
-    """How far each corner is from its reference, in pixels."""
+    """The distance of each corner from its reference, in pixels."""
     steps = [seen - before for seen, before in zip(corners_px, reference_px, strict=True)]
     return tuple(math.hypot(x, y) for x, y in zip(steps[0::2], steps[1::2], strict=True))
 
 
 def within(corners_px: tuple[float, ...], reference_px: tuple[float, ...], *, limit_px: float) -> bool:
-    """Whether every corner is surely within `limit_px` of its reference: a quick answer for a block that lies still."""
+    """True if every corner is surely within `limit_px` of its reference: a quick test for a block that lies still."""
     # No corner is farther away than all of them together; a thousandth is room for rounding.
     return math.dist(corners_px, reference_px) < 0.999 * limit_px
 
 
 def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tuple[float, ...], tilt_rad: float) -> bool:
-    """Whether the rule reports a slip for this frame."""
+    """True if the rule reports a slip for this frame."""
     limit = threshold_px(plan, tilt_rad=tilt_rad)
     if within(corners_px, reference_px, limit_px=limit):
         return False
@@ -33,7 +33,7 @@ def slipped(plan: SlipPlan, *, corners_px: tuple[float, ...], reference_px: tupl
 
 
 class RestDetector:
-    """Says when the block has come to rest: no corner has moved `rest_px` within `rest_s`."""
+    """Detects when the block has come to rest: no corner has moved `rest_px` within `rest_s`."""
 
     def __init__(self, plan: SlipPlan) -> None:
         self._plan = plan
@@ -41,7 +41,7 @@ class RestDetector:
         self._anchor_ns = 0
 
     def add(self, corners_px: tuple[float, ...], *, capture_ns: int) -> int | None:
-        """Takes a frame; gives the time since which the block is at rest, or None while it moves."""
+        """Takes a frame; returns the time since which the block is at rest, or None while it moves."""
         if self._anchor is None or not (
             within(corners_px, self._anchor, limit_px=self._plan.rest_px)
             or max(displacements_px(corners_px, self._anchor)) <= self._plan.rest_px

@@ -1,4 +1,4 @@
-"""Where the state machine is, what it waits for, and what it has to say: the part that every phase writes to."""
+"""The state machine's state: its phase, what it waits for, and the actions that every phase adds."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from station.sampling.plan import Plan
 from station.sampling.run import Run
 
 FROZEN, LATE = "frozen", "late"
-"""What may be wrong with frames that come."""
+"""The possible fault of frames that arrive."""
 
 
 class State:
-    """The phase, the run at hand, the motion that is awaited, and the actions that the present message brings about."""
+    """The phase, the current run, the awaited motion, and the actions that the present message causes."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -33,21 +33,21 @@ class State:
         self.asked_ns = 0
         self.hold_from_ns = 0
         self.found_ns = 0
-        """When usable corners were last received that were fresh."""
+        """The time at which fresh, usable corners were last received, ns."""
         self.seen_ns = 0
-        """When a fresh frame was last received, whatever it showed."""
+        """The time at which a fresh frame was last received, whatever it showed, ns."""
         self.blind = ""
-        """What was wrong with the frames since: nothing came, they were late, or the same again."""
+        """The fault of the frames since: nothing came, they were late, or the same again."""
         self.attitude_ns = 0
-        """When an attitude of the plate was last received that was fresh."""
+        """The time at which a fresh attitude of the plate was last received, ns."""
         self.faults = 0
-        """How many runs in a row have failed; those that an outage ended do not count."""
+        """The number of runs in a row that have failed, without those that an outage ended."""
         self.outage = ""
-        """What ended the run if that was the network; the session waits until everybody is heard again."""
+        """The network's fault that ended the run, if any; the session waits until everybody is heard again."""
         self.samples = 0
 
     def begin(self, now_ns: int) -> None:
-        """A message has come: nothing is said of it yet."""
+        """Clears the actions: a message has come, and nothing follows from it yet."""
         self.actions = []
         self.now_ns = now_ns
         self.phase_ns = self.phase_ns or now_ns
@@ -59,7 +59,7 @@ class State:
         return (self.now_ns - stamp_ns) * 1e-9
 
     def waited(self, seconds: float) -> bool:
-        """Whether the phase has lasted longer than that."""
+        """True if the phase has lasted longer than that."""
         return self.since(self.phase_ns) > seconds
 
     # --- phases ------------------------------------------------------------------------------------------------------
@@ -75,7 +75,7 @@ class State:
 
     @property
     def absent(self) -> str:
-        """Who cannot be heard, in words; empty if both are. A camera that is frozen is heard."""
+        """The parts that cannot be heard, in words; empty if both are. A frozen camera is heard."""
         silent = self.plan.silence_s
         camera = self.since(self.seen_ns) > silent and self.blind != FROZEN
         arm = self.since(self.attitude_ns) > silent
@@ -83,9 +83,9 @@ class State:
         return " and ".join(names)
 
     def abort(self, reason: str, *, passing: bool = False) -> None:
-        """Gives the run up; after too many in a row the session, with the plate sent back to level.
+        """Gives the run up; after too many in a row also the session, with the plate sent back to level.
 
-        What is `passing` was the network's fault: it does not count, and the session waits until it is over.
+        A `passing` fault was the network's: it does not count, and the session waits until it is over.
         """
         self.event("ABORTED", reason)
         self.say("error", f"run {self.run.number} aborted: {reason}")
@@ -108,14 +108,14 @@ class State:
     # --- what goes out -----------------------------------------------------------------------------------------------
 
     def event(self, phase: str, reason: str = "", *, step: int = 0, stamp_ns: int | None = None) -> None:
-        """Reports a moment of the run; `stamp_ns` is when it was, if not now."""
+        """Reports a moment of the run; `stamp_ns` is its time, if not now."""
         stamp = self.now_ns if stamp_ns is None else stamp_ns
         self.actions.append(
             Report(RunEvent(stamp_ns=stamp, run=self.run.number, phase=phase, reason=reason, step=step))
         )
 
     def say(self, level: Literal["info", "warning", "error"], text: str) -> None:
-        """A line for the log."""
+        """Writes a line to the log."""
         self.actions.append(Say(level, text))
 
     def tilt(self, angle_rad: float, *, rate_deg_s: float) -> None:

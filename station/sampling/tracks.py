@@ -1,4 +1,4 @@
-"""What the machine remembers of the stream: attitudes and corners of the last seconds, on the station's clock."""
+"""The machine's memory of the stream: attitudes and corners of the last seconds, on the station's clock."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FRAMES = 540
 
 
 def usable(message: MarkerCorners) -> bool:
-    """Whether a frame tells where the marker is: found, with four corners that are numbers."""
+    """True if a frame shows where the marker is: found, with four finite corners."""
     return message.found and len(message.corners_px) == 8 and math.isfinite(sum(message.corners_px))
 
 
@@ -39,16 +39,16 @@ class Tracks:
     _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
 
     def take_offset(self, message: ClockOffset) -> None:
-        """An agent's clock was measured again."""
+        """Takes a new measurement of an agent's clock."""
         self._offsets_ns[message.agent] = message.offset_ns
 
     def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
-        """An agent's stamp by the station's clock; None while that agent's clock is not known."""
+        """An agent's stamp on the station's clock; None while that agent's clock is not known."""
         offset_ns = self._offsets_ns.get(agent)
         return None if offset_ns is None else stamp_ns + offset_ns
 
     def take_attitude(self, message: PlatformState) -> None:
-        """The plate's attitude, by the arm's clock."""
+        """Takes the plate's attitude, stamped by the arm's clock."""
         q = (message.qw, message.qx, message.qy, message.qz)
         self.attitude_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
         self.tilt_rad = tilt_of(*q)
@@ -70,7 +70,7 @@ class Tracks:
         return noisy and bool(message.corners_px) and message.corners_px == last.corners_px
 
     def take_corners(self, message: MarkerCorners) -> bool:
-        """A frame's corners, by the camera's clock; whether they are usable. `frame_ns` is the station's time of it."""
+        """Takes a frame's corners by the camera's clock, at `frame_ns` by the station's; True if they are usable."""
         self._last = message
         self.frame_ns = message.capture_ns + self._offsets_ns.get("camera", 0)
         if not usable(message):

@@ -1,4 +1,4 @@
-"""What the numerics of a simulation made elsewhere did to it, read from its own recording.
+"""The numerical artefacts of a simulation made elsewhere, read from its own recording.
 
 - Creep: in a simulation a block below its onset stays where it is. If it moves down in proportion to the load, v = k g
   sin θ, the contact is soft; k is fitted over all runs, before nine tenths of each run's onset.
@@ -22,7 +22,7 @@ from station.simulators.recorded_runs import Poses, RecordedRun, poses_of, recor
 LEAST_DEG, LEAST_MM = 0.1, 0.1
 SIGNIFICANT = 3.0
 LEAST_RUNS = 8
-"""With fewer onsets a wave of four periods is not looked for."""
+"""With fewer onsets a wave of four periods is not sought."""
 _NEAR = 0.9
 CURES = {
     "solver_creep": 'a smaller time step and a stiffer contact (MuJoCo: cone="elliptic", impratio="100")',
@@ -31,7 +31,7 @@ CURES = {
 
 
 def artefacts(simulated: Signals, *, mu_s: float) -> list[dict[str, Any]]:
-    """What is found: dicts of id, size, unit, cured_by, before and after (None: nothing was simulated again).
+    """The artefacts found: dicts of id, size, unit, cured_by, before and after (None: nothing was simulated again).
 
     Args:
         simulated: the signals of a recording that a simulator made.

@@ -1,4 +1,4 @@
-"""What a camera would see of simulated blocks: corners in pixels, as the effects on the image displace them."""
+"""The camera's view of simulated blocks: corners in pixels, displaced by the effects on the image."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ class Seen:
 
 
 class Camera:
-    """The recorded camera, seeing what a model makes of it."""
+    """The recorded camera, with the displacements of a model."""
 
     def __init__(self, geometry: CameraGeometry, *, size_px: tuple[int, int]) -> None:
         self.geometry, self.size_px = geometry, size_px
         self.flat = replace(geometry, mark_height_m=0.0)
-        """For what lies in the plate's own plane."""
+        """The calibration for what lies in the plate's own plane."""
         self._centre = np.array([geometry.camera_x_m, geometry.camera_y_m])
         homography = np.reshape(geometry.plate_from_pixel, (3, 3))
         middle = np.array([0.5 * (size_px[0] - 1), 0.5 * (size_px[1] - 1)])
@@ -51,7 +51,7 @@ class Camera:
         return self._pixels(everywhere, seen, model, on_block=False)
 
     def inside(self, corner_px: Array) -> Bools:
-        """Whether all corners (n, 4, 2) are in the picture (n,)."""
+        """True (n,) if all corners (n, 4, 2) are in the picture."""
         limit = np.array(self.size_px, dtype=float)
         return np.all((corner_px >= 0.0) & (corner_px < limit), axis=(1, 2), keepdims=True)[:, 0, 0]
 

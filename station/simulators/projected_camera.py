@@ -35,7 +35,7 @@ class ProjectionSettings:
 
 
 class Placed(Protocol):
-    """Where a block is in a frame: position (m) and quaternion (w, x, y, z)."""
+    """The pose of a block in a frame: position (m) and quaternion (w, x, y, z)."""
 
     @property
     def position(self) -> tuple[float, float, float]:
@@ -49,7 +49,7 @@ class Placed(Protocol):
 
 
 class SeenWorld(Protocol):
-    """What there is to be seen at the moment of a frame."""
+    """The visible world at the moment of a frame."""
 
     def plate_quaternion(self) -> Sequence[float]:
         """world_from_plate as (w, x, y, z)."""
@@ -91,17 +91,17 @@ class ProjectedCamera:
         )
         self._noise: list[list[float]] = []
         self._stray_px = 0.0
-        """How far sag and the noise at hand can move a corner."""
+        """The largest shift of a corner by sag and the noise at hand, px."""
         self._pose: Placed | None = None
         self._corners: Corners = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self._room_px = 0.0
-        """How far the corners are from the picture's edges, without sag and noise."""
+        """The distance of the corners from the picture's edges without sag and noise, px."""
         self._tipped = False
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
 
     def tick(self, now_ns: int) -> None:
-        """The frame whose exposure has its middle at `now_ns`."""
+        """Takes the frame whose exposure has its middle at `now_ns`."""
         sag_px = self._sag()
         self._bus.publish("camera/corners", self._see_block(now_ns, sag_px))
         if self._seq % self._every_plate == 1:
@@ -134,13 +134,13 @@ class ProjectedCamera:
         )
 
     def _room_of(self, corners: Corners) -> float:
-        """How far the nearest corner is from the picture's edges; negative beyond them."""
+        """The distance of the nearest corner from the picture's edges, px; negative beyond them."""
         width, height = self._size_px
         across, down = corners[0::2], corners[1::2]
         return min(*across, width - max(across), *down, height - max(down))
 
     def _corners_of(self, pose: Placed) -> Corners:
-        """Where the corners are without sag and noise, x0 y0 … x3 y3, in pixels.
+        """The corners without sag and noise, x0 y0 … x3 y3, in pixels.
 
         They lie at (−x, y), (x, y), (x, −y), (−x, −y) in the block; the image's y runs downwards.
         """
@@ -199,7 +199,7 @@ class ProjectedCamera:
 
 
 def _tipped(pose: Placed) -> bool:
-    """Whether the mark would look foreshortened."""
+    """True if the mark would look foreshortened."""
     _, qx, qy, _ = pose.quaternion
     return 1.0 - 2.0 * (qx**2 + qy**2) < _TIPPED_COSINE
 

@@ -22,7 +22,7 @@ from station.signals.tracks import Booleans, PoseTrack, Times
 _FLAT_RAD, _FLAT_M = math.radians(3.0), 3e-3
 _SLIDING_M_S = 0.02
 _FITTED = 8
-"""Frames from which the velocity of a block that comes sliding is taken."""
+"""The number of frames from which the velocity of a block that comes sliding is taken."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,14 +52,14 @@ class RecordedRun:
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Where the block was seen: `time_ns` (n,), `pose` (n, 3) x, y, yaw, and whether it lay `flat` (n,)."""
+    """The block's recorded poses: `time_ns` (n,), `pose` (n, 3) x, y, yaw, and `flat` (n,) where it lay flat."""
 
     time_ns: Times
     pose: Array
     flat: Booleans
 
     def between(self, from_ns: int, to_ns: int) -> Poses:
-        """Those with from_ns ≤ time ≤ to_ns."""
+        """The poses with from_ns ≤ time ≤ to_ns."""
         chosen = (self.time_ns >= from_ns) & (self.time_ns <= to_ns)
         return Poses(self.time_ns[chosen], self.pose[chosen], self.flat[chosen])
 
@@ -155,7 +155,7 @@ def _rest_s(signals: Signals, run: int, sample: Sample | None, begin_ns: int) ->
 
 
 def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> RecordedRun | None:
-    """From the first frame after which the block lies flat for good; None if it does not slide then."""
+    """The stretch from the first frame after which the block lies flat for good; None if it does not slide then."""
     lifted = np.flatnonzero(~seen.flat)
     first = int(lifted[-1]) + 1 if len(lifted) else 0
     lying = Poses(seen.time_ns[first:], seen.pose[first:], seen.flat[first:])
@@ -180,6 +180,6 @@ def _sliding(seen: Poses, *, run: int, end_ns: int, sample: Sample | None) -> Re
 
 
 def numbers(runs: Iterable[RecordedRun]) -> Array:
-    """The runs' numbers counted from 0 (n,), with the recording's gaps."""
+    """The runs' numbers (n,), counted from 0 with the recording's gaps."""
     found = np.array([run.run for run in runs], dtype=float)
     return found - found.min(initial=np.inf)

@@ -32,10 +32,10 @@ _LEVELS = (0.3, 3.0)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Errors:
-    """How far a simulation is from the recording, run by run (n,): nan where there is nothing to compare.
+    """Differences of a simulation from the recording, run by run (n,); nan where there is nothing to compare.
 
-    `onset_deg` is simulated minus recorded; `path_mm` the root mean square distance over the frames from the recorded
-    onset to the run's end.
+    `onset_deg` is simulated minus recorded; `path_mm` is the root mean square distance over the frames from the
+    recorded onset to the run's end.
     """
 
     run: Array
@@ -55,7 +55,7 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class Rerun:
-    """What a simulator makes of some runs with two models, and the same with each run's own level of friction."""
+    """The errors of a simulator in some runs with two models, and the same with each run's own level of friction."""
 
     engine: str
     runs: tuple[int, ...]
@@ -65,7 +65,7 @@ class Rerun:
     after_own_level: Errors
 
     def table(self) -> dict[str, Any]:
-        """As the contract of `--json` has it under `fit.simulator_rerun`."""
+        """The table in the contract of `--json` under `fit.simulator_rerun`."""
         return {
             "engine": self.engine,
             "runs": len(self.runs),
@@ -149,7 +149,7 @@ def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
 
 
 def errors(recorded: Signals, simulated: Signals) -> Errors:
-    """How far a simulation of a recording is from it."""
+    """The errors of a simulation of a recording."""
     runs = recorded_runs(recorded)
     seen, told = poses_of(recorded), poses_of(simulated)
     was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
@@ -161,7 +161,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
             if first.censored:
                 continue
             begin_ns = first.slip_ns
-            # Of a block that held, the sample has the steepest tilt: the error is at least as large.
+            # The sample of a block that held has the steepest tilt: the error is at least as large.
             onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
         path[place] = _apart_mm(seen.between(begin_ns, run.end_ns), told.between(begin_ns, run.end_ns))
     return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path)
@@ -180,7 +180,7 @@ def _apart_mm(seen: Poses, told: Poses) -> float:
 
 
 class OwnLevel(Effect):
-    """A factor on the friction for each run: not physics, but each run's draw of the scatter, as it was."""
+    """A factor on the friction of each run: no physics, but each run's random effect as it was."""
 
     id: ClassVar[str] = "own_level"
     title: ClassVar[str] = "each run's own level of friction"
@@ -192,17 +192,17 @@ class OwnLevel(Effect):
     separated_by: ClassVar[str] = "nothing: it repairs every onset"
 
     def __init__(self, factor: Array) -> None:
-        """`factor` (m,) by the run's number, counted from 0 at the first of the runs."""
+        """Takes `factor` (m,) by the run's number, counted from 0 at the first of the runs."""
         self._factor = factor
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the class."""
+        """The factor (n,) of each moment's run."""
         del values
         return self._factor[np.clip(np.rint(contact.run).astype(int), 0, len(self._factor) - 1)]
 
 
 def _levelled(recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator) -> Signals:
-    """Simulated again, each run with the friction that moves its onset to the recorded one."""
+    """The simulation repeated with the friction that moves each run's onset to the recorded one."""
     runs = [run for run in recorded_runs(recorded) if _has_onset(run)]
     if not runs:
         return simulated
@@ -223,7 +223,7 @@ def _has_onset(run: RecordedRun) -> bool:
 
 
 def _step(simulated: Signals, run: RecordedRun) -> float:
-    """By how much a run's friction has to change for its onset to come where it was recorded."""
+    """The change of a run's friction that moves its onset to where it was recorded."""
     told = next((sample for sample in simulated.samples if sample.run == run.run), None)
     if told is None or run.sample is None:
         return 1.0
@@ -232,7 +232,7 @@ def _step(simulated: Signals, run: RecordedRun) -> float:
 
 
 def by_engine(table: Mapping[str, Any]) -> str:
-    """One line for a terminal: what a simulator makes of it before and after."""
+    """A line for a terminal with a simulator's errors before and after."""
     before, after = table["before"], table["after"]
     parts = [
         f"{name} {_number(before[key])} → {_number(after[key])} {unit}"

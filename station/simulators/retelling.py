@@ -30,7 +30,7 @@ _BLINK_S = 1e-3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Outcome:
-    """What a simulator found for n repeated runs; times in s from each run's beginning.
+    """The findings of a simulator for n repeated runs; times in s from each run's beginning.
 
     Attributes:
         onset_s: (n,) the first onset as the camera would stamp it; nan if the block never slid.
@@ -71,7 +71,7 @@ class _Moments:
         return slice(self._count - len(row), self._count)
 
     def answer(self, repeat: Repeat) -> Outcome:
-        """Lets the simulator speak."""
+        """Runs the simulator once for all moments."""
         return repeat(np.concatenate(self._rows), np.concatenate(self._times))
 
 
@@ -128,7 +128,7 @@ class _Stage:
         self._late_ns = round(model.delay_s() * 1e9)
 
     def seen(self, time_ns: Integers, pose: Array, velocity: Array) -> Seen:
-        """What the image depends on, at moments (m,) of a mark at poses (m, 3)."""
+        """The state on which the image depends, at moments (m,) of a mark at poses (m, 3)."""
         gravity = self._attitude.gravity_at(time_ns - self._late_ns)
         row = self._moments.run_of(time_ns)
         since = (time_ns - self._tilt_ns[np.maximum(row, 0)]) * 1e-9
@@ -154,7 +154,7 @@ class _Stage:
 
     @staticmethod
     def noisy(track: CornerTrack, rng: np.random.Generator | None) -> CornerTrack:
-        """With the noise that the recording states for each frame."""
+        """The corners with the noise that the recording states for each frame."""
         if rng is None:
             return track
         noise = track.sigma_px[:, None, None] * rng.standard_normal(track.corner_px.shape)
@@ -240,7 +240,7 @@ def _turned(quaternion: Array, angle_rad: Array) -> Array:
 
 
 class _Sensor:
-    """Another angle sensor: it feels how the plate truly stands."""
+    """Another angle sensor, which measures the plate's true attitude."""
 
     def __init__(self, track: AngleTrack, moments: _Moments) -> None:
         self._recorded = track

@@ -1,4 +1,4 @@
-"""What a simulator is for the rest of the station, and the simulators that there are.
+"""The interface of a simulator to the rest of the station, and the available simulators.
 
 A simulator is a folder here with a module `session` that has one class with `repeat`: `planar`, `mujoco`, or one that
 is added beside them. A recording that another simulator made stands in for one, too (`Elsewhere`).
@@ -52,7 +52,7 @@ class Elsewhere:
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
-        """That recording; model, rig and chance were its maker's.
+        """Returns that recording; model, rig and chance were its maker's.
 
         Raises:
             UserError: if it has no run of the recorded session.
@@ -67,7 +67,7 @@ class Elsewhere:
 
 
 def names() -> tuple[str, ...]:
-    """The simulators that there are."""
+    """The names of the available simulators."""
     return tuple(sorted(path.parent.name for path in Path(__file__).parent.glob("*/session.py")))
 
 

@@ -46,7 +46,7 @@ class Tilt:
     azimuth_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuses knots that do not ascend in time."""
+        """Refuses, by a ValueError, knots that do not ascend in time."""
         if len(self.time_s) != len(self.angle_rad) or len(self.time_s) < 2:
             raise ValueError("expected as many angles as times, and at least two")
         if not all(b > a for a, b in zip(self.time_s, self.time_s[1:], strict=False)):
@@ -85,7 +85,7 @@ class LimitCurve:
 
 @dataclass(frozen=True)
 class Slide:
-    """What the block did: `onset_s` (nan: it never slid), and its path in the plate, (n,), (n, 2), (n, 2)."""
+    """The block's motion: `onset_s` (nan: it never slid), and its path in the plate, (n,), (n, 2), (n, 2)."""
 
     onset_s: float
     onset_rad: float
@@ -171,13 +171,13 @@ class _Stretch:
         return self._angle + self._rate * (now - self.begin_s)
 
     def drive(self, now: float, state: FLOATS) -> tuple[FLOATS, float]:
-        """What pulls along the plate, (2,), and what presses across it; both per mass (m/s²)."""
+        """The pull along the plate (2,) and the press across it, both per mass (m/s²)."""
         angle, rate, slope = self.angle(now), self._rate, self._slope
         along = (self._gravity * math.sin(angle) + rate**2 * float(state[:2] @ slope)) * slope
         return along, self._gravity * math.cos(angle) - 2 * rate * float(state[2:] @ slope)
 
     def slip_time(self, now: float, state: FLOATS) -> float:
-        """When a resting block starts; the end of the stretch if it does not."""
+        """The time at which a resting block starts; the end of the stretch if it does not."""
 
         def excess(time: float) -> float:
             along, normal = self.drive(time, state)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class JointReading:
-    """What the joints measured at `stamp_ns`: names, and position, velocity and effort, (n,) each.
+    """The joints' readings at `stamp_ns`: names, and position, velocity and effort, (n,) each.
 
     Nobody writes to the arrays again: where they are those of the reading before, nothing has changed.
     """
@@ -43,7 +43,7 @@ quicken(JointReading)
 
 @dataclass(frozen=True, kw_only=True)
 class DriverLink:
-    """What a driver may use: the bus, the arm's model, and its own table of rig.toml."""
+    """The resources of a driver: the bus, the arm's model, and its own table of rig.toml."""
 
     bus: Bus
     model: ArmModel
@@ -54,15 +54,15 @@ class Driver(Protocol):
     """One kind of arm. Times are nanoseconds of the agent's clock; a call never blocks longer than a tick."""
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
-        """Begin a motion now; a motion under way is replaced by it."""
+        """Begins a motion now; it replaces a motion under way."""
         ...
 
     def halt(self, *, now_ns: int) -> None:
-        """Stop at once and hold. Allowed at any time, also when nothing moves."""
+        """Stops at once and holds; it is allowed at any time, also when nothing moves."""
         ...
 
     def tick(self, now_ns: int) -> None:
-        """Do what is due: send the next set-point, take in what has arrived."""
+        """Does what is due: sends the next set-point, takes in what has arrived."""
         ...
 
     def read(self) -> JointReading | None:
@@ -70,22 +70,22 @@ class Driver(Protocol):
         ...
 
     def fault(self) -> str:
-        """One sentence when the arm does not do its part (no answer, goal rejected), else nothing."""
+        """One sentence when the arm does not do its part (no answer, goal rejected), else an empty text."""
         ...
 
     def close(self) -> None:
-        """Let go of the arm, which holds where it is."""
+        """Releases the arm, which holds where it is."""
         ...
 
 
 class _DriverModule(Protocol):
     def connect(self, link: DriverLink) -> Driver:
-        """Open the driver."""
+        """Opens the driver."""
         ...
 
 
 def driver_names() -> tuple[str, ...]:
-    """Names of all drivers in this folder."""
+    """The names of all drivers in this folder."""
     return tuple(sorted(path.stem for path in Path(__file__).parent.glob("*.py") if not path.stem.startswith("_")))
 
 
@@ -101,7 +101,7 @@ def load_driver(name: str, *, link: DriverLink) -> Driver:
 
 
 def match_joints(model: ArmModel, names: tuple[str, ...]) -> list[int]:
-    """For each joint of the model its place among the names that an arm reports; fingers and others are left out.
+    """The place of each joint of the model among the names that an arm reports; fingers and others are left out.
 
     Raises UserError when one is missing.
     """

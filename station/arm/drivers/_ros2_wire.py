@@ -63,7 +63,7 @@ def data_key(topic: str, type_name: str, *, domain: int) -> str:
 
 
 def attachment(sequence: int, *, stamp_ns: int, writer: bytes) -> bytes:
-    """What goes along with a sample: 33 bytes for a writer id of 16."""
+    """The attachment of a sample: 33 bytes for a writer id of 16."""
     return struct.pack("<qqB", sequence, stamp_ns, len(writer)) + writer
 
 

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class TwinWire(Protocol):
-    """How set-points get to the twin and its readings come back."""
+    """The connection by which set-points get to the twin and its readings come back."""
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
         """Wants the joints there at `now_ns`, moving on at that velocity; both (n,), and never written to again."""
@@ -94,7 +94,7 @@ class SimulatedArm:
         self._motion, self._began_ns = trajectory, now_ns
 
     def halt(self, *, now_ns: int) -> None:
-        """See `Driver.halt`: the set-point stays where it is."""
+        """Halts as `Driver.halt` says: the set-point stays where it is."""
         if self._motion is not None:
             self._hold(self._motion.at(now_ns - self._began_ns)[0])
             self._send_held(now_ns)

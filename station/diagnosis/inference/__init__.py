@@ -1,1 +1,1 @@
-"""Free numbers, fits under the likelihood, their errors, and what a fitted model would score by chance."""
+"""Fits of models by maximum likelihood: parameters, standard errors, score tests, and their calibration."""

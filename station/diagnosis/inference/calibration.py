@@ -1,4 +1,4 @@
-"""The session's own null: how large the largest of all gains is when the fitted model is the truth."""
+"""The session's own null: the distribution of the search's smallest p when the fitted model is the truth."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class Calibration:
     def corrected(self, p: float) -> float:
         """The probability that the search's smallest p is this small by chance.
 
-        Below what the draws resolve: the number of independent tests that the draws speak for, times p.
+        Where fewer than five draws are as small, it is Šidák's correction with the number of independent tests that the
+        draws' 5 % quantile implies.
         """
         count = int(np.searchsorted(self.smallest, p, side="right"))
         if count >= 5:

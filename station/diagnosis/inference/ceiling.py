@@ -1,4 +1,4 @@
-"""What a fitted model scores on sessions that are drawn from itself: no model of this recording could score more."""
+"""The score of a fitted model on sessions that are drawn from itself; no model of this recording could expect more."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from station.physics.contact import Array
 
 
 def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
-    """Each run's (runs,) expected log density, nat, where the fitted model is the truth, with the nuisances' share.
+    """Each run's (runs,) expected log density, nat, if the fitted model is the truth, with its share of the prior.
 
-    Whitened components are independent, so that it is minus the sum of their entropies less ln of the volume that
-    whitening takes. A run that held is one in any session: its limit keeps the density that it has.
+    Whitened components are independent, so it is minus the sum of their entropies less the log volume that whitening
+    takes. A run without a slide is assumed to be one in every session: its limit keeps the log probability that it has.
     """
     whitening = Whitening(evidence, fitted.noise, shaking=shaking_of(evidence, fitted.model))
     of_limit = log_density(fitted.white, whitening.tail, whitening.limit)
@@ -27,7 +27,7 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
 
 
 def entropy(tail: Array) -> Array:
-    """Differential entropy (n,), nat, of Student's t with so many degrees of freedom; of a Gaussian at the last.
+    """Differential entropy (n,), nat, of Student's t with `tail` (n,) degrees of freedom; Gaussian from GAUSSIAN on.
 
     (ν + 1) / 2 (ψ((ν + 1) / 2) − ψ(ν / 2)) + ln(√ν B(ν / 2, 1 / 2)): Lazo & Rathie 1978, IEEE Trans. Inf. Theory 24,
     120.

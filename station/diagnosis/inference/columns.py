@@ -1,4 +1,4 @@
-"""Every candidate as columns of slopes around a fitted model, whitened, freed of what the model absorbs."""
+"""Score tests: every candidate as whitened slopes around a fitted model, orthogonal to what the model absorbs."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ from station.physics.model import Term
 MOST_VARIANTS = 12
 
 HOPELESS, ABSORBED = 1e-4, 1e-7
-"""A column of less information (a hundred typical sizes would not show), or of which others leave no larger share, is
-nothing: what is left of it is rounding, and rounding correlates with anything."""
+"""A column is set to zero if its information is below HOPELESS (a hundred typical sizes would not show), or if the
+other columns leave a smaller share of it than ABSORBED: the rest is rounding, and rounding correlates with anything.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """An effect with its shapes set to one of their starts, at its null; its columns in the scores.
+    """An effect at its null with its shapes at one of their starts, and its columns in the scores.
 
-    `numbers` counts the parameters that these runs can tell, shapes among them.
+    `numbers` counts the effect's parameters that are identifiable in these runs, shapes among them.
     """
 
     effect: Effect
@@ -41,10 +42,10 @@ class Variant:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scores:
-    """Around a fitted model, for K columns: information (K, K) and score (K,), the model's own numbers taken out.
+    """Information (K, K) and score (K,) of K columns around a fitted model, with the model's own numbers projected out.
 
-    `of_runs` (runs, K) are each run's shares of the score and `info_of_runs` (runs, K) of the diagonal of the
-    information; `low`, `high` (K,) say to which side a column's number may go from its null.
+    `of_runs` (runs, K) are each run's shares of the score; `low`, `high` (K,) are the bounds of a column's number
+    relative to its null; `runs` is the number of runs that count.
     """
 
     variants: tuple[Variant, ...]
@@ -57,7 +58,7 @@ class Scores:
 
 
 def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
-    """Each effect with each combination of the starts of the shapes that these runs can tell."""
+    """Each effect with each combination of the starts of its identifiable shapes, at most MOST_VARIANTS of them."""
     found: list[tuple[Effect, Term]] = []
     for effect in effects:
         shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
@@ -69,7 +70,7 @@ def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Eff
 
 
 def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
-    """The scores of all variants of the effects, and of `extra` columns (rows, E), which come last."""
+    """The scores of all variants of the effects, then of the `extra` columns (rows, E)."""
     at = residuals(evidence, fit.model)
     whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
     white = whitening(stack(evidence, at))
@@ -110,7 +111,7 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     np.add.at(of_runs, run, share)
     return Scores(
         variants=tuple(variants),
-        # A nuisance that bends to a candidate is held back by its prior: that resistance speaks for the candidate.
+        # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
         of_runs=of_runs[evidence.counted],
@@ -121,9 +122,10 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
 
 
 def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:
-    """Scores (K, draws) of recordings in which the fitted model is the truth.
+    """Scores (K, draws) of recordings that are drawn from the fitted model.
 
-    A score is a sum over hundreds of rows, each of bounded influence: Gaussian, with the information as its covariance.
+    A score is a sum over hundreds of rows of bounded influence, so it is Gaussian with the information as its
+    covariance.
     """
     size, axes = np.linalg.eigh(scored.information)
     return axes @ (np.sqrt(np.maximum(size, 0.0))[:, None] * rng.standard_normal((len(size), draws)))

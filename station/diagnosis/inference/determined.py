@@ -1,8 +1,8 @@
-"""What is known only as a combination: numbers of one effect that trade off, and what the recording does tell.
+"""Identifiable combinations of an effect's numbers that trade off and are not identifiable one by one.
 
-A speed law's size and shape, say, trade off along a line: each alone is anything, and the slope of friction in the
-recorded range of speeds is known to a per cent. An effect offers such quantities (`Effect.derived`); of one that offers
-none the best known straight line through its numbers is given.
+The size and the shape of a speed law, for example, trade off along a line: neither is known alone, but the slope of
+friction over the recorded speeds is known to a per cent. An effect offers such quantities (`Effect.derived`); for an
+effect that offers none the best known linear combination of its numbers is given.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from station.physics.model import Term
 from station.physics.parameter import Parameter
 
 INFLATED = 3.0
-"""Times its standard error with the effect's other numbers given: a number whose own is larger says little alone.
+"""A number says little alone if its standard error is more than this times that with the other numbers given.
 
 Three is a correlation of .94 between two numbers. `station diagnose --json` of a case with it at 1 or 10 shows which
 combinations come and go; no claim depends on it.
 """
 
 STEP = 1e-3
-"""Of a parameter's typical size, for the slopes of what is derived."""
+"""The step of the derived quantities' slopes, in typical sizes of a parameter."""
 
 
 def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination, ...]:
-    """The combinations of a term's numbers that the recording determines; empty where each number stands for itself."""
+    """The combinations of a term's numbers that are identifiable; empty where each number stands for itself."""
     free, covariance = fitted.of_effect(term.effect.id)
     if len(free) < 2 or not _entangled(covariance, [fitted.at_bound(term.effect.id, one.name) for one in free]):
         return ()
@@ -54,7 +54,7 @@ def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination
 
 
 def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
-    """True if a number is at its bound, or much surer once the others are given."""
+    """True if a number is at its bound, or its standard error falls by INFLATED when the others are given."""
     alone = np.diag(covariance) * np.diag(np.linalg.pinv(covariance, hermitian=True))
     return any(at_bound) or bool(np.any(alone > INFLATED**2))
 
@@ -62,7 +62,7 @@ def _entangled(covariance: Array, at_bound: list[bool]) -> bool:
 def _slopes(
     derived: Callable[[Values], Mapping[str, tuple[float, str]]], values: Values, free: tuple[Parameter, ...]
 ) -> dict[str, Array]:
-    """Slopes (k,) of each derived quantity by the free numbers, to the side that their bounds leave."""
+    """Slopes (k,) of each derived quantity by the free numbers; a number at its upper bound is moved down."""
     middle, columns = derived(values), list[dict[str, float]]()
     for one in free:
         step = STEP * one.typical * (1.0 if values[one.name] + STEP * one.typical <= one.high else -1.0)
@@ -72,7 +72,7 @@ def _slopes(
 
 
 def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Combination:
-    """The straight combination with the smallest variance in typical sizes, the first number's factor being 1."""
+    """The linear combination with the smallest variance in typical sizes; its largest number has the factor 1."""
     typical = np.array([one.typical for one in free])
     _, axes = np.linalg.eigh(covariance / np.outer(typical, typical))
     factors = axes[:, 0] / typical
@@ -89,7 +89,7 @@ def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Com
 
 
 def _contact(evidence: Evidence) -> Contact | None:
-    """The recorded states: of the slides, or else of the onsets."""
+    """The recorded states: those of the slides, or else of the onsets; None without either."""
     slides, onsets = evidence.channel("along"), evidence.channel("onset")
     if isinstance(slides, Along):
         return slides.motion.moments.reported

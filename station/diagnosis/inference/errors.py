@@ -1,4 +1,4 @@
-"""Standard errors: from the expected curvature, and wider where the runs scatter more than the likelihood knows."""
+"""Standard errors from the expected curvature, widened where the runs scatter more than the likelihood says."""
 
 from __future__ import annotations
 
@@ -11,12 +11,16 @@ from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
 
 UNIFORM = 12.0
-"""The squared width of evenly spread numbers over their variance."""
+"""A uniform distribution's squared width over its variance."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Curvature:
-    """A likelihood's slopes at a fit: of n components by k numbers (n, k), and their pulls and runs (n,)."""
+    """The likelihood around a fit: slopes (n, k) of n components by k numbers; the rest is (n,).
+
+    `pull` and `curve` are those of `student.pulls`, `tail` the degrees of freedom, `limit` marks censored components,
+    and `run` is each component's run.
+    """
 
     slope: Array
     pull: Array
@@ -26,14 +30,14 @@ class Curvature:
     run: Times
 
     def covariance(self, precision: Array, width: Array) -> Array:
-        """Of the numbers (k, k); `precision` (k,) is that of their priors.
+        """Covariance (k, k) of the numbers; `precision` (k,) is their priors', `width` (k,) the length of their ranges.
 
-        What the runs do not tell is as uncertain as its bounds leave it, which are `width` (k,) apart: even within. One
-        at a bound has the error of any other: how near to its bound it is known to be.
+        A number that the runs do not determine gets the variance of a uniform distribution over its range. A number at
+        a bound gets the error of any other: how near to its bound it is known to be.
 
-        A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) /
-        (ν + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber
-        1967; Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
+        A Newton step's weights (ν + 1) / (ν + w²) are 1 on average, and the information of Student's t is (ν + 1) / (ν
+        + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber 1967;
+        Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
         """
         expected = np.where(self.tail >= thresholds.GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
         weight = np.where(self.limit, self.curve, expected)

@@ -25,30 +25,35 @@ from station.physics.model import Model
 from station.physics.parameter import Parameter
 
 MOST_STEPS = 25
+"""The largest number of Newton steps between two noise estimates."""
 CONVERGED = 1e-3
-"""A step whose predicted gain in log likelihood is below this ends the search."""
+"""A step that promises a smaller gain in log likelihood ends the search."""
 
 NOISE_ROUNDS = 3
+"""The largest number of noise estimates after the first."""
 WORTH_RENEWING = 0.5
+"""A new noise estimate is kept if it raises the log likelihood by more than this."""
 
 FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
-"""Typical sizes of one step at most: a shape without an effect has no slope, and must not run away; and how it bends
-the law is known only near where it is."""
+"""The longest steps, in typical sizes: a shape has no slope where its effect vanishes and must not run away, and the
+slope of a law by its shape holds only nearby."""
 
 SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
+"""The factors by which a step is shortened, one after another."""
 ENOUGH = 0.2
-"""The share of the promised gain that a step must bring, or else it is shortened: one to the far end of a shape's range
-may gain a little, and leads to where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
+"""A step must bring this share of its promised gain, or else it is shortened: a step to the far end of a shape's range
+may gain a little and end where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
 
 LEAST_FACTOR = 1e-3
-"""Of a measurement's nominal error: a simulation without noise still rounds its numbers. With less, the covariance of a
-run whose rows share its friction has no Cholesky factor (`station diagnose` of a planar simulation)."""
+"""The smallest factor on a nominal error: a simulation without noise still rounds its numbers. With less, the
+covariance of a run whose rows share its friction has no Cholesky factor (`station diagnose` of a planar simulation).
+"""
 
 AGAIN = 0.25
-"""Steps go on by the same slopes while each promises less than this share of what the last one did: a linear model's
-residuals have the same slopes everywhere, and a step costs one evaluation then, not one for each number (Shamanskii
-1967, Ukr. Mat. Zh. 19, 133). A search ends only by slopes that were taken where it ends, or no farther away than one
-step of a difference."""
+"""Newton steps reuse their slopes while each promises less than this share of the last one's gain: the slopes of a
+linear model are the same everywhere, and such a step costs one evaluation instead of one for each number (Shamanskii
+1967, Ukr. Mat. Zh. 19, 133). A search ends only with slopes that were taken within one finite difference of its end.
+"""
 
 _RIDGE = 1e-9
 
@@ -57,9 +62,9 @@ _RIDGE = 1e-9
 class Fit:
     """A fitted model.
 
-    `log_run` (runs,) is each run's log density, `counted` (runs,) says to which the model was fitted; `covariance`
-    (k, k) is that of `vector` in scaled numbers (see `errors`); `converged` is False where the search ended elsewhere
-    than at a maximum; `log_prior` is the nuisances'.
+    `log_run` (runs,) is each run's log density and `counted` (runs,) marks the runs to which the model was fitted.
+    `vector` (k,) are the scaled free numbers, `covariance` (k, k) theirs (see `errors`), `white` (rows,) the whitened
+    residuals. `converged` is False if the search did not end at a maximum; `log_prior` is that of the nuisances.
     """
 
     model: Model
@@ -75,7 +80,7 @@ class Fit:
 
     @property
     def log_likelihood(self) -> float:
-        """Of the runs that count, and of what the nuisances had to bend to explain them."""
+        """The log density of the runs that count, plus the log prior of the nuisances."""
         return float(self.log_run[self.counted].sum()) + self.log_prior
 
     def sd(self, effect_id: str, parameter: str) -> float:
@@ -86,7 +91,7 @@ class Fit:
         return float(np.sqrt(max(self.covariance[place, place], 0.0))) * self.free[place].scale
 
     def at_bound(self, effect_id: str, parameter: str) -> bool:
-        """True if a parameter is free and where its bounds end."""
+        """True if a parameter is free and at one of its bounds."""
         place = self._place(effect_id, parameter)
         return place is not None and not self.free[place].low < self.vector[place] < self.free[place].high
 
@@ -114,12 +119,12 @@ def fit(
     """Fits mu_s and the effects' parameters from `start`.
 
     Args:
-        evidence: what to fit to; the log densities are of all its runs, also of those that are held out.
-        start: where to begin; effects that it has and that are not in `effects` stay as they are.
-        effects: whose parameters are free.
-        noise: to begin with; None: estimated from the residuals at the start.
-        refine: whether the noise is estimated anew where that makes the recording more likely.
-        steps: how many Newton steps at most.
+        evidence: the data; log densities are computed for all its runs, also for those that are held out.
+        start: the model to begin with; its effects that are not in `effects` keep their values.
+        effects: the effects whose parameters are free.
+        noise: the noise to begin with; None: it is estimated from the residuals at the start.
+        refine: if True, the noise is estimated anew as long as that makes the recording more likely.
+        steps: the largest number of Newton steps.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
     free = free_numbers(evidence, [*nuisances(evidence, start), *named])
@@ -133,9 +138,10 @@ def fit(
 
 
 def levelled(evidence: Evidence, start: Model) -> Model:
-    """The model with a coefficient near the recorded ones: far from them the scatter would read many times too large.
+    """The model with mu_s at the recorded level.
 
-    A first noise that is too large makes every later one so, and nothing would be seen.
+    Far from that level the residuals' median would count as scatter, every later noise estimate would stay too large,
+    and no effect would show.
     """
     channel = evidence.channel("onset") or evidence.channel("along")
     rows = channel.rows if channel else None
@@ -144,16 +150,16 @@ def levelled(evidence: Evidence, start: Model) -> Model:
 
 
 def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
-    """The model without what is only allowed for, at the recorded level: what a simulator takes.
+    """The model for a simulator: without nuisances, and with mu_s at the recorded level.
 
-    With one mass a law of the load is another mu: what is allowed for took a part of the level with it.
+    With one mass a law of the load is another mu, so a nuisance may have taken up a part of the level.
     """
     return levelled(evidence, without_nuisances(fitted.model))
 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """Where a step would lead."""
+    """A point of the search that a step leads to."""
 
     vector: Array
     model: Model
@@ -178,7 +184,7 @@ class _Search:
         self._whiten()
 
     def _noise(self) -> Noise:
-        """Of the runs that count."""
+        """Estimates the noise from the runs that count."""
         known = restricted(self.evidence, self.at, self.counts)
         noise = with_tails(known[0], known[1], estimate_noise(*known))
         return noise if self.evidence.floor is None else noise.at_least(self.evidence.floor)
@@ -194,11 +200,11 @@ class _Search:
         return float(density[counted].sum() - whitening.log_scale[self.counts].sum()) + prior
 
     def climb(self, steps: int) -> bool:
-        """Newton steps until there is nothing to gain; False if `steps` were not enough."""
+        """Takes Newton steps until there is nothing to gain; False if `steps` were not enough."""
         return any(self.step() for _ in range(steps))
 
     def renew_noise(self) -> bool:
-        """Estimates the noise anew and keeps it where that makes the recording more likely; whether it did."""
+        """Estimates the noise anew and keeps it where that makes the recording more likely; True if it was kept."""
         before, kept = self._total(self.white, self.whitening, self.vector), (self.noise, self.whitening, self.white)
         self.noise = self._noise()
         self._whiten()
@@ -208,7 +214,7 @@ class _Search:
         return False
 
     def step(self) -> bool:
-        """New slopes, and the steps that they lead; whether there was nothing more to gain."""
+        """Takes one Newton step with new slopes, and more with the same ones; True if there is nothing more to gain."""
         counted = self.counts[self.whitening.run]
         slope = self.whitening(self._slopes())[counted]
         self.curvature = self._curved(slope, counted)
@@ -216,7 +222,7 @@ class _Search:
         if gain < CONVERGED:
             return True
         if not self._take(self._searched(move, gain, SHRUNK)):
-            return gain < WORTH_RENEWING  # no way up from here: as good as converged only if little was to be gained
+            return gain < WORTH_RENEWING  # no step gains: this counts as converged only if little was promised
         while True:
             last = gain
             move, gain = self._promise(self._curved(slope, counted))
@@ -224,20 +230,20 @@ class _Search:
                 return False
 
     def _slopes(self) -> Array:
-        """Of the residuals (rows, k), where the search stands; new noise does not change them."""
+        """Slopes (rows, k) of the residuals at the current point; they do not depend on the noise."""
         if np.any(np.abs(self.vector - self.sloped) > STEP):
             self.sloped = self.vector
             self.slope = stack(self.evidence, slopes(self.evidence, self.model, self.free, self.at))
         return self.slope
 
     def _curved(self, slope: Array, counted: Bools) -> Curvature:
-        """Of the likelihood, by whitened slopes, of the components (rows,) that are `counted`."""
+        """The likelihood's curvature from whitened slopes of the components that `counted` (rows,) marks."""
         tail, limit = self.whitening.tail[counted], self.whitening.limit[counted]
         pull, curve = pulls(self.white[counted], tail, limit)
         return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=self.whitening.run[counted])
 
     def _promise(self, at: Curvature) -> tuple[Array, float]:
-        """The step to the top, within bounds and reach, and what it would gain."""
+        """The step (k,) to the maximum of the quadratic model within bounds and reach, and the gain it promises."""
         gradient = at.slope.T @ at.pull + self.precision * self.vector
         hessian = (at.slope * at.curve[:, None]).T @ at.slope + np.diag(self.precision)
         least = np.maximum(self.low - self.vector, -self.reach)
@@ -245,7 +251,7 @@ class _Search:
         return _bounded(gradient, hessian, least, most)
 
     def _searched(self, move: Array, gain: float, shrunk: Sequence[float]) -> _Tried | None:
-        """Where a step leads up, the first that brings enough; None where it does not."""
+        """The first of the shortened steps that gains enough, or else the best one; None if none gains."""
         before = self._total(self.white, self.whitening, self.vector)
         best, most = None, before
         for shrink in shrunk:
@@ -258,7 +264,7 @@ class _Search:
         return best
 
     def _take(self, step: _Tried | None) -> bool:
-        """Goes there; whether there is anywhere to go."""
+        """Moves to the step's end; False if there is no step."""
         if step is None:
             return False
         self.vector, self.model, self.at = step.vector, step.model, step.at
@@ -291,10 +297,10 @@ class _Search:
 
 
 def _bounded(gradient: Array, hessian: Array, least: Array, most: Array) -> tuple[Array, float]:
-    """The step to the top of the quadratic between two bounds, and the gain that it promises.
+    """The step (k,) to the quadratic's maximum between two bounds (k,), and the gain that it promises.
 
-    A Newton step that is merely cut off at the bounds can lead downhill: what is held at its bound changes where the
-    others belong (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
+    A Newton step that is merely clipped at the bounds can lead downhill: a number that is held at its bound changes the
+    others' optimum (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
     """
     ridge = _RIDGE * max(float(np.trace(hessian)), 1e-12) * np.eye(len(gradient))
     root = np.linalg.cholesky(hessian + ridge)
@@ -304,7 +310,7 @@ def _bounded(gradient: Array, hessian: Array, least: Array, most: Array) -> tupl
 
 
 def restricted(evidence: Evidence, at: dict[str, Array], runs: Bools) -> tuple[Evidence, dict[str, Array]]:
-    """The evidence as it is, and residuals in which runs that do not count are left out of the noise's estimate."""
+    """The evidence and the residuals of the chosen runs (runs,) alone, for estimates of the noise."""
     if runs.all():
         return evidence, at
     return evidence.only(runs), {
@@ -313,7 +319,7 @@ def restricted(evidence: Evidence, at: dict[str, Array], runs: Bools) -> tuple[E
 
 
 def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
-    """The noise with each channel's tail, and its scale, fitted to the whitened components."""
+    """The noise with each channel's tail and scale fitted to the whitened components."""
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
@@ -321,7 +327,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
         chosen = (whitening.channel == place) & ~whitening.limit
         tail[channel.name], scale = fitted_tail(white[chosen])
         if channel.name == "onset":
-            # Both parts of the scatter alike: what onset and slide do not share is known from their difference.
+            # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.
             friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
         else:
             factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
@@ -329,7 +335,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:
-    """Standard deviations by the model's random pushes, for the onset's rows; None if there are none."""
+    """Standard deviations (onset rows,) that the model's random pushes add to the onsets; None if there are none."""
     if not model.acting("shaking") or not evidence.channels or evidence.channels[0].name != "onset":
         return None
     first = evidence.channels[0]

@@ -1,4 +1,4 @@
-"""How much a set of columns would raise the likelihood, by its score; for one recording or for many drawn ones."""
+"""The likelihood that a set of columns would gain by its score, for one recording or for many drawn ones."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from station.diagnosis.inference.columns import Scores
 from station.physics.contact import Array, Bools
 
 SINGULAR = 1e-8
-"""Columns whose information is below this share of their own are absorbed by others."""
+"""Columns whose information falls below this share of their own, given the others, count as absorbed."""
 
 
 def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
-    """Twice the gain in log likelihood (draws,), and the number of columns, bounds kept.
+    """Twice the gain in log likelihood (draws,) within the columns' bounds, and the number of columns.
 
-    `score` (K, draws): drawn scores; None: the recording's own, with draws = 1. What would leave its bounds is held at
-    its null; with several such columns only the worst case of one is looked at, equally in draws and recording.
+    `score` (K, draws) are drawn scores; None: the recording's own, with draws = 1. Columns whose null is a bound and
+    whose step would cross it are held there, and the rest is solved again; draws and recording are treated alike.
     """
     own = scored.score[:, None] if score is None else score
     chosen = np.asarray(columns)
@@ -42,7 +42,7 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
 
 
 def estimate(scored: Scores, columns: Sequence[int]) -> Array:
-    """The columns' numbers (k,) at the top of the likelihood's parabola, within their bounds."""
+    """The columns' numbers (k,) at the maximum of the likelihood's quadratic model, clipped to their bounds."""
     chosen = np.asarray(columns)
     information = scored.information[np.ix_(chosen, chosen)]
     size = _sizes(information)
@@ -52,13 +52,13 @@ def estimate(scored: Scores, columns: Sequence[int]) -> Array:
 
 
 def _sizes(information: Array) -> Array:
-    """Square roots of the diagonal; a column without information is scaled away to nothing."""
+    """Square roots (k,) of the diagonal; a column without information gets a size that scales it to zero."""
     diagonal = np.diag(information)
     return np.where(diagonal > 1e-9, np.sqrt(np.maximum(diagonal, 1e-9)), 1e15)
 
 
 def _held(scored: Scores, chosen: Array, own: Array, outside: Bools) -> Array:
-    """With the columns that would leave their bounds left out."""
+    """The gains (draws,) without the columns that `outside` (k, draws) marks as crossing their bounds."""
     found = np.zeros(own.shape[1])
     for pattern in np.unique(outside, axis=1).T:
         same = (outside == pattern[:, None]).all(axis=0)
@@ -69,10 +69,10 @@ def _held(scored: Scores, chosen: Array, own: Array, outside: Bools) -> Array:
 
 
 def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
-    """How much more the runs' shares of the score scatter than the likelihood says (at least 1), the gain left out.
+    """Ratio (at least 1) of the scatter of the runs' shares of the score to what the likelihood expects.
 
-    Guards against dependence within a run that the noise model does not know: a sandwich variance, of which only an
-    excess counts, and no more than the number of runs bears.
+    The shares' mean, which is the gain, is taken off. The ratio guards against dependence within runs that the noise
+    model does not know: it is a sandwich variance, of which only a significant excess counts.
     """
     chosen = np.asarray(columns)
     information = scored.information[np.ix_(chosen, chosen)]
@@ -82,11 +82,11 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
     centred = shares - shares.mean(axis=0)
     scatter = centred.T @ centred
     ratio = float(np.trace(np.linalg.solve(scaled, scatter))) / len(chosen)
-    # With few runs the ratio itself is noisy: only what exceeds its own uncertainty counts.
+    # With few runs the ratio itself is noisy: only an excess over its own standard error counts.
     active = max(float((np.abs(shares).sum(axis=1) > 0).sum()), 2.0)
     return max(ratio - thresholds.OVERDISPERSED * np.sqrt(2.0 / active), 1.0)
 
 
 def p_value(total: Array, size: int) -> Array:
-    """Of twice a gain, by its asymptotic distribution."""
+    """The asymptotic p-value (n,) of twice a gain (n,) with `size` numbers: chi-squared."""
     return chi2.sf(total, size)

@@ -1,4 +1,4 @@
-"""The free numbers of a model as a vector, scaled so that each step of 1 is one of a size that matters."""
+"""The free numbers of a model as a vector, in units of their typical sizes."""
 
 from __future__ import annotations
 
@@ -35,28 +35,28 @@ class Free:
 
     @property
     def precision(self) -> float:
-        """Of the prior, scaled: 1 for a nuisance, whose typical size is its prior's standard deviation; else 0."""
+        """Precision of the scaled prior: 1 for a nuisance, whose typical size is its prior's sd; else 0."""
         return 1.0 if self.effect is not None and self.effect.id.startswith("_") else 0.0
 
     @property
     def is_shape(self) -> bool:
-        """Whether it says nothing without an effect's size."""
+        """True if the number has no meaning without its effect's size."""
         return self.parameter is not None and self.parameter.is_shape
 
     @property
     def scale(self) -> float:
-        """The size of a step of 1."""
+        """The number's unit: its typical size; 1 for ln mu_s."""
         return 1.0 if self.parameter is None else self.parameter.typical
 
 
 def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, ...]:
-    """ln mu_s, then the parameters of the effects in their order, without the shapes that nothing here tells."""
+    """ln mu_s, then the effects' parameters in their order, without the shapes that are not identifiable here."""
     numbers = (Free(effect, parameter) for effect in effects for parameter in told(evidence, effect))
     return (Free(None, None), *numbers)
 
 
 def told(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
-    """The effect's parameters but for the shapes that these runs cannot tell."""
+    """The effect's parameters without the shapes that are not identifiable in these runs."""
     onset = evidence.channel("onset")
     idle = effect.idle(onset.moments.reported) if isinstance(onset, Onsets) else frozenset[str]()
     return tuple(parameter for parameter in effect.parameters if parameter.name not in idle)
@@ -77,7 +77,7 @@ def _value(model: Model, number: Free) -> float:
 
 
 def moved(model: Model, number: Free, by: float) -> Model:
-    """The model with one free number moved by so many of its scales, kept within its bounds."""
+    """The model with one free number moved by `by` of its scales, clipped to its bounds."""
     if number.effect is None or number.parameter is None:
         return replace(model, mu_s=model.mu_s * math.exp(by))
     values = next((term.values for term in model.terms if term.effect.id == number.effect.id), number.effect.neutral())
@@ -86,7 +86,7 @@ def moved(model: Model, number: Free, by: float) -> Model:
 
 
 def model_of(vector: Array, free: Sequence[Free], *, base: Model) -> Model:
-    """The base model with the free numbers set, kept within their bounds."""
+    """The base model with the free numbers set to `vector` (k,), clipped to their bounds."""
     model = base
     values: dict[str, dict[str, float]] = {}
     effects: dict[str, Effect] = {}

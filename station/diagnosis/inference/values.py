@@ -1,4 +1,4 @@
-"""Fitted numbers as results say them: with standard errors that no law's own inexactness falls short of."""
+"""Fitted numbers as results state them, with standard errors that include a law's own inexactness."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from station.physics.model import Term
 
 
 def values_of(fitted: Fit, term: Term) -> dict[str, Value]:
-    """Every number of a term by its name; nan for the standard error of one that is not free."""
+    """Every number of a term by its name; the standard error of one that is not free is nan."""
     return {
         parameter.name: Value(
             value=term.values[parameter.name],
@@ -24,12 +24,15 @@ def values_of(fitted: Fit, term: Term) -> dict[str, Value]:
 
 
 def inexact(term: Term, name: str) -> float:
-    """How far a number is open, in its unit, whatever the recording says."""
+    """The standard error of a number, in its unit, that remains however precise the recording is."""
     return thresholds.EXACT * _size(term, name)
 
 
 def _size(term: Term, name: str) -> float:
-    """Of a number, or of the vector that it is a component of: numbers alike, on both sides of 0."""
+    """The size of a number, or of the vector that it is a component of.
+
+    Components have the same unit, typical size and bounds, and their bounds are symmetric about 0.
+    """
     kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in term.effect.parameters}
     like = [other for other, kind in kinds.items() if kind == kinds[name] and kind[1] == -kind[2]] or [name]
     return math.hypot(*(term.values[other] for other in like))

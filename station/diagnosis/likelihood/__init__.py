@@ -1,1 +1,1 @@
-"""The likelihood: what scatters in a recording, and how far the measurements lie from what a model says."""
+"""The likelihood: residuals and their slopes, the noise and its covariance, and Student's t for whitened components."""

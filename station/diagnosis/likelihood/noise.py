@@ -1,12 +1,12 @@
-"""What scatters: every measurement, every run's friction, and every run's image.
+"""The noise model: errors of the measurements, a random effect of each run, and friction that a run's channels share.
 
 A row j of channel c in run i has the residual
 
     r_ij = f_c e_ij sigma_ij + b_ci + a_c u_i,
 
-e and b of unit scale times their standard deviation, u_i the run's own friction (a_c = 1 in the channels that it
-shifts), and for the onset one more draw that the slide does not share. Whitened by the Cholesky factor of a run's
-covariance, the components are Student-t.
+with e of unit scale, b_ci the channel's random effect of the run, and u_i the run's own friction (a_c = 1 in the
+channels that it shifts); the onset's b is friction that the slide does not share. Whitened by the Cholesky factor of a
+run's covariance, the components are Student-t.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ CENSORED_ROUNDS = 30
 
 @dataclass(frozen=True, kw_only=True)
 class Noise:
-    """Standard deviations: `friction` shared by onset and slide, `own` of each channel's runs, `factor` on its sigma.
+    """Standard deviations: `friction` is shared by onset and slide, `own` is each channel's random effect of a run.
 
-    `tail` is each channel's degrees of freedom of Student's t.
+    `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t.
     """
 
     friction: float
@@ -42,11 +42,11 @@ class Noise:
 
     @property
     def scatter(self) -> float:
-        """Relative scatter of a run's static friction."""
+        """Relative standard deviation of a run's static friction."""
         return math.hypot(self.friction, self.own.get("onset", 0.0))
 
     def at_least(self, floor: Noise) -> Noise:
-        """The larger of both, number by number."""
+        """The larger of both standard deviations and factors, one by one; the tails stay."""
         return Noise(
             friction=max(self.friction, floor.friction),
             own={name: max(own, floor.own.get(name, 0.0)) for name, own in self.own.items()},
@@ -56,7 +56,7 @@ class Noise:
 
 
 def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
-    """The noise of residuals by channel, by robust moments: within runs, between runs, and between channels."""
+    """Estimates the noise from residuals by channel with robust moments: within and between runs, between channels."""
     own, factor = dict[str, float](), dict[str, float]()
     means, errors = dict[str, Array](), dict[str, Array]()
     for channel in evidence.channels:
@@ -76,7 +76,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         means[channel.name], errors[channel.name] = mean, error
         own[channel.name] = _between(mean, error)
     if "onset" in own:
-        # Runs without a slide say that the tail goes on: without them the scatter would read too small.
+        # Runs without a slide are the upper tail: without them the scatter would be underestimated.
         channel = next(channel for channel in evidence.channels if channel.name == "onset")
         own["onset"] *= _censoring(residuals["onset"], channel.rows.limit)
     friction = _share(means, errors, own)
@@ -84,7 +84,7 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
 
 
 def _factor(values: Array, sigma: Array, run: Times) -> float:
-    """How much more the rows of one run scatter than their sigma says, in pairs that follow each other."""
+    """Ratio of the scatter of successive rows' differences to what their sigma says; not below a half."""
     if len(values) < 4:
         return 1.0
     same = run[1:] == run[:-1]
@@ -96,7 +96,7 @@ def _factor(values: Array, sigma: Array, run: Times) -> float:
 
 
 def _wandering(wander: Wander, place_m: Array, sigma: Array, run: Times) -> float:
-    """What the wander adds to the variance of differences of rows in pairs, standardised as in `_factor`."""
+    """The wander's median share of the variance of successive rows' differences, standardised as in `_factor`."""
     same = run[1:] == run[:-1]
     if not same.any():
         return 0.0
@@ -114,7 +114,7 @@ def _of_means(wander: Wander, place_m: Array, run: Times, runs: int) -> Array:
 
 
 def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Array, Array]:
-    """Weighted mean of each run (nan: no rows) and its standard error."""
+    """Weighted mean of each run (runs,) and its standard error (runs,); nan for a run without rows."""
     weight = 1.0 / np.maximum(sigma, 1e-12) ** 2
     total = np.bincount(run, weight, runs)
     summed = np.bincount(run, weight * values, runs)
@@ -123,6 +123,7 @@ def _run_means(values: Array, sigma: Array, run: Times, runs: int) -> tuple[Arra
 
 
 def _between(mean: Array, error: Array) -> float:
+    """The standard deviation of the runs' random effects, from their means (runs,) and these means' errors (runs,)."""
     known = np.isfinite(mean)
     if known.sum() < 4:
         return 1e-6
@@ -131,21 +132,22 @@ def _between(mean: Array, error: Array) -> float:
 
 
 def _robust_sd(values: Array) -> float:
-    """Standard deviation of values clipped at three robust ones, freed of what the clipping takes from a Gaussian."""
+    """Standard deviation of clipped values, corrected for what the clipping takes from a Gaussian."""
     return float(np.std(_clipped(values))) / 0.9933
 
 
 def _clipped(values: Array) -> Array:
+    """The values clipped at CLIP robust standard deviations from their median."""
     middle = float(np.median(values))
     mad = 1.4826 * float(np.median(np.abs(values - middle)))
     return np.clip(values, middle - thresholds.CLIP * mad, middle + thresholds.CLIP * mad) if mad else values
 
 
 def _censoring(values: Array, limit: Bools) -> float:
-    """Factor on the scatter of the runs that slid: what it is with those that held to their limits (`limit`) as well.
+    """Ratio of the scatter of all runs to that of the runs that slid; the others are right-censored at their `limit`.
 
-    Maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26, 24;
-    Dempster, Laird, Rubin 1977).
+    It is the maximum likelihood of a censored Gaussian by expectation and maximisation (Tobin 1958, Econometrica 26,
+    24; Dempster, Laird, Rubin 1977).
     """
     if not limit.any() or (~limit).sum() < thresholds.LEAST_KNOWN:
         return 1.0
@@ -164,9 +166,9 @@ def _censoring(values: Array, limit: Bools) -> float:
 
 
 def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[str, float]) -> float:
-    """The friction that onset and slide have in common; what each has besides is left in `own`.
+    """The standard deviation of friction that onset and slide share; what each has besides is written to `own`.
 
-    The difference of the two in the same run says sharply how much they do not share, where a covariance of two large
+    The difference of the two in the same run determines precisely what they do not share; a covariance of two large
     scatters would not.
     """
     if "onset" not in means or "along" not in means:

@@ -14,18 +14,18 @@ from station.physics.contact import Array
 from station.physics.model import Model
 
 STEP = 0.02
-"""Of the finite differences, in typical sizes of a parameter."""
+"""The step of the finite differences, in typical sizes of a parameter."""
 
 
 def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
-    """The residuals by channel."""
+    """The residuals (rows,) of each channel by its name."""
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
 def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
-    """Slopes (rows, k) by channel of the residuals `at` the model: one-sided differences, away from a bound.
+    """Slopes (rows, k) by channel of the residuals `at` the model, by one-sided differences within the bounds.
 
-    A channel that an effect cannot change is not evaluated: its slopes are zero.
+    Slopes that an effect cannot have in a channel are zero and not evaluated.
     """
     with near(evidence, model):
         return differences(evidence, model, free, at)
@@ -33,7 +33,7 @@ def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str,
 
 @contextmanager
 def near(evidence: Evidence, model: Model) -> Generator[None]:
-    """All models in here are nearly this one, see `Channel.near`."""
+    """Tells the channels that all models evaluated inside lie close to this one, see `Channel.near`."""
     for channel in evidence.channels:
         channel.near(model)
     try:
@@ -44,7 +44,7 @@ def near(evidence: Evidence, model: Model) -> Generator[None]:
 
 
 def differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
-    """As `slopes`, where all models are nearly one that is given by `near`."""
+    """The slopes as in `slopes`, inside a context that `near` has opened."""
     vector = vector_of(model, free)
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
     for place, number in enumerate(free):

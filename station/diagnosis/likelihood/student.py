@@ -1,4 +1,4 @@
-"""Student's t for whitened components, and the Gaussian limit for runs that ended without a slide."""
+"""Student's t for whitened components, and the censored Gaussian for runs that ended without a slide."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from station.diagnosis.likelihood.noise import TAILS
 from station.physics.contact import Array, Bools
 
 SETTLED = 1e-7
-"""Of a scale: a change of one so small changes no standard error that is printed."""
+"""The relative change of a scale at which its iteration ends; a smaller one changes no printed standard error."""
 
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
-    """Log density of each component; of a limit the log probability to be beyond it."""
+    """Log density (n,) of each component; for a limit, the log probability to lie beyond it."""
     square = white**2
     gauss = -0.5 * square - 0.5 * np.log(2 * np.pi)
     density = np.where(tail >= thresholds.GAUSSIAN, gauss, _volume(tail) - 0.5 * (tail + 1) * np.log1p(square / tail))
@@ -23,23 +23,27 @@ def log_density(white: Array, tail: Array, limit: Bools) -> Array:
 
 
 def _volume(tail: Array) -> Array:
-    """ln of Student's density at 0."""
+    """Log of Student's density at 0, without its scale."""
     return gammaln((tail + 1) / 2) - gammaln(tail / 2) - 0.5 * np.log(tail * np.pi)
 
 
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
-    """Slope and curvature of −log density by the component: what a Newton step needs."""
+    """Slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
+
+    The weight is (ν + 1) / (ν + w²), as in iteratively reweighted least squares: unlike the curvature it is positive
+    everywhere. For a limit it is the curvature itself.
+    """
     curvature = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + white**2))
     slope = curvature * white
     held = white[limit]
-    # The hazard of a Gaussian, without overflow far in the tail.
+    # This is a Gaussian's hazard without overflow far in the tail.
     slope[limit] = hazard = np.exp(-0.5 * held**2 - 0.5 * np.log(2 * np.pi) - log_ndtr(-held))
     curvature[limit] = np.maximum(hazard * (hazard - held), 1e-9)
     return slope, curvature
 
 
 def fitted_tail(white: Array) -> tuple[float, float]:
-    """The degrees of freedom that fit components best, and the scale beside them."""
+    """The degrees of freedom, out of TAILS, and the scale that fit the components (n,) best."""
     if len(white) < 20:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
@@ -51,7 +55,7 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def _scale(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale at given tails, by iteration from the median."""
+    """Maximum-likelihood scale for given degrees of freedom, iterated from the median."""
     scale = max(1.4826 * float(np.median(np.abs(white))), 1e-6)
     square = white**2
     for _ in range(30):

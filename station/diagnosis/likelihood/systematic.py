@@ -1,12 +1,12 @@
-"""What is allowed for and never claimed: nuisances with a known size.
+"""Nuisances: systematic effects of known size that are fitted and never claimed.
 
-An onset is read by fitting a slide back to zero velocity. Creep, a late stamp, a rounded corner of the tilt shift all
-onsets of a session alike by some hundredths of a degree. With hundreds of runs that would be told from the slides'
-friction, and be called a kinetic coefficient.
+An onset is read by fitting a slide back to zero velocity. Creep, a late stamp or a rounded corner of the tilt shift all
+onsets of a session alike by some hundredths of a degree. Hundreds of runs would show that difference from the slides'
+friction, and it would be called a kinetic coefficient.
 
-And what a recording cannot show, it cannot exclude: an effect that mu takes up (one mass, no other angle sensor) leaves
-a trace of a per cent, as the plate returns while the block still slides. Without an allowance the trace would be given
-another name.
+An effect that the recording cannot show cannot be excluded either: one that mu absorbs (one mass, no other angle
+sensor) leaves a trace of a per cent as the plate returns while the block still slides. Without a nuisance for it that
+trace would get another effect's name.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
 TILTED = 0.05
-"""The sine from which on a plate is tilted."""
+"""The sine of the tilt from which on a plate counts as tilted."""
 
 LEAST_SLOPE = 0.05
-"""On a plate more level than that a late reading has no relative size."""
+"""The smallest slope by which a late reading is divided: on a level plate it has no relative size."""
 
 
 class OnsetReading(Effect):
@@ -47,7 +47,7 @@ class OnsetReading(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the class."""
+        """The factor (n,) on friction by which the onsets are read early or late; 1 while the block slides."""
         if contact.moving.all():
             return 1.0
         about_x, about_y, _ = contact.acceleration_rad_s2.T
@@ -60,9 +60,9 @@ ONSET_READING = OnsetReading()
 
 
 class PictureReading(Effect):
-    """A mark on a tilted plate is read beside where it is, by as little as a tracker is trusted to.
+    """A mark on a tilted plate is read beside its place, by as little as the tracker's systematic floor.
 
-    It is the reading's and not the camera's, whose effects bend slides too: by so little nobody would see a slide bent.
+    It belongs to the reading and not to the camera, whose effects also bend slides: so small a bend is invisible.
     """
 
     id: ClassVar[str] = "_picture_reading"
@@ -78,7 +78,7 @@ class PictureReading(Effect):
     separated_by: ClassVar[str] = "nothing: it is allowed for"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the class."""
+        """The block mark's apparent shift (n, points, 2) down the slope, m; None for other marks."""
         if not view.on_block:
             return None
         sine = np.sin(view.tilt_rad)
@@ -90,9 +90,9 @@ PICTURE_READING = PictureReading()
 
 
 def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
-    """Those of the measurement, and those that a model allows for.
+    """The nuisances of the measurement, then those that the model allows for.
 
-    Where there are no slides, the reading of the onsets is part of mu.
+    Without slides the reading of the onsets is part of mu, and is no nuisance.
     """
     onset = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
     picture = (PICTURE_READING,) if evidence.channel("rest") else ()
@@ -102,12 +102,12 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
 
 
 def allowing_for(model: Model, effects: Iterable[Effect]) -> Model:
-    """The model with effects as nuisances, at their nulls."""
+    """The model with these effects added as nuisances, at their nulls."""
     return replace(model, terms=(*model.terms, *(_allowed(effect) for effect in effects)))
 
 
 def _allowed(effect: Effect) -> Term:
-    """The same law under another name, its plausible size as the standard deviation of its prior."""
+    """The same law under a nuisance's id, with its largest plausible size as its prior's standard deviation."""
     wide = tuple(
         replace(parameter, typical=thresholds.PLAUSIBLE * parameter.typical) for parameter in effect.parameters
     )
@@ -116,11 +116,11 @@ def _allowed(effect: Effect) -> Term:
 
 
 def is_nuisance(effect: Effect) -> bool:
-    """Whether it is allowed for and never claimed."""
+    """True if an effect is fitted and never claimed."""
     return effect.id.startswith("_")
 
 
 def without_nuisances(model: Model) -> Model:
-    """The model as a user wants it."""
+    """The model without its nuisances."""
     terms = tuple(term for term in model.terms if not is_nuisance(term.effect))
     return Model(mu_s=model.mu_s, scatter=model.scatter, terms=terms)

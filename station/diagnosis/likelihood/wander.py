@@ -1,9 +1,9 @@
 # ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
-"""Friction that wanders along a slide's path: nature in every run, and no law that all runs have in common.
+"""Friction that wanders along a slide's path: a random process of each run, not a law that runs share.
 
-Windows of one slide that lie near each other err alike: an Ornstein-Uhlenbeck process of the distance, its size and
-reach the session's. The moment that turns an uneven sole wanders likewise. Without it a law of the speed or the place
-would be read from what each run has for itself.
+Neighbouring windows of a slide have correlated errors: an Ornstein-Uhlenbeck process of the distance, with the
+session's size and reach. The moment that turns an uneven sole wanders likewise. Without it a law of the speed or the
+place would be fitted to what is random in each run.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 
 STEPS = 150
-"""Evaluations of the likelihood: of four numbers, in a simplex."""
+"""The largest number of likelihood evaluations of the simplex search over four numbers."""
 
 
 @dataclass(frozen=True, slots=True)
 class Wander:
-    """Standard deviation, in the channel's unit, and reach along the path, m."""
+    """Standard deviation, in the channel's unit, and correlation length along the path, m."""
 
     sd: float
     reach_m: float
 
     def shared(self, apart_m: Array) -> Array:
-        """Covariance (n,) of two windows that lie so far apart (n,)."""
+        """Covariance (n,) of two windows that lie `apart_m` (n,) apart."""
         return self.sd**2 * np.exp(-np.abs(apart_m) / self.reach_m)
 
 
 def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wander]:
-    """The wander of each channel that follows a path, by maximum likelihood of residuals (rows,) by channel.
+    """The wander of each channel that follows a path, by maximum likelihood of its residuals (rows,).
 
-    What all runs have in common at the same place in the order of their windows is taken off before: it is a law's.
+    The course that all runs share, by the order of their windows, is subtracted first: it is a law's.
     """
     return {
         channel.name: _wander(evidence, channel, residuals[channel.name])
@@ -74,9 +74,9 @@ def _wander(evidence: Evidence, channel: Channel, residual: Array) -> Wander:
 
 
 def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
-    """Factor on the measurements' error, standard deviations of the run's own level and of the wander, and its reach.
+    """Factor on the error, standard deviations of the run's level and of the wander, and its reach (m), from `inner`.
 
-    Of free numbers (4,); the reach by a logistic function within its bounds.
+    `inner` (4,) has logarithms of the first three; the reach is a logistic function within its bounds.
     """
     low, high = math.log(thresholds.SHORTEST_REACH_M), math.log(thresholds.LONGEST_REACH_M)
     share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
@@ -85,10 +85,10 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
 
 
 def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
-    """Residuals (n,), in the order of runs, less the course that runs have in common from window to window.
+    """Residuals (n,), ordered by run, less the course that the runs share from window to window.
 
-    It is the sum of the medians of the steps, which know nothing of the runs' own levels: runs with fewer windows than
-    others leave no trace where they end.
+    The course is the cumulative sum of the median steps, which do not depend on the runs' levels: a run that has fewer
+    windows than others leaves no trace where it ends.
     """
     first = np.flatnonzero(np.diff(run, prepend=-1))
     number = np.arange(len(run)) - np.repeat(first, np.diff(np.append(first, len(run))))
@@ -110,7 +110,11 @@ def _clipped(values: Array) -> Array:
 def _minus_log_likelihood(
     values: Any, sigma: Any, place: Any, edges: Any, own: float, wander: float, reach_m: float
 ) -> float:
-    """Of Gaussian runs, each with a level of its own (variance `own`) and an Ornstein-Uhlenbeck process of `place`."""
+    """Minus the log likelihood of Gaussian runs with a level each and an Ornstein-Uhlenbeck process along the path.
+
+    `own` and `wander` are the variances of the level and of the process; `place` (n,) is the way along the path, m; run
+    i has the rows from edges[i] to edges[i + 1].
+    """
     total = 0.0
     for run in range(len(edges) - 1):
         first, size = edges[run], edges[run + 1] - edges[run]

@@ -19,8 +19,8 @@ Index = np.ndarray[tuple[int], np.dtype[np.int64]]
 class Whitening:
     """Whitens arrays (rows, …) in the stacked order of the evidence's channels.
 
-    `run`, `channel` (rows,) say where each component belongs; `limit` marks the runs without a slide; `log_scale`
-    (runs,) is each run's ln of the volume that whitening takes, which belongs into a log density.
+    `run`, `channel` (rows,) are each component's run and channel; `limit` (rows,) marks the censored ones; `log_scale`
+    (runs,) is the log of each run's Cholesky determinant, which a log density subtracts.
     """
 
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
@@ -62,7 +62,7 @@ class Whitening:
 def _factorise(
     order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_scale: Any
 ) -> None:
-    """Cholesky factors of every run's covariance, one after another in `factors`, and the ln of their determinants.
+    """Writes the Cholesky factors of all runs' covariances to `factors`, and their log determinants to `log_scale`.
 
     `along` (rows, 4) are the place along the path, the wander's standard deviation and reach, and the channel.
     """
@@ -103,19 +103,19 @@ def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white
 
 
 def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
-    """Columns (rows, 1 + channels): the shared draw of friction, and each channel's own draw of a run."""
+    """Loadings (rows, 1 + channels) of the shared friction of a run and of each channel's random effect of a run."""
     loads = np.zeros((len(channel), 1 + len(evidence.channels)))
     for place, one in enumerate(evidence.channels):
         of_channel = channel == place
         if one.shares_friction:
             loads[of_channel, 0] = noise.friction
-        if one.name != "onset":  # its own draw is in the variance: a run has one onset
+        if one.name != "onset":  # its random effect is in the variance: a run has one onset
             loads[of_channel, 1 + place] = noise.own[one.name]
     return loads
 
 
 def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
-    """Of all rows: the place along the path, and the wander's standard deviation and reach; 0, 0, 1 without any."""
+    """Place along the path (rows,), and the wander's standard deviation and reach; 0, 0, 1 where there is none."""
     places, sizes, reaches = list[Array](), list[Array](), list[Array]()
     for channel in evidence.channels:
         wander, some = evidence.wander.get(channel.name), np.ones(len(channel))
@@ -126,6 +126,6 @@ def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
 
 
 def stack(evidence: Evidence, parts: Mapping[str, Array]) -> Array:
-    """Values by channel, one below the other in the evidence's order."""
+    """Values by channel, one below the other in the evidence's order: (rows, …)."""
     ordered: Sequence[Array] = [parts[channel.name] for channel in evidence.channels]
     return np.concatenate(ordered) if ordered else np.zeros(0)

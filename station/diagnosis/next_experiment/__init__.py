@@ -1,1 +1,1 @@
-"""The plan that would tell apart what a recording cannot."""
+"""The next experiment: the cheapest plan that separates what a recording cannot tell apart."""

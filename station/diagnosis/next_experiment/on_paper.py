@@ -1,4 +1,4 @@
-"""A session on paper: onsets and slides as a protocol would lay them out, without any effect."""
+"""A synthetic session for planning: onsets and slides as a protocol would place them, without any effect or noise."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ FEWEST_RECORDED = 20
 STANDARD_RATE_RAD_S, LEAST_RATE_RAD_S = math.radians(5.0), math.radians(0.5)
 Draw = dict[str, Array]
 Protocol = Callable[[np.random.Generator, int], Draw]
-"""The numbers of so many runs, as a session lays them out."""
+"""Draws a session's numbers, (runs,) each by name."""
 
 Vary = Callable[[np.random.Generator, int, Draw], None]
-"""Changes a protocol's numbers (runs,) by name."""
+"""Changes a protocol's numbers, (runs,) each by name, in place."""
 
 
 def standard(rng: np.random.Generator, runs: int) -> Draw:
-    """The paper's protocol: four directions, one dwell, one rate, the block always turned alike."""
+    """The paper's protocol: four directions, one dwell, one tilt rate, the block always in about the same heading."""
     quarter = rng.integers(0, 4, runs)
     return {
         "down": quarter * math.pi / 2,
@@ -50,10 +50,10 @@ def standard(rng: np.random.Generator, runs: int) -> Draw:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bench:
-    """The rig of a session on paper: its friction, its noise (a usual one by default), and how it is run now.
+    """The rig of a synthetic session: its friction, its noise (a typical one by default), and its protocol.
 
-    `protocol` says that by a function, the standard one by default: a plan changes one thing of it, and what goes
-    together in what else it does (a dwell that falls with the runs) goes on doing so.
+    A plan changes one thing of the protocol; what else varies together in it (a dwell that falls with the runs) goes on
+    doing so.
     """
 
     mu_s: float = 0.4
@@ -62,7 +62,7 @@ class Bench:
 
 
 def as_recorded(evidence: Evidence) -> Protocol:
-    """The protocol that a recording's onsets show, its runs in their order; the standard one where it has too few."""
+    """The protocol that a recording's onsets show, its runs in their order; the standard one if it has too few."""
     onset = evidence.channel("onset")
     if not isinstance(onset, Onsets) or len(onset.moments) < FEWEST_RECORDED:
         return standard
@@ -80,7 +80,7 @@ def as_recorded(evidence: Evidence) -> Protocol:
             "yaw": at.yaw_rad[order],
             "mount": at.mount_rad[order],
             "mass_kg": at.mass_kg[order],
-            # A plate that holds at the onset tells no rate.
+            # A plate that holds at the onset has no rate.
             "rate": np.where(rate > LEAST_RATE_RAD_S, rate, STANDARD_RATE_RAD_S),
             "rest_s": at.rest_s[order],
             "number": at.run[order],
@@ -91,7 +91,7 @@ def as_recorded(evidence: Evidence) -> Protocol:
 
 
 def trial(vary: Vary, bench: Bench) -> tuple[Evidence, Fit]:
-    """A session of `TRIAL_RUNS` runs with what `vary` changes of the bench's protocol, and its plain model's fit."""
+    """A synthetic session of TRIAL_RUNS runs with the protocol that `vary` changes, and the plain model's fit to it."""
     rng = np.random.default_rng(7)
     runs, mu_s = TRIAL_RUNS, bench.mu_s
     draw = bench.protocol(rng, runs)
@@ -167,7 +167,7 @@ def _onsets(draw: Draw, facts: RunFacts, mu_s: float) -> Onsets:
 
 
 def _slides(draw: Draw, facts: RunFacts, mu_s: float) -> tuple[Along, Across, Turn]:
-    """A few windows of each slide, from slow to fast, at speeds that grow with the tilt rate."""
+    """A few windows of each slide, from slow to fast, at speeds that grow with the root of the tilt rate."""
     runs = np.repeat(np.arange(TRIAL_RUNS), SLIDE_POINTS)
     share = np.tile((np.arange(SLIDE_POINTS) + 0.5) / SLIDE_POINTS, TRIAL_RUNS)
     place = np.repeat(runs, 3)

@@ -1,7 +1,7 @@
-"""The next experiment: the plan that would tell apart what this recording cannot, and how many runs it needs.
+"""The next experiment: the plan that would separate what this recording cannot, and its number of runs.
 
-Every design is tried on paper: its onsets and slides are laid out, the candidates' slopes there computed, and what is
-left of one when the other and mu are free says how many runs show an effect of its size with 80 % power at 5 %.
+Every design is tried on a synthetic session: the candidates' slopes are computed there, and the information that
+remains for one while the others and mu are free says how many runs show an effect of its size with 80 % power at 5 %.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ from station.physics.contact import Array
 from station.physics.effect import Effect
 
 POWER = 2.8
-"""Standard errors that show an effect in 80 of 100 experiments at a level of 5 %."""
+"""An effect of so many standard errors shows in 80 of 100 experiments at a level of 5 %."""
 
 FEWEST, MOST = 20, 5000
 USUAL_RUNS = 200
 LAWS = 0.05
-"""The share of an effect's own information below which what is left of it rests on laws being exact."""
+"""What is left of an effect below this share of its own information relies on the laws being exact."""
 
 SHOWS = 0.5
-"""The share of the best shape's information from which another shape would show as well."""
+"""Another shape counts as showing as well if it has at least this share of the best shape's information."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """A way to run a session: its plan beside the defaults, what a person must do, and how it lays out the runs."""
+    """A design of a session: its plan beside the defaults, what a person must do, and how it changes the protocol."""
 
     name: str
     plan: str
     by_hand: str
     vary: Vary
     effort: float = 1.0
-    """By how much what a person has to do makes each run dearer."""
+    """The cost of a run relative to one that needs nobody."""
 
 
 def _dwell(rng: np.random.Generator, runs: int, draw: Draw) -> None:
@@ -126,10 +126,10 @@ DESIGNS = (
 def next_experiment(
     evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]
 ) -> NextExperiment | None:
-    """What would settle the main finding, or else the strongest suspicion; None if there is neither.
+    """The plan that would settle the main finding, or else the strongest suspicion; None if there is neither.
 
-    A finding is tried against what it could not be told from here; one that stands alone, against what is known to
-    look like it.
+    A finding is separated from the rest of its class; one that stands alone, from the effects that are known to look
+    like it.
     """
     level = as_simulated(evidence, found.model).mu_s
     bench = Bench(mu_s=level, noise=found.model.noise, protocol=as_recorded(evidence))
@@ -144,7 +144,7 @@ def next_experiment(
 
 
 def more_runs() -> NextExperiment:
-    """For a recording of which most runs could not be used."""
+    """The plan for a recording of which most runs could not be used."""
     design = next(design for design in DESIGNS if design.vary is _free)
     return NextExperiment(
         separates=(), plan=_toml(design, USUAL_RUNS), runs=USUAL_RUNS,
@@ -153,7 +153,7 @@ def more_runs() -> NextExperiment:
 
 
 def _gained(found: Search, effect: EffectFound) -> float:
-    """What the best of the effect's class gained where it was compared."""
+    """The largest gain of a candidate with the effect's id in the comparisons."""
     gains = [
         one.twice_gain
         for comparison in found.compared.values()
@@ -164,7 +164,7 @@ def _gained(found: Search, effect: EffectFound) -> float:
 
 
 def _alike(effect: Effect, catalogue: Mapping[str, Effect]) -> list[Effect]:
-    """The effects that are known to look like it."""
+    """The effects that are known to look like this one."""
     return [catalogue[name] for name in effect.confounded_with if name in catalogue]
 
 
@@ -173,7 +173,7 @@ def separate(
 ) -> NextExperiment:
     """The cheapest design that separates the first effect from the others.
 
-    `sizes` by id are the effects' expected sizes in their typical ones (1 by default); `bench` the rig.
+    `sizes` are the effects' expected sizes by id, in typical sizes (1 by default); `bench` is the rig.
     """
     ids = tuple(effect.id for effect in effects)
     tried = [(_runs_needed(effects, design, sizes or {}, bench or Bench()), design) for design in DESIGNS]
@@ -193,12 +193,12 @@ def separate(
 
 
 def _rounded(needed: float) -> int:
-    """Runs to ask for, from `FEWEST` to `MOST`, in tens."""
+    """The number of runs to ask for, from FEWEST to MOST, rounded up to tens."""
     return math.ceil(min(max(needed, FEWEST), MOST) / 10) * 10
 
 
 def _suspicion(found: Search) -> Effect | None:
-    """The best single of the last stage that gained a little and was not claimed."""
+    """The best single effect of the last stage, if it gained a little and nothing was chosen; else None."""
     last = found.stages[-1]
     if last.chosen is not None:
         return None
@@ -241,10 +241,10 @@ def _toml(design: Design, runs: int) -> str:
 
 
 def _runs_needed(effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], bench: Bench) -> float:
-    """Runs for the first of the effects, the others and mu being free; infinitely many if never.
+    """The number of runs that show the first effect while the others and mu are free; inf if none would.
 
-    What no recording has told yet is the first one's shape: of the shapes that would show, the one that shows least of
-    itself beside the others counts.
+    No recording has determined its shape yet: of the shapes that would show, the one with the least information beside
+    the others counts.
     """
     session, null = trial(design.vary, bench)
     scored = scores(session, null, effects)
@@ -262,7 +262,7 @@ def _runs_needed(effects: Sequence[Effect], design: Design, sizes: Mapping[str, 
 
 
 def _left(information: Array, own: Sequence[int], others: Sequence[int]) -> float:
-    """The largest information on one of its own numbers when the others are free."""
+    """The largest information on one of the `own` numbers while the `others` are free."""
     if not own:
         return 0.0
     part = information[np.ix_(own, own)]

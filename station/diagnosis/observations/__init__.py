@@ -1,1 +1,1 @@
-"""What a recording says about friction: rows of numbers with noise, each of which a model predicts."""
+"""The evidence of a recording: rows of measurements with noise, which a model predicts."""

@@ -1,16 +1,16 @@
-"""The plate's attitude from its readings and its recorded rates together: how noisy the ones, and how late the others.
+"""The plate's attitude from its readings and its recorded rates together: the readings' noise, and the rates' delay.
 
-Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g). Were
-both right, the level e = x - integral of x'(t + d) + c x''(t + d) would stay: d and 2 c are the mean and the variance
-of the delays that a filter of the rates consists of. The readings' noise s is white, and the level wanders by what the
-rates are wrong: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space Methods, ch. 2).
+Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g). If
+both were right, the level e = x - integral of x'(t + d) + c x''(t + d) would be constant: d and 2 c are the mean and
+the variance of the delays that a filter of the rates consists of. The readings' noise s is white, and the level is a
+random walk by the rates' errors: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space
+Methods, ch. 2).
 
-In its steady state the best level is a mean of the readings with weights w0 phi^|k|, w0 = (1 - phi) / (1 + phi), and
-phi is where the readings are best predicted, each from those before it. What the prediction misses has the variance
-s^2 / phi; s^2 times the weights is the covariance of the level that is found. Rates that are right bring phi near 1, a
-long mean; readings without noise bring it near 0, and stay as they are. d and c are the regression of what the
-prediction misses on the same of x' and x'' (generalised least squares), d with White's standard error (1980,
-Econometrica 48, 817).
+In its steady state the best level is a mean of the readings with weights w0 phi^|k|, w0 = (1 - phi) / (1 + phi), where
+phi predicts each reading best from those before it. The prediction errors have the variance s^2 / phi; s^2 times the
+weights is the covariance of the estimated level. Exact rates bring phi near 1, a long mean; readings without noise
+bring it near 0, and stay as they are. d and c are the regression of the prediction errors on those of x' and x''
+(generalised least squares), d with White's standard error (1980, Econometrica 48, 817).
 """
 
 from __future__ import annotations
@@ -27,21 +27,22 @@ from scipy.signal import lfilter
 from station.physics.contact import Array
 
 GAP = 10.0
-"""Between readings that are farther apart than so many usual intervals the rates are not added up."""
+"""The rates are not integrated across an interval that is longer than so many median intervals."""
 
 LEAST_UPRIGHT = 0.05
-"""Of gravity's part across the plate: it guards a division on a plate that stands upright."""
+"""The smallest size of gravity's component across the plate: it guards a division on a plate that stands upright."""
 
 ROUNDS, MOST_LOG_ODDS = 8, 12.0
-"""Steps to the delay, each a tenth of what is left or less; and how near phi comes to 0 and 1."""
+"""ROUNDS steps lead to the delay, each a tenth of what is left or less; MOST_LOG_ODDS bounds phi away from 0 and 1."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AttitudeFit:
-    """Gravity and rates (n, 3) in P that fit each other, and the session's numbers.
+    """Gravity and rates (n, 3) in P that agree with each other, and the session's numbers.
 
-    `noise_rad` is a reading's standard deviation and `sigma_rad` (n,) that of the gravity found, `keeps` is phi: by so
-    much less a reading counts than its neighbour nearer by. The recorded rates came `delay_s` ± `delay_sd_s` late.
+    `noise_rad` is a reading's standard deviation and `sigma_rad` (n,) that of the estimated gravity. `keeps` is phi,
+    the ratio of a reading's weight to that of its neighbour nearer by. The recorded rates are `delay_s` ± `delay_sd_s`
+    late.
     """
 
     gravity: Array
@@ -53,14 +54,14 @@ class AttitudeFit:
     delay_sd_s: float
 
     def of_mean(self, weight: Array) -> float:
-        """Standard deviation (rad) of the mean over successive readings (k,) with weights in sum 1."""
+        """Standard deviation (rad) of the mean over successive readings (k,) with weights that sum to 1."""
         apart = np.abs(np.subtract.outer(np.arange(len(weight)), np.arange(len(weight))))
         own = (1.0 - self.keeps) / (1.0 + self.keeps)
         return self.noise_rad * float(np.sqrt(own * (weight @ self.keeps**apart @ weight)))
 
 
 def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
-    """Fits readings (n,) of gravity (n, 3) and rates (n, 3) to each other; n is 3 or more."""
+    """Fits gravity (n, 3) and rates (n, 3), rad/s, both in P at times (n,), s, to each other; n is 3 or more."""
     parts = _parts(time_s)
     delay_s, sd_s, rate = _delay(time_s, gravity, rate_rad_s, parts)
     level, (slope, bend) = _level(time_s, gravity, rate, parts)
@@ -86,7 +87,7 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
 
 
 def _parts(time_s: Array) -> list[slice]:
-    """Stretches of readings without a gap."""
+    """The stretches of readings without a gap."""
     step_s = np.diff(time_s)
     ends = np.flatnonzero(step_s > GAP * np.median(step_s)) + 1
     edges = [0, *ends.tolist(), len(time_s)]
@@ -94,7 +95,7 @@ def _parts(time_s: Array) -> list[slice]:
 
 
 def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[slice]) -> tuple[float, float, Array]:
-    """How late the rates come and its standard error, and the rates of so much later (n, 3)."""
+    """The delay of the rates with its standard error, s, and the rates (n, 3) without it."""
     delay_s, sd_s, rate = 0.0, np.inf, rate_rad_s
     for _ in range(ROUNDS):
         level, (slope, _) = _level(time_s, gravity, rate, parts)
@@ -106,10 +107,11 @@ def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[sli
 
 
 def _spread_s2(time_s: Array, found_s2: float, sd_s2: float) -> float:
-    """-c without what adding up trapezoids makes of none, as James and Stein's estimator shrinks it for both errors.
+    """-c without the bias of the trapezoid rule, shrunk for the errors of both (James and Stein's estimator), s².
 
-    A rate whose slope jumps by J within an interval h, at a share f of it, is added up to J h^2 f (1 - f) / 2 too much.
-    x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f uniform.
+    A rate whose slope jumps by J within an interval h, at a share f of it, is integrated to J h^2 f (1 - f) / 2 too
+    much. x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f
+    uniform.
     """
     added_up = 0.1 * float(np.median(np.diff(time_s))) ** 2
     left = found_s2 + added_up
@@ -117,7 +119,7 @@ def _spread_s2(time_s: Array, found_s2: float, sd_s2: float) -> float:
 
 
 def _regressed(values: Array, by: Array) -> tuple[float, float]:
-    """The slope of values (n, 2) by others, and White's standard error of it; 0 and inf where those are 0."""
+    """The slope of values (n, 2) by others (n, 2), and White's standard error; 0 and inf if the others are 0."""
     known = float((by * by).sum())
     if not known > 0.0:
         return 0.0, np.inf
@@ -126,14 +128,14 @@ def _regressed(values: Array, by: Array) -> tuple[float, float]:
 
 
 def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, tuple[Array, Array]]:
-    """The level (n, 2) of each reading with these rates (n, 3); and what they make of x' and x''."""
+    """The level (n, 2) of each reading with these rates (n, 3), and x' and x'' (n, 2) by them."""
     slope = -np.cross(rate, gravity)[:, :2]
     turned = [cumulative_trapezoid(slope[part], time_s[part], axis=0, initial=0.0) for part in parts]
     return gravity[:, :2] - np.concatenate(turned), (slope, _derivative(slope, time_s, parts))
 
 
 def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
-    """The phi that predicts each reading best, and what its predictions miss (n, 2)."""
+    """The phi that predicts each reading best, and its prediction errors (n, 2)."""
 
     def worse(log_odds: float) -> float:
         missed = _missed(level, 1.0 / (1.0 + np.exp(-log_odds)), parts)
@@ -145,13 +147,13 @@ def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
 
 
 def _missed(values: Array, keeps: float, parts: Sequence[slice]) -> Array:
-    """By how much (n, 2) each value differs from what the ones before it predict."""
+    """The prediction errors (n, 2) of the values, each predicted from those before it."""
     steps = (np.diff(values[part], axis=0, prepend=values[part][:1]) for part in parts)
     return np.concatenate([lfilter([1.0], [1.0, -keeps], step, axis=0) for step in steps])
 
 
 def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array, Array]:
-    """The means (n, 2) of the values on both sides, and the weight (n,) of a value in its own mean."""
+    """The two-sided means (n, 2) of the values, and the weight (n,) of each value in its own mean."""
 
     def both(values: Array) -> Array:
         sides = (lfilter([1.0], [1.0, -keeps], each, axis=0) for each in (values, values[::-1]))
@@ -162,11 +164,11 @@ def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array
 
 
 def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) -> float:
-    """The share of the level's wandering that the rates are to blame for: the rest comes of adding up trapezoids.
+    """The share of the level's variance that the rates' errors explain; the trapezoid rule explains the rest.
 
     Where an acceleration jumps by J within an interval h, the trapezoid errs by J h^2 f (1 - f) / 2, with f uniform
-    from 0 to 1, and the second differences of the slopes are J h f and J h (1 - f): 80 times the mean square of the one
-    is h^2 times that of the others. The share is that of James and Stein's estimator, not below 0.
+    from 0 to 1, and the second differences of the slopes are J h f and J h (1 - f): 80 times the mean square of the
+    former is h^2 times that of the latter. The share is that of James and Stein's estimator, and not below 0.
     """
     wandered = sum(float(np.square(np.diff(level[part], axis=0)).sum()) for part in parts)
     bent = sum(float(np.square(np.diff(slope[part], n=2, axis=0)).sum()) for part in parts)
@@ -175,7 +177,7 @@ def _wrong(level: Array, slope: Array, time_s: Array, parts: Sequence[slice]) ->
 
 
 def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]) -> Array:
-    """The rates (n, 3) with which a level wanders, which the recorded ones lack. A turn about gravity is unseen."""
+    """The rates (n, 3) that the level's drift implies and the recorded ones lack; a turn about gravity is unseen."""
     along = _derivative(level, time_s, parts)
     upright = np.copysign(np.maximum(np.abs(gravity[:, 2]), LEAST_UPRIGHT), gravity[:, 2])
     across = -(along * gravity[:, :2]).sum(axis=1) / upright
@@ -183,7 +185,7 @@ def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]
 
 
 def _derivative(values: Array, time_s: Array, parts: Sequence[slice]) -> Array:
-    """By time (n, 2); 0 in a stretch of one reading."""
+    """The time derivative (n, 2) of values (n, 2); 0 in a stretch of one reading."""
     made = np.zeros_like(values)
     for part in parts:
         if part.stop - part.start > 1:

@@ -1,14 +1,14 @@
-"""How blocks break away: their paths from rest under a law of sliding friction, and how likely each moment of it is.
+"""Breakaways: the blocks' paths from rest under a law of sliding friction, and the likelihood of each moment of slip.
 
-A block that is let go when the pull passes mu_s per press slides with
+A block that is released when the pull passes mu_s per press slides with
 
     v' = pull − press mu_s (1 − D − F (1 − s(v / v_s))) − k v,
 
-so that its friction may fall at once (D), with the speed (F over v_s; s is an exponential or the Lorentzian, or there
-is a logarithm in its place, 1 − s = ln(1 + v / v_s)), and be dragged (k). Of a session all but the moment and mu_s,
-which that moment tells, are common; D is drawn anew for each run from a Gaussian, since what a contact gained at rest
-is lost. What is not known of the place, how the block crept with the tilt before it went, and D's draw are integrated
-out (they are linear), so that a run's frames leave a likelihood of the moment alone.
+so that its friction may drop at once (D), fall with the speed (F over v_s; s is an exponential or the Lorentzian, or
+there is a logarithm in its place, 1 − s = ln(1 + v / v_s)), and have a drag (k). A session's runs share everything but
+the moment of slip, which implies mu_s, and D, which is drawn anew for each run from a Gaussian, since what a contact
+gained at rest is lost. The unknown place, the creep with the tilt before the slip, and D's random effect are integrated
+out (they are linear), so that a run's frames leave a likelihood of the moment of slip alone.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from station.physics.contact import Array
 
 EDGE_S = 3 * STEP_S
 WIDE_S, COUNT = 0.12, 31
-"""How far and how closely slips are first looked for."""
+"""The half width (s) and the number of the moments at which slips are first sought."""
 
 NEAR_SIGMAS = 4.0
 OUTLIER = 20.0
-"""By so much less likely than a path that a law fits, the logarithm, a run tells nothing of it."""
+"""A run counts as an outlier if its log likelihood is lower than that of a path that a law fits by more than this."""
 
 TRACE = 1e-3
-"""How much a plate that holds counts as tilting, of how fast it tilts at most."""
+"""A moment at which the plate holds has at least this share of the prior at the plate's fastest."""
 
 EXPONENTIAL, LORENTZIAN, LOGARITHM = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Law:
-    """What a session's slides have in common; see the module.
+    """The law that a session's slides share; see the module.
 
-    `creep_m` is the standard deviation of a block's creep before it goes, per relative rise of the tilt's sine.
+    `creep_m` is the standard deviation of a block's creep before it slips, per relative rise of the tilt's sine.
     """
 
     drop: float = 0.0
@@ -55,7 +55,7 @@ class Law:
     shape: int = EXPONENTIAL
 
     def of_runs(self, runs: int) -> Laws:
-        """The same for each of so many runs."""
+        """The same law for each of `runs` runs."""
         return Laws(
             held=(1.0 - self.drop - self.fall * self._fallen())[None],
             slowing_m_s2=(self.drag_per_s * SPEEDS_M_S)[None],
@@ -65,7 +65,7 @@ class Law:
         )
 
     def _fallen(self) -> Array:
-        """The share of the fall, by speed."""
+        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S."""
         ratio = SPEEDS_M_S / self.fall_speed_m_s
         if self.shape == LOGARITHM:
             return np.log1p(ratio)
@@ -73,16 +73,16 @@ class Law:
 
 
 class Falling(Protocol):
-    """What says by which law each of some runs slides."""
+    """An object that has the law of sliding of each run."""
 
     def of_runs(self, runs: int) -> Laws:
-        """The laws of so many runs."""
+        """The laws of `runs` runs."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Breakaways:
-    """Runs (r) with the moments (r, k) that are tried of each, s, and the ln of how much friction these stand for."""
+    """Runs (r) with the moments of slip (r, k), s, that are tried, and the log prior of each one's friction."""
 
     runs: Sequence[Early]
     rows: Rows
@@ -91,7 +91,7 @@ class Breakaways:
 
     @classmethod
     def of(cls, seen: Sequence[tuple[Early, Look]]) -> Breakaways:
-        """Of runs (r), with moments on both sides of where a first look put them."""
+        """Builds it for runs (r), with moments on both sides of the first look's."""
         runs, looks = [run for run, _ in seen], [look for _, look in seen]
         none = np.zeros((len(runs), 0))
         whole = cls(runs, _rows(runs, np.array([look.sigma_m for look in looks])), none, none)
@@ -99,7 +99,7 @@ class Breakaways:
         return whole._trying(np.array([look.time_s for look in looks]), half_s, COUNT)
 
     def _trying(self, middle_s: Array, half_s: Array, count: int) -> Breakaways:
-        """The same with so many moments within `half_s` of `middle_s` (r,)."""
+        """The same runs with `count` moments within `half_s` (r,) of `middle_s` (r,)."""
         first = np.array([run.time_s[0] + EDGE_S for run in self.runs])
         last = np.array([run.time_s[-1] - EDGE_S for run in self.runs])
         begin = np.clip(middle_s - half_s, first, last - STEP_S)
@@ -108,43 +108,43 @@ class Breakaways:
         return replace(self, tried_s=tried, log_expected=np.log(np.array(expected)))
 
     def nearer(self, law: Falling, count: int) -> Breakaways:
-        """The same with moments where a law puts the slips."""
+        """The same runs with `count` moments around those that a law makes likely."""
         chance, tried = self.chances(law), self.tried_s
         mean = (chance * tried).sum(axis=1)
         variance = (chance * (tried - mean[:, None]) ** 2).sum(axis=1) + (tried[:, 1] - tried[:, 0]) ** 2
         return self._trying(mean, np.maximum(NEAR_SIGMAS * np.sqrt(variance), STEP_S), count)
 
     def around(self, law: Falling, count: int) -> Breakaways:
-        """The same with so many moments where a law puts the slips, looked for twice, the first time widely."""
+        """The same runs with `count` moments where a law puts the slips, sought twice, the first time widely."""
         return self.nearer(law, COUNT).nearer(law, count)
 
     def some(self, number: int) -> Breakaways:
-        """At most so many of the runs, evenly."""
+        """The runs thinned to `number` of them, evenly spaced; all of them if there are fewer."""
         return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
 
     def of_places(self, chosen: Times) -> Breakaways:
-        """Of some runs, by their places in this."""
+        """The runs with these places in it."""
         rows = Rows(*(part[chosen] for part in self.rows))
         return Breakaways([self.runs[row] for row in chosen], rows, self.tried_s[chosen], self.log_expected[chosen])
 
     def softened(self, times: float) -> Breakaways:
-        """The same with so many times the noise: a law far from the truth is led to it."""
+        """The same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
     def log_likelihoods(self, law: Falling) -> Array:
-        """Of each moment (r, k), with how much friction it stands for."""
+        """Log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
         out = np.empty(self.tried_s.shape)
         log_likelihoods(self.tried_s, self.rows, law.of_runs(len(self.runs)), out)
         return out + self.log_expected
 
     def chances(self, law: Falling) -> Array:
-        """Of each moment (r, k); of each run they sum to 1."""
+        """Probability (r, k) of each moment; those of a run sum to 1."""
         log = self.log_likelihoods(law)
         chance = np.exp(log - log.max(axis=1, keepdims=True))
         return chance / chance.sum(axis=1, keepdims=True)
 
     def log_likelihood(self, law: Falling) -> float:
-        """Of the session, the moments integrated out; a run that no law fits counts as an outlier."""
+        """The session's log likelihood, the moments integrated out; a run that no law fits counts as an outlier."""
         log = self.log_likelihoods(law)
         best = log.max(axis=1)
         whole = best + np.log(np.exp(log - best[:, None]).sum(axis=1))
@@ -171,13 +171,13 @@ def _rows(runs: Sequence[Early], sigma_m: Array) -> Rows:
 
 
 def _padded(rows: Sequence[Array]) -> Array:
-    """Rows (r, m) of unlike lengths, each continued by its last value."""
+    """Rows of unequal lengths as (r, m), each continued by its last value."""
     longest = max(len(row) for row in rows)
     return np.array([np.concatenate([row, np.full(longest - len(row), row[-1])]) for row in rows])
 
 
 def _expected(run: Early, tried_s: Array) -> Array:
-    """How much friction, relatively, each moment (k,) stands for: none while the plate holds, but for a trace."""
+    """The relative range of friction that each moment (k,) stands for: almost none while the plate holds."""
     risen = np.maximum.accumulate(run.tilt_rad)
     rise = np.gradient(np.log(np.maximum(np.tan(risen), 1e-3)), run.grid_s)
     trace = TRACE * max(float(rise.max()), 1e-6)

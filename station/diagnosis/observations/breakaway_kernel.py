@@ -1,4 +1,4 @@
-"""The arithmetic of `breakaway`: paths of blocks that are let go, and how likely each moment of that is."""
+"""The compiled kernel of `breakaway`: paths of released blocks, and the likelihood of each moment of slip."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ STEP_S = 4e-3
 
 ROOT, COUNT = 6e-3, 112
 SPEEDS_M_S: Array = np.square(ROOT * np.arange(COUNT))
-"""At which laws are tabulated: finely where blocks break away, and up to 0.44 m/s."""
+"""Laws are tabulated at these speeds: finely where blocks break away, and up to 0.44 m/s."""
 
 
 class Laws(NamedTuple):
     """Laws of sliding friction (g, COUNT) at SPEEDS_M_S, and which of them each run (r,) follows."""
 
     held: Array
-    """Sliding friction over static."""
+    """Ratio of sliding to static friction."""
     slowing_m_s2: Array
     of_run: Any
     spread: float
-    """Standard deviation of the runs' draws of `held`."""
+    """Standard deviation of the runs' random effects on `held`."""
     creep_m: float
     """Standard deviation of the creep before the slip, per relative rise of the tilt's sine."""
 
 
 class Rows(NamedTuple):
-    """Runs (r), each row padded: what pulls and presses on even grids of STEP_S (r, m), and the frames (r, n)."""
+    """Runs (r), each row padded: pull and press, m/s², on even grids of STEP_S (r, m), and the frames (r, n)."""
 
     first_s: Array
     pull: Array
     press: Array
     count: Any
-    """Of the frames (r,)."""
+    """Number of frames (r,)."""
     time_s: Array
     path_m: Array
     sine: Array
-    """Of the plate's tilt, at the frames."""
+    """Sine of the plate's tilt at the frames (r, n)."""
     sigma_m: Array
 
 
 @compiled
 def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
-    """Of each moment (r, k), s: place, creep and the run's draw integrated out, the first with a flat prior."""
+    """Writes each moment's log likelihood (r, k) to `out`; place (flat prior), creep and D are integrated out."""
     width = rows.time_s.shape[1]
     shot, crept = np.empty((2, width)), np.empty(width)
     left, slope = shot
@@ -64,10 +64,10 @@ def log_likelihoods(tried: Any, rows: Any, laws: Any, out: Any) -> None:
 
 @compiled
 def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
-    """Writes the path at a run's frames of a block let go at `start`, and its slope in D; the first frame not before.
+    """Writes a block's path, released at `start`, and its slope by D at a run's frames; returns the first frame.
 
-    By Heun's rule from grid point to grid point; friction is looked up once a step, where the rule's guess is, and
-    taken on from there along its slope.
+    It integrates by Heun's rule from grid point to grid point; friction is looked up once a step, at the rule's guess,
+    and continued from there along its slope. The frame returned is the first one after `start`.
     """
     pull, press, time, size = rows.pull[run], rows.press[run], rows.time_s[run], rows.count[run]
     held_at, slowed_at = laws.held[laws.of_run[run]], laws.slowing_m_s2[laws.of_run[run]]
@@ -117,7 +117,7 @@ def _shoot(rows: Any, run: int, start: float, laws: Any, shot: Any) -> int:
 
 @compiled
 def _looked_up(speed: float, held: Any, slowed: Any) -> tuple[float, float, float, float]:
-    """Sliding friction over static and what slows besides, each with its slope in the speed."""
+    """The ratio of sliding to static friction and the other deceleration (m/s²), each with its slope by the speed."""
     at = min(int(np.sqrt(speed) / ROOT), COUNT - 2)
     low = (ROOT * at) ** 2
     width = ROOT * ROOT * (2 * at + 1)
@@ -127,7 +127,7 @@ def _looked_up(speed: float, held: Any, slowed: Any) -> tuple[float, float, floa
 
 @compiled
 def _marginal(value: Any, one: Any, two: Any, size: int) -> float:
-    """ln of the likelihood of values (n) that are a level, two standard Gaussians times columns, and unit noise."""
+    """Log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise."""
     level = mean_one = mean_two = 0.0
     for i in range(size):
         level += value[i] / size

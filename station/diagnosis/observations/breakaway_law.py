@@ -1,4 +1,4 @@
-"""The likeliest law of a session's breakaways: a sudden fall of friction, a gentle one, or both, with a drag."""
+"""The likeliest law of a session's breakaways: a sudden drop of friction, a gentle fall, or both, with a drag."""
 
 from __future__ import annotations
 
@@ -13,45 +13,46 @@ from station.diagnosis.observations.breakaway import EXPONENTIAL, LOGARITHM, LOR
 from station.physics.contact import Array
 
 FEW, MANY = 30, 120
-"""Runs that the kind of law is sought with, and those that it is then fitted to."""
+"""The numbers of runs that select the kind of law, and that it is then fitted to."""
 
 TRIED = 13
 
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    """At most so many steps; one that brings less, ln of the likelihood, is the last."""
+    """A search takes at most `steps` steps, and ends with one that gains less than `least` in log likelihood."""
 
     steps: int
     least: float
 
 
 BRIEF, THOROUGH = _Search(10, 0.01), _Search(100, 0.001)
-"""On the way, and at its end. Where a fall and a drag nearly cancel, the likelihood rises along a narrow crest by steps
-of about 0.01: a search that ended there was up to 8 short, and the last bits of the processor decided where it ended
-(`pytest tests/unit/diagnosis/test_slips.py -k "makes up"`)."""
+"""The searches on the way, and the last one. Where a fall and a drag nearly cancel, the likelihood rises along a narrow
+ridge by steps of about 0.01: a search that ended there was up to 8 short, and the processor's rounding decided where
+it ended (`pytest tests/unit/diagnosis/test_slips.py -k "makes up"`)."""
 
 FOLLOWED = 10
-"""How often at most a search begins anew where it ended. What it knows of the crest's direction, and the moments of
-slip that it looks at, belong to where it began: without this it ended up to 7 short of the planted law, and on each
-processor elsewhere (`pytest tests/unit/diagnosis/test_slips.py -k gentle`)."""
+"""A search begins anew where it ended at most so often. Its estimate of the ridge's direction, and its moments of slip,
+belong to where it began: without this it ended up to 7 short of the planted law, and on each processor elsewhere
+(`pytest tests/unit/diagnosis/test_slips.py -k gentle`)."""
 
 STARTS_M_S = (0.005, 0.03)
-"""Of gentle falls, from which their search starts."""
+"""The speeds of gentle falls at which their search starts."""
 
 BESIDE = {"fall_speed_m_s": 0.005, "shape": LOGARITHM}
-"""Where a gentle law is sought that a sudden fall hides."""
+"""The start of the search for a gentle law that a sudden drop hides."""
 
 SOFTENED, NARROW, ROUGHLY = (20.0, 6.0, 1.5, 1.0), 5.0, 1.5
-"""How much noise is taken on the way from afar, and above how much the moments are all looked at."""
+"""The factors on the noise along the way from a distant start; above NARROW all moments are tried, and ROUGHLY is the
+factor of rough fits."""
 
 GAIN, NEARLY = 5.0, 15.0
-"""What one more number has to bring, ln of the likelihood, and how far behind a law may be to be tried on."""
+"""The log likelihood that one more number has to gain, and how far behind a law may be to be tried further."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Number:
-    """A number of a law: its bounds, and its scale, or 0 where it is sought by its logarithm."""
+    """A number of a law with its bounds and its scale; a scale of 0 means that its logarithm is sought."""
 
     low: float
     high: float
@@ -78,9 +79,9 @@ CREEP = "creep_m"
 
 
 def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
-    """The likeliest law of a session's slides; one with more numbers only if they are worth it.
+    """The likeliest law of a session's slides, penalised by GAIN for each number; `drag_per_s` is the first look's.
 
-    It is sought from about the drag that a first look shows: far from it no path would be any likelier than another.
+    The search starts near that drag: far from it no path is likelier than another.
     """
     few = paths.some(FEW)
     far = Law(drop=0.01, drop_spread=0.01, drag_per_s=drag_per_s, creep_m=1e-4)
@@ -96,11 +97,11 @@ def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
     if max(map(_worth, gentle)) > max(map(_worth, found[:2])) - NEARLY:
         both = [each for each in gentle if _worth(each) > max(map(_worth, gentle)) - NEARLY]
         found += [_with_drop(few, _dropping(each.law, sudden.law.drop)) for each in both]
-    return _among(paths.some(MANY), found).law
+    return _chosen_by_many(paths.some(MANY), found).law
 
 
 def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
-    """The likeliest fall or rise of a shape: from the likeliest of some starts."""
+    """The likeliest fall or rise of a shape, from the best of several starts."""
     falls = (0.3 * drop + 0.01, -0.01) if shape == LOGARITHM else (drop + 0.02, -0.02)
     starts = [replace(none, fall=fall, fall_speed_m_s=speed, shape=shape) for fall in falls for speed in STARTS_M_S]
     tried = [_fitted(_near(paths, start, ROUGHLY), start, GENTLE, BRIEF) for start in starts]
@@ -108,12 +109,12 @@ def _gentle(paths: Breakaways, none: Law, drop: float, shape: int) -> _Found:
 
 
 def _dropping(law: Law, drop: float) -> list[Law]:
-    """Little of a sudden fall beside a gentle one, or about as much as there is alone."""
+    """Starts with a small drop beside a gentle fall, and with about the whole drop and half the fall."""
     return [replace(law, drop=0.2 * abs(law.fall)), replace(law, drop=max(drop, 0.01), fall=0.5 * law.fall)]
 
 
 def _with_drop(paths: Breakaways, starts: Sequence[Law]) -> _Found:
-    """The likeliest law with a sudden fall beside another, from the likeliest of some starts."""
+    """The likeliest law with a drop beside a gentle fall, from the best of several starts."""
     free = (*GENTLE, "drop")
     tried = [_fitted(_near(paths, start, ROUGHLY), start, free, BRIEF) for start in starts]
     return _fitted_near(paths, max(tried, key=_worth).law, free)
@@ -124,7 +125,7 @@ def _near(paths: Breakaways, law: Law, times: float = 1.0) -> Breakaways:
 
 
 def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
-    """The likeliest law near another; the moments that are looked at follow it until it stays."""
+    """The likeliest law near another; the moments that are tried follow it until it no longer moves."""
     found = _fitted(_near(paths, law), law, free, THOROUGH)
     for _ in range(FOLLOWED):
         begin, found = found.law, _fitted(_near(paths, found.law), found.law, free, THOROUGH)
@@ -133,15 +134,15 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
     return found
 
 
-def _among(paths: Breakaways, found: Sequence[_Found]) -> _Found:
-    """The one that many runs speak for, of those for which a few speak about as much as for any."""
+def _chosen_by_many(paths: Breakaways, found: Sequence[_Found]) -> _Found:
+    """The law that MANY runs prefer, among those that a FEW runs find about as likely as any."""
     least = max(map(_worth, found)) - NEARLY
     fitted = [_fitted_near(paths, each.law, (*each.free, CREEP)) for each in found if _worth(each) > least]
     return max(fitted, key=_worth)
 
 
 def _worth(found: _Found) -> float:
-    """ln of the likelihood, less what its numbers have to bring."""
+    """The log likelihood less the penalty for the law's numbers."""
     return found.value - GAIN * len(found.free)
 
 
@@ -153,7 +154,7 @@ class _Found:
 
 
 def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[float] = SOFTENED) -> _Found:
-    """The likeliest law that differs from `start` in what is free, from afar."""
+    """The likeliest law that differs from `start` in the `free` numbers, sought from afar."""
     found = _Found(start, -math.inf, free)
     for times in softened:
         near = paths.softened(times) if times > NARROW else _near(paths, found.law, times)

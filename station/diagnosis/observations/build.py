@@ -1,4 +1,4 @@
-"""From a session's signals to its evidence."""
+"""Builds a session's evidence from its signals."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from station.signals.session import Signals
 
 
 class Recorded:
-    """What the builders of the channels work on."""
+    """The data from which the builders of the channels work."""
 
     def __init__(self, signals: Signals, setting: Setting) -> None:
         self.signals, self.setting = signals, setting
@@ -44,7 +44,7 @@ class Recorded:
 
 
 def evidence_of(signals: Signals, setting: Setting) -> Evidence:
-    """The evidence of a session; what it lacks is in `notes`, one sentence each."""
+    """The evidence of a session; `notes` has one sentence for each thing that it lacks."""
     recorded = Recorded(signals, setting)
     channels: list[Channel] = []
     onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
@@ -66,7 +66,7 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
 
 
 def _paths(read: Reread, onsets: Onsets | None) -> Paths | None:
-    """The paths of the runs whose slips were read anew and whose onsets are known."""
+    """The first paths of the runs whose onsets were re-estimated and are known; None without any."""
     if read.paths is None or onsets is None:
         return None
     row = {int(run): row for row, run in enumerate(onsets.rows.run)}
@@ -90,7 +90,7 @@ def _notes(recorded: Recorded) -> list[str]:
 
 
 def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
-    """The facts of each run; run numbers count from 0 at the first, masses and areas that are unknown are nominal."""
+    """The facts of each run; run numbers count from 0 at the first, unknown masses and areas are nominal."""
 
     def column(value: Callable[[Sample], float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         return np.array([value(sample) for sample in samples], dtype=np.float64)
@@ -109,5 +109,5 @@ def facts_of(samples: Sequence[Sample], setting: Setting) -> RunFacts:
 
 
 def _rest_ns(sample: Sample) -> int:
-    """When the block came to rest; where that was not noted, when its run began."""
+    """The time at which the block came to rest, or else that at which its run began."""
     return sample.rest_ns or sample.start_ns

@@ -16,14 +16,14 @@ from station.physics.model import Model
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Rows:
-    """What every channel has, (n,) each.
+    """The columns that every channel has, (n,) each.
 
     Attributes:
         run: index of the run in the evidence.
         from_ns, to_ns: the stretch of the recording that the row stands for.
         sigma: standard deviation of the measurement, in the residual's unit.
         limit: True where the residual is only a lower limit (a run that ended without a slide).
-        covariates: what could explain a residual, by name; an angle's name ends in `_rad`.
+        covariates: the quantities that could explain a residual, by name; angles are those in `covariates.ANGLES`.
     """
 
     run: Times
@@ -41,13 +41,13 @@ class Channel(ABC):
     """One kind of evidence.
 
     Attributes:
-        name: a word for tables.
-        phase: when in a run it is seen: camera at rest, pre-slip, onset, slide or stop.
-        unit: of the residual.
-        shares_friction: whether the run's own draw of friction shifts its rows (by 1 per unit of ln mu).
-        trusted: what all rows together are trusted to, in `unit`: by less no effect is told, however many runs say so.
-        travelled_m: (n,) how far along its path the block is, of rows that lie along one; None of others. Only
-            differences within a run mean anything.
+        name: the channel's name in tables.
+        phase: the phase of a run in which it is seen: camera at rest, pre-slip, onset, slide or stop.
+        unit: the residual's unit.
+        shares_friction: True if the run's random effect on friction shifts its rows (by 1 per unit of ln mu).
+        trusted: the systematic floor in `unit`: an effect that changes its rows by less is not claimed on any evidence.
+        travelled_m: (n,) the way along the block's path, for rows that lie along one, else None. Only differences
+            within a run have a meaning.
     """
 
     name: str
@@ -65,21 +65,21 @@ class Channel(ABC):
 
     @abstractmethod
     def residual(self, model: Model) -> Array:
-        """Recorded less predicted (n,), in `unit`."""
+        """Recorded minus predicted (n,), in `unit`."""
 
     def near(self, model: Model | None) -> None:  # noqa: B027  # most channels have nothing to keep
-        """From now on takes all models for nearly this one, until None is given.
+        """Takes all models from now on for nearly this one, until None is given.
 
-        What costs much and does not change to first order need not be looked for anew.
+        A channel may then keep what is costly and does not change to first order.
         """
 
     @property
     def hooks(self) -> frozenset[str]:
-        """The methods of `Effect` through which one shows in it."""
+        """The methods of `Effect` that can change the channel."""
         return ACTING[self.name.partition(":")[0]]
 
     def changed_by(self, effect: Effect) -> bool:
-        """Whether an effect changes it at all: also where it shows far more in another channel."""
+        """True if an effect changes the channel at all, even if it changes another channel far more."""
         return bool(self.hooks & effect.acts_through())
 
 
@@ -94,11 +94,11 @@ ACTING = {
     "shape": frozenset({"seen"}),
     "sensor": frozenset({"attitude"}),
 }
-"""Which methods of an effect change which channel; saves the evaluations that would change nothing."""
+"""The methods of an effect that change each channel; the others need no evaluation."""
 
 
 def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[str, Array]) -> Rows:
-    """Rows from columns that are named as their fields."""
+    """Builds rows from columns that are named as their fields; `limit` is False unless it is given."""
     count = len(columns["run"])
     limit = columns.get("limit", np.zeros(count, dtype=np.bool_))
     return Rows(
@@ -112,7 +112,7 @@ def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[st
 
 
 class Part(Channel):
-    """Some rows of a channel: what the noise of some runs is estimated from."""
+    """Some rows of a channel, from which the noise of some runs is estimated."""
 
     def __init__(self, whole: Channel, chosen: Bools) -> None:
         rows = whole.rows
@@ -132,9 +132,9 @@ class Part(Channel):
         self.travelled_m = None if whole.travelled_m is None else whole.travelled_m[chosen]
 
     def changed_by(self, effect: Effect) -> bool:
-        """As the whole is."""
+        """True if the whole channel is changed by the effect."""
         return self._whole.changed_by(effect)
 
     def residual(self, model: Model) -> Array:
-        """Of the chosen rows."""
+        """The residuals of the chosen rows."""
         return self._whole.residual(model)[self._chosen]

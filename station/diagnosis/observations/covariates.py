@@ -1,12 +1,12 @@
-"""What could explain a residual, by the names that reports use."""
+"""The covariates that could explain a residual, by the names that reports use."""
 
 from __future__ import annotations
 
 ANGLES = frozenset({"previous_direction", "turned", "direction", "yaw", "slide_to_block", "slide_to_grain"})
-"""Covariates that are angles: what depends on them is periodic."""
+"""Covariates that are angles, on which a residual depends periodically."""
 
 PLACES = ("x", "y")
-"""Two covariates that belong together: the place on the plate."""
+"""The two covariates of the place on the plate, which belong together."""
 
 TITLES = {
     "direction": "tilt direction",

@@ -1,9 +1,9 @@
-"""Which way the blocks slide, measured against the steepest line, as far as that can be believed.
+"""The directions in which blocks slide, relative to the steepest line, without the noise of their measurement.
 
-A law of the direction must not be fitted to the noise of directions: they are taken as what is expected of them given
-what was measured (regression calibration; Carroll et al. 2006, Measurement Error in Nonlinear Models, chapter 4).
-Expected is what runs alike have in common: a level error or a grain turns all of them. Toward the steepest line itself
-they must not be drawn: that made every such turn a tenth too small.
+A law of the direction must not be fitted to the noise of directions: they are replaced by their expectation given the
+measurement (regression calibration; Carroll et al. 2006, Measurement Error in Nonlinear Models, chapter 4). They are
+shrunk toward what similar runs share: a level error or a texture turns all of them. Shrinkage toward the steepest line
+itself would make every such turn a tenth too small.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from station.physics.contact import Array
 
 HARMONICS = (1, 2)
 FAR = 0.98
-"""Deviations beyond this quantile count as if they were at it: a block that was knocked is no law."""
+"""Deviations beyond this quantile are clipped to it: a block that was knocked follows no law."""
 
 LEAST_RAD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Believed:
-    """Deviations from the steepest line at the nodes (n, 3), rad, and their standard errors (n,) at the middle ones."""
+    """Expected deviations from the steepest line at the nodes (n, 3), rad, and their errors (n,) at the middle."""
 
     off_rad: Array
     sigma_rad: Array
 
 
 def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Believed:
-    """What is expected of deviations (n, 3), measured with standard errors (n,), of slides at angles (each (n, 3)).
+    """The expectation of deviations (n, 3), measured with standard errors (n,), for slides at angles (n, 3) each, rad.
 
-    The angles are those on which a law may depend: down the slope in the plate, from the plate's grain, in the block.
+    The angles are those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
     """
     if len(off_rad) == 0:
         return Believed(off_rad, sigma_rad)
@@ -41,13 +41,13 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> B
     most = float(np.quantile(np.abs(off_rad), FAR))
     common = _common(np.clip(off_rad, -most, most), sigma, angles_rad)
     left = off_rad - common
-    own = _spread(left[:, 1], sigma)
+    own = _true_variance(left[:, 1], sigma)
     trust = own / (own + sigma**2)
     return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma)
 
 
 def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Array:
-    """The part (n, 3) that harmonics of the angles explain."""
+    """The part (n, 3) of the deviations that harmonics of the angles explain."""
     waves = [function(k * angle.ravel()) for angle in angles_rad for k in HARMONICS for function in (np.cos, np.sin)]
     design = np.column_stack([np.ones(off_rad.size), *waves])
     weight = np.repeat(1.0 / sigma_rad, off_rad.shape[1])
@@ -55,7 +55,7 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Ar
     return (design @ found).reshape(off_rad.shape)
 
 
-def _spread(left_rad: Array, sigma_rad: Array) -> float:
-    """The variance of what is real in deviations (n,), whose errors add to it."""
+def _true_variance(left_rad: Array, sigma_rad: Array) -> float:
+    """The variance of the true deviations, from measured ones (n,) less that of their errors."""
     squared = np.minimum(left_rad**2, float(np.quantile(left_rad**2, FAR)))
     return max(float(np.average(squared - sigma_rad**2, weights=sigma_rad**-4.0)), 0.0)

@@ -1,4 +1,4 @@
-"""A run's last moments at rest and first millimetres of sliding: the path, and what pulls and presses meanwhile."""
+"""A run's last moments at rest and first millimetres of sliding: the path, and the pull and press meanwhile."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from station.physics.contact import GRAVITY_M_S2, Array
 
 FARTHEST_M = 4e-3
 BEFORE_S, AFTER_S = 0.3, 0.25
-"""Where the slip is looked for around the rig's, s."""
+"""The slip is sought within this time before and after the rig's, s."""
 
 LEAD_S = 0.25
-"""Of rest before that, for the place at rest."""
+"""Rest before that, from which the place at rest is taken, s."""
 
 FREE_M, OUTWARDS_M = 1e-3, 1e-4
-"""A slide is looked at until it is so near to the foam, and nearer than at rest."""
+"""A slide is used until it is within FREE_M of the foam and nearer to it than at rest by OUTWARDS_M."""
 
 LEAST_FRAMES = 6
 GRID_S = 1e-3
 LEAST_M_S2 = 1e-3
-"""A smaller pull, or press, has no ratio to another."""
+"""A smaller pull or press has no ratio to another."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Early:
     """The first millimetres of one slide; times in s from the slip as the rig read it.
 
-    `time_s` (n,) and `path_m` (n,) are the frames' and the way that the block had come, `sigma_m` its noise. On
-    the even grid `grid_s` (m,) `pull` and `press` are what the turning plate does to the block, per mass, m/s²;
-    `tilt_rad` the tilts at which a plate at rest would pull as much for what it presses, `plate_rad` the plate's own.
+    `time_s` (n,) are the frames, `path_m` (n,) the way that the block had come, and `sigma_m` its noise. On the even
+    grid `grid_s` (m,), `pull` and `press` are the moving plate's per mass, m/s²; `tilt_rad` are the tilts at which a
+    plate at rest would have the same ratio of pull to press, `plate_rad` the plate's own.
     """
 
     time_s: Array
@@ -47,12 +47,12 @@ class Early:
     plate_rad: Array
 
     def at(self, values: Array, time_s: float) -> float:
-        """A value on the grid at a time."""
+        """The interpolated value of grid values (m,) at a time."""
         return float(np.interp(time_s, self.grid_s, values))
 
 
 def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None:
-    """The first millimetres of a run; None where it did not slide, or not so far before it came to the foam."""
+    """The first millimetres of a run; None if it did not slide, or not far enough before it came to the foam."""
     if not track.slid or not track.sample.onset_sigma_rad > 0:
         return None
     from_ns = max(track.tilt_ns, track.slip_ns - round((BEFORE_S + LEAD_S) * 1e9))
@@ -75,7 +75,7 @@ def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None
 
 
 def _sag(track: RunTrack, plate: PlateMotion, time_ns: Times, resting_m: Array, way: Array) -> Array:
-    """How far the picture (or a soft sole) moves with the tilt, as it did from level until now, less that now."""
+    """The apparent motion (n,), m, with the tilt (picture or soft sole), from level to now, relative to now."""
     level = track.pose[track.frames(track.level_ns, track.tilt_ns), :2]
     if not len(level):
         return np.zeros(len(time_ns))
@@ -109,16 +109,16 @@ def _loaded(track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], wa
 
 
 def _speed(time_s: Array, path_m: Array, grid_s: Array) -> Array:
-    """About how fast the block is, on the grid: a cubic's slope."""
+    """The block's approximate speed (m,) on the grid, from the slope of a cubic."""
     sliding = time_s >= 0.0
     slope = np.polyder(np.polyfit(time_s[sliding], path_m[sliding], 3))
     return np.where(grid_s > 0.0, np.maximum(np.polyval(slope, grid_s), 0.0), 0.0)
 
 
 def _still_tilt(tilt_rad: Array, pull: Array, press: Array, still_pull: Array) -> Array:
-    """The tilts (n,) at which a plate at rest pulls as much for what it presses as one that is turned does.
+    """The tilts (n,) at which a plate at rest has the same ratio of pull to press as the moving one.
 
-    `pull` and `press` are those of the turning plate on a block at rest, `still_pull` gravity's alone, m/s².
+    `pull` and `press` are the moving plate's for a block at rest, `still_pull` is gravity's alone, m/s², each (n,).
     """
     share = pull / np.where(np.abs(still_pull) > LEAST_M_S2, still_pull, LEAST_M_S2)
     level = np.maximum(press, LEAST_M_S2) / GRAVITY_M_S2

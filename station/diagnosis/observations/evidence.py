@@ -1,4 +1,4 @@
-"""All the evidence of a recording: its channels, its runs, and what could not be read from it."""
+"""All the evidence of a recording: its channels, its runs, and notes on what it lacks."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Setting:
-    """What the evidence needs of the rig: sizes in metres.
+    """The sizes of the rig that the evidence needs, in metres.
 
-    The foam's opening is round, with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners
-    (x, y) of its outline one after another.
+    The foam's opening is round with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners (x,
+    y) of its outline one after another.
     """
 
     opening_radius_m: float = np.inf
@@ -36,7 +36,7 @@ class Setting:
     block_mass_kg: float = 0.008
 
     def free_m(self, place_m: Array) -> Array:
-        """How far (n,) blocks at places or poses (n, 2 or 3) are from the foam, however they are turned."""
+        """Distance (n,), m, from the foam of blocks at places or poses (n, 2 or 3), for any heading."""
         if self.opening_outline_m:
             inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
         else:
@@ -46,12 +46,12 @@ class Setting:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """`run_number` (r,) are the recording's own numbers; rows refer to runs by their place in it.
+    """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their place in it.
 
-    `tips` says in which runs the block turned over: no channel has those. `paths` are how blocks broke away, where
-    that is not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are
-    predicted, and nothing is fitted to them; None: there are none. `wander` is how friction wanders along the slides,
-    by channel, where that has been estimated. `floor` is the least noise that rows and runs are taken to have.
+    `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
+    are not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are predicted
+    and not fitted; None: there are none. `wander` is the wander of friction along the slides by channel, where it was
+    estimated. `floor` is the least noise of rows and runs.
     """
 
     channels: tuple[Channel, ...]
@@ -67,31 +67,31 @@ class Evidence:
     floor: Noise | None = None
 
     def channel(self, name: str) -> Channel | None:
-        """The channel of that name, if the recording has it."""
+        """The channel of that name, or None."""
         return next((channel for channel in self.channels if channel.name == name), None)
 
     @property
     def runs(self) -> int:
-        """How many runs have evidence."""
+        """The number of runs with evidence."""
         return len(self.run_number)
 
     @property
     def counted(self) -> Bools:
-        """The runs (r,) to which models are fitted."""
+        """The runs (r,) to which models are fitted, as a mask."""
         return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
 
     def used(self) -> int:
-        """How many of the runs that count have at least one row of friction."""
+        """The number of counted runs with at least one row of friction."""
         rows = [channel.rows.run for channel in self.channels if channel.shares_friction]
         return int(self.counted[np.unique(np.concatenate(rows))].sum()) if rows else 0
 
     def without(self, runs: Bools) -> Evidence:
-        """The same rows with some runs (r,) held out, also from the blocks' first paths."""
+        """The same rows with the masked runs (r,) held out, also from the blocks' first paths."""
         kept = self.counted & ~runs
         paths = None if self.paths is None else self.paths.of_runs(self.facts.number[kept])
         return replace(self, held_out=~kept, paths=paths)
 
     def only(self, runs: Bools) -> Evidence:
-        """The rows of some runs (r,), for estimates of noise; runs keep their places. It cannot be evaluated anew."""
+        """The rows of the masked runs (r,), for estimates of noise; runs keep their places."""
         parts = (Part(channel, runs[channel.rows.run]) for channel in self.channels)
         return replace(self, channels=tuple(parts))

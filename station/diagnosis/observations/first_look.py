@@ -1,9 +1,9 @@
-"""A first look at when a slide began: with a kinetic friction of its own, above or below the static.
+"""A first estimate of when a slide began, with a kinetic friction of its own, above or below the static one.
 
 In the first millimetres x(t) = c + ∫∫ (pull − mu press) − k ∫ x from t0 on; all but t0 is linear. Let t_k be when the
 pull passes mu: a block that starts at t0 > t_k lacks the speed V = ∫ (pull − mu press) from t_k to t0, to first order
 the only trace of t0. V is linear, and as often negative as positive where mu is the static friction as well: its mean
-says for a session whether its slides are plain, and so does the mean of k.
+over a session shows whether its slides are plain, and so does the mean of k.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ DRAG_PER_S = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """When a slide seems to have begun, from the rig's reading, and within what; V and k in their standard errors.
+    """The estimated start of a slide, s from the rig's reading, and its error; V and k in their standard errors.
 
-    `drag_per_s` is k, and `sigma_m` the noise that the path shows under the best of such laws.
+    `drag_per_s` is k, and `sigma_m` the noise that the path shows under the best such law.
     """
 
     time_s: float
@@ -37,7 +37,7 @@ class Look:
 
 
 def first_look(run: Early) -> Look | None:
-    """See the module; None where nothing fits."""
+    """The first estimate of a run's slip; None if nothing fits."""
     paths = _Paths(run)
     near = np.linspace(-BEFORE_S, AFTER_S, COARSE)
     near = near[(near > run.time_s[0]) & (near < run.time_s[-LEAST_FRAMES])]
@@ -49,20 +49,20 @@ def first_look(run: Early) -> Look | None:
 
 
 class _Paths:
-    """Fits of a run's path from given moments on."""
+    """Fits of a run's path with given moments of slip."""
 
     def __init__(self, run: Early) -> None:
         self.run = run
         self._twice = [self._integrated(values) for values in (run.pull, run.press)]
 
     def _integrated(self, values: Array) -> tuple[Array, Array, Array]:
-        """∫ and ∫∫ on the grid, and ∫∫ at the frames."""
+        """The integral and the double integral on the grid (m,), and the latter at the frames (n,)."""
         once = np.concatenate([[0.0], np.cumsum(0.5 * GRID_S * (values[1:] + values[:-1]))])
         twice = np.concatenate([[0.0], np.cumsum(0.5 * GRID_S * (once[1:] + once[:-1]))])
         return once, twice, np.interp(self.run.time_s, self.run.grid_s, twice)
 
     def best(self, tried: Array) -> tuple[float, float] | None:
-        """Of times (k,) from which the block is pulled forwards the likeliest, with the friction of its slide."""
+        """The likeliest of times (k,) at which the block is pulled forwards, with its slide's mu; None without any."""
         best: tuple[float, float, float] | None = None
         for t0 in tried.tolist():
             chi2, solved, _ = self.fit(t0)
@@ -72,7 +72,7 @@ class _Paths:
         return None if best is None else best[1:]
 
     def fit(self, t0: float, *, late: bool = False) -> tuple[float, Array, Array]:
-        """χ² of a slide from t0, its numbers (mu, k, c, with `late` the speed that it lacks) and their covariance."""
+        """χ² of a slide from t0, its numbers (mu, k, c, and with `late` the lacking speed) and their covariance."""
         run = self.run
         since = np.maximum(run.time_s - t0, 0.0)
         drive, drag = (self._since(part, t0, since) for part in self._twice)
@@ -89,13 +89,13 @@ class _Paths:
         return float(left @ left + solved[1] ** 2), solved, inverse
 
     def _since(self, part: tuple[Array, Array, Array], t0: float, since: Array) -> Array:
-        """∫∫ from t0 to each frame."""
+        """The double integral (n,) from t0 to each frame."""
         once, twice, at_frames = part
         return np.where(since > 0, at_frames - self.run.at(twice, t0) - since * self.run.at(once, t0), 0.0)
 
 
 def _read(paths: _Paths, t0: float, mu: float) -> Look:
-    """The time at which V would be reached, on V's side of t_k: cut at zero it would read late."""
+    """The estimate with the time at which V would be reached, before t_k for a negative V; clipping would delay it."""
     run = paths.run
     excess = run.pull - mu * run.press
     before = np.flatnonzero((run.grid_s <= t0) & (excess <= 0))
@@ -108,12 +108,12 @@ def _read(paths: _Paths, t0: float, mu: float) -> Look:
     passed = run.grid_s[start:] - run.grid_s[start]
 
     def passed_at(speed: float) -> float:
-        """The time from t_k until the speed is reached."""
+        """Returns the time from t_k until the speed is reached."""
         return float(np.interp(speed, gained, passed))
 
     within = passed_at(abs(lacking) + sigma) - passed_at(max(abs(lacking) - sigma, 0.0))
     apart = float(np.copysign(passed_at(abs(lacking)), lacking))
-    # k as its prior shrinks it, over how much that then varies.
+    # k is shrunk by its prior, and divided by the standard deviation that it then has.
     drag, variance = float(solved[1]), float(inverse[1, 1])
     slowing = drag / math.sqrt(max(variance * (1.0 - variance), 1e-9))
     return Look(

@@ -1,4 +1,4 @@
-"""Builds the image channels: the mark and the plate's fiducials before the slide, and the mark's shape throughout."""
+"""Builds the image channels: the block's mark and the plate's fiducials before the slide, and the mark's shape."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BEFORE_SLIP_NS = 30_000_000
 
 @dataclass(frozen=True, eq=False)
 class _Stretch:
-    """A stretch of frames: of which run, from when to when, and the means over it."""
+    """A stretch of frames of one run, with the means over it; `place` is the run's place in the evidence."""
 
     place: int
     track: RunTrack
@@ -53,7 +53,7 @@ class _Stretch:
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The block's apparent motion before the onset, where the foam does not push it."""
+    """The block's apparent motion before the onset, for runs in which the foam does not hold it."""
     pairs: list[tuple[_Stretch, _Stretch]] = []
     for place, track in enumerate(recorded.tracks):
         start = _stretch(place, track, track.level_ns, track.tilt_ns)
@@ -83,7 +83,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def plate_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The plate's fiducials: whatever moves them is the camera's doing."""
+    """The apparent motion of the first usable fiducial on the plate, which only the camera can cause."""
     geometry = recorded.signals.geometry
     if geometry is None:
         return []
@@ -133,7 +133,7 @@ def _fiducial(
 
 
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The mark's strain: level, just before the slide, in every window of it, and after it."""
+    """The mark's strain with the plate level, just before the slide, and in every window of the slide."""
     geometry = recorded.signals.geometry
     if geometry is None:
         return []
@@ -190,9 +190,9 @@ def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: b
 
 
 def _mean_shape(seen: Array, turned_rad: Array) -> Array:
-    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by (n,).
+    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by `turned_rad` (n,).
 
-    Each frame's are turned back: the mean of a square in many headings is a smaller square.
+    Each frame's corners are turned back: the mean of a square in many headings is a smaller square.
     """
     offset = seen - seen.mean(axis=1, keepdims=True)
     cosine, sine = np.cos(turned_rad), np.sin(turned_rad)
@@ -224,7 +224,7 @@ def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
 
 
 def _mean_attitude(recorded: Recorded, spans: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
-    """Tilt and direction of descent (n,) of the mean gravity over stretches of time: the plate moves in steps there."""
+    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches (ns): the plate may move in them."""
     shares = (np.arange(MEAN_POINTS) + 0.5) / MEAN_POINTS
     begin, end = np.array(spans, dtype=np.int64).T
     times = begin[:, None] + np.round(shares * (end - begin)[:, None]).astype(np.int64)
@@ -265,7 +265,7 @@ def _mean_corners(time_ns: Times, corner_m: Array, from_ns: int, to_ns: int) -> 
 
 
 def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> Moments:
-    """`CREEP_POINTS` moments of each stretch's way from the begin of the tilt to it, the block at rest."""
+    """CREEP_POINTS moments between the begin of the tilt and each stretch's middle, the block at rest."""
     shares = (np.arange(CREEP_POINTS) + 0.5) / CREEP_POINTS
     begin = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
     middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The image channels: how block and plate seem to move before the slide, and how the mark's shape changes."""
+"""The image channels: the apparent motion of block and plate before the slide, and the mark's strain."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SENSOR_POINTS = 7
 
 
 class Rest(Channel):
-    """How far down the slope the block seems to have moved before its onset, m, in stretches of the tilt.
+    """The block's apparent motion down the slope before its onset, m, in stretches of the tilt.
 
-    `view` and `start` see the mark in the stretch (n) and level before the tilt (n). `creeping` are `CREEP_POINTS`
+    `view` and `start` see the mark in the stretch (n) and level before the tilt (n). `creeping` has CREEP_POINTS
     moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to the stretch.
     """
 
@@ -37,7 +37,7 @@ class Rest(Channel):
         self._creeping, self._creep_s = creeping, creep_s
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted apparent motion (n,), m."""
         moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
         if model.acting("creep"):
             velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
@@ -46,7 +46,7 @@ class Rest(Channel):
 
 
 class PlateMarks(Channel):
-    """How far down the slope the plate's own fiducials seem to have moved, m, at the block mark's height."""
+    """The apparent motion of the plate's own fiducials down the slope, m, at the block mark's height."""
 
     name: str = "plate"
     phase: str = "pre-slip"
@@ -58,15 +58,15 @@ class PlateMarks(Channel):
         self._moved, self._view, self._start = moved_m, view, start
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted apparent motion (n,), m."""
         moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
         return self._moved - (moved * self._view.down).sum(axis=1)
 
 
 class Shape(Channel):
-    """Strain of the mark's image in the block's axes (xx, yy, xy, three rows a view), less that of the session's mean.
+    """Strain of the mark's image in the block's axes (xx, yy, xy: three rows a view), less the session's median.
 
-    A mark is never printed exactly; what is the same in all views is the mark's.
+    A mark is never printed exactly; what all views share is the mark's own strain.
     """
 
     name: str = "shape"
@@ -79,24 +79,24 @@ class Shape(Channel):
         self._strain, self._view, self._yaw = strain - np.median(strain, axis=0), view, yaw_rad
 
     def changed_by(self, effect: Effect) -> bool:
-        """By nothing that is only allowed for (see `systematic`): that shifts a mark as a whole."""
+        """False for nuisances (see `systematic`): they shift a mark as a whole."""
         return super().changed_by(effect) and not effect.id.startswith("_")
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted strain (3 n,)."""
         if not any(self.changed_by(term.effect) for term in model.acting("seen")):
             return self._strain.ravel()
         moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
         return (self._strain - (moved - np.median(moved, axis=0))).ravel()
 
     def _seen(self, model: Model) -> Array:
-        """What displaces the corners where the mark truly is: the view has it where it seems to be."""
+        """The corners' displacement (n, 4, 2), m, at the mark's true place; the view has its apparent one."""
         shift = model.seen(self._view).mean(axis=1, keepdims=True)
         return model.seen(replace(self._view, point_m=self._view.point_m - shift))
 
 
 def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
-    """Strain (n, 3: xx, yy, xy) in the block's axes of seen corners (n, 4, 2) against where a rigid mark has them."""
+    """Strain (n, 3: xx, yy, xy), in the block's axes, of seen corners (n, 4, 2) against a rigid mark's (n, 4, 2)."""
     rigid = model_m - model_m.mean(axis=1, keepdims=True)
     apparent = seen_m - seen_m.mean(axis=1, keepdims=True)
     cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
@@ -110,9 +110,9 @@ def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
 
 
 class Sensor(Channel):
-    """Another angle sensor less the arm's own attitude, rad, less the session's mean (how the sensor is mounted).
+    """Another angle sensor minus the arm's attitude, rad, less the session's mean (the sensor's mounting).
 
-    Rows are means of readings; `moments` are `SENSOR_POINTS` of them for each row.
+    Rows are means of readings; `moments` has SENSOR_POINTS of them for each row.
     """
 
     name: str = "sensor"
@@ -126,7 +126,7 @@ class Sensor(Channel):
         self._difference, self._moments = difference_rad - difference_rad.mean(), moments
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted difference (n,), rad."""
         if not model.acting("attitude"):
             return self._difference
         turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad

@@ -1,4 +1,4 @@
-"""What happened before a run: the tilt and slide of the run before, and since when the block was left alone."""
+"""The state before a run: tilt and slide of the run before, and the runs since the block was moved by hand."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
 MEMORY = ("previous_direction", "turned", "previous_slide", "since_handled")
-"""The covariates that a contact does not know."""
+"""The covariates that a `Contact` does not have."""
 
 HANDLED_M, HANDLED_RAD = 2e-3, 0.1
-"""A block that lies farther than this from where the run before left it was moved by hand."""
+"""A block that lies farther than this (m, rad) from where the run before left it was moved by hand."""
 
 LAST_FRAMES = 10
 
 
 def memory_of(places: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]) -> dict[str, Array]:
-    """Of the runs at these places among the tracks (n,), tilted towards `down_rad` (n,); nan: not known.
+    """The covariates (n,) of the runs at these places among the tracks, tilted towards `down_rad` (n,); nan if unknown.
 
-    The direction of the tilt before, how this one is turned from it, how far the block slid then (m), and how many
-    runs it has had since it was last put anywhere by hand (nan if it never was: then it is the run's number).
+    They are the direction of the tilt before, the angle from it to this one, the length of the slide before (m), and
+    the runs since the block was last moved by hand (nan if it never was: it would be the run's number).
     """
     known = dict(zip(places, down_rad.tolist(), strict=True))
     direction = np.array([known.get(place - 1, math.nan) for place in places])
@@ -39,7 +39,7 @@ def memory_of(places: Sequence[int], down_rad: Array, tracks: Sequence[RunTrack]
 
 
 def _length(track: RunTrack) -> float:
-    """How far a run moved the block."""
+    """The block's displacement in a run, m; nan without a track."""
     if not len(track.pose):
         return math.nan
     return float(np.hypot(*(_end(track) - _start(track))[:2]))

@@ -1,4 +1,4 @@
-"""The contact at chosen moments of a recording, and the loads that a model sees there."""
+"""The contact at chosen moments of a recording, and the loads there under a model."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ T = TypeVar("T")
 
 LEAST_REST_S = 1e-3
 LEAST_M_S2 = 1e-3
-"""Something always presses: a block that is lifted would have no friction to take a logarithm of."""
+"""The smallest press: a block that is lifted would have no friction to take a logarithm of."""
 
 LOADING = ("attitude", "delay_s", "push")
-"""The methods of an effect through which it changes how a block is loaded."""
+"""The methods of an effect that change how a block is loaded."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunFacts:
-    """What is known of each run (r,): see `Contact` for the meaning; `rest_ns` is when the block came to rest."""
+    """The facts of each run (r,), with the meanings of `Contact`; `rest_ns` is when the block came to rest."""
 
     number: Array
     rest_ns: Times
@@ -40,7 +40,7 @@ class RunFacts:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """A contact as a model sees it, and what pulls and presses there: `tangential` (n, 2), `normal` (n,), m/s²."""
+    """A contact under a model, and its pull `tangential` (n, 2) and press `normal` (n,), m/s²."""
 
     contact: Contact
     tangential: Array
@@ -48,7 +48,7 @@ class Load:
 
 
 class Latest(Generic[T]):
-    """What a model makes by some of its hooks, kept until a model acts otherwise through them.
+    """Caches what a model makes through some hooks, until a model acts otherwise through them.
 
     Several channels ask in turn, and most models that are compared differ in their friction alone.
     """
@@ -58,7 +58,7 @@ class Latest(Generic[T]):
         self._last: tuple[Sequence[tuple[Effect, Values]], T] | None = None
 
     def __call__(self, model: Model) -> T:
-        """See the class."""
+        """The cached result, or a new one if the model acts otherwise through the hooks."""
         acting = [(term.effect, dict(term.values)) for hook in self._hooks for term in model.acting(hook)]
         if self._last is None or self._last[0] != acting:
             self._last = (acting, self._make(model))
@@ -66,14 +66,13 @@ class Latest(Generic[T]):
 
 
 class Moments:
-    """n moments: when, in which run, and where the block was; `attitude` gives the plate's a delay (s) earlier.
+    """n moments: time, run, and the block's place; `attitude` gives the plate's by a delay (s) earlier.
 
-    `at_rest` where the plate's own motion is not to pull: an onset that is read by tracing a slide back says what the
-    slide's friction was, not what the load of its very moment; and `steeper_rad` (n,) is how much more than reported
-    the plate would be tilted if it stood still and loaded the block as it did. `rested_s` (n,), where it is given,
-    stands for the time at rest, and `rested_at` says what it would be at other tilts (n,). Both have to be what the
-    protocol made of it: the time up to the slip itself is longer where friction happens to be high, and friction would
-    seem to grow with it.
+    With `at_rest` the plate's own motion does not load the block: an onset that is read by tracing a slide back
+    measures the slide's friction, not the load of its very moment; and `steeper_rad` (n,) is by how much more than
+    reported a plate at rest would have to be tilted for the same load. `rested_s` (n,), if given, replaces the time at
+    rest, and `rested_at` gives it at other tilts (n,). Both must be what the protocol chose: the time up to the slip
+    itself is longer where friction happens to be high, and friction would seem to grow with it.
     """
 
     def __init__(
@@ -112,7 +111,7 @@ class Moments:
         return len(self.time_ns)
 
     def tilted(self, tilt_rad: Array | float) -> Moments:
-        """The same moments on a plate that is reported to be tilted so far (n,)."""
+        """The same moments on a plate with a reported tilt of `tilt_rad` (n,)."""
         other = copy.copy(self)
         reported = self._contact.tilt_rad - self._steeper_rad
         other._steeper_rad = tilt_rad - reported
@@ -125,7 +124,7 @@ class Moments:
 
     @property
     def reported(self) -> Contact:
-        """The contact with the attitude as the arm reported it."""
+        """The contact with the attitude as the arm reported it, steepened by `steeper_rad`."""
         return self._contact
 
     @property
@@ -135,11 +134,11 @@ class Moments:
 
     @property
     def velocity_m_s(self) -> Array:
-        """Of the block in P (n, 2)."""
+        """The block's velocity in P (n, 2)."""
         return self._velocity
 
     def loads(self, model: Model) -> Load:
-        """The contact and the loads with the model's attitude, delay and pushes."""
+        """The contact and its loads with the model's attitude, delay and pushes."""
         return self._latest(model)
 
     def _loads(self, model: Model) -> Load:
@@ -155,12 +154,12 @@ class Moments:
         return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
 
     def _delayed(self, model: Model) -> tuple[Attitude, Array]:
-        """The plate as much earlier as a model's stamps are late, and the part of its motion in the loads."""
+        """The plate by the model's delay earlier, and the inertial part of the loads (n, 3)."""
         plate = self._attitude(model.delay_s())
         return plate, self._inertial_on(plate)
 
     def _inertial_on(self, plate: Attitude) -> Array:
-        """What the plate's own motion adds to the loads (n, 3), or nothing (3,) at rest."""
+        """The inertial part of the loads by the plate's own motion (n, 3), m/s²; zeros (3,) with `at_rest`."""
         return np.zeros(3) if self._at_rest else fictitious(plate, self._place, self._velocity)
 
     def _contact_with(self, plate: Attitude) -> Contact:
@@ -194,7 +193,7 @@ class Moments:
 
 
 def _load(contact: Contact, inertial: Array) -> Load:
-    """Gravity on a plate that stands so, with inertial forces per mass (n, 3 or 3)."""
+    """The loads by gravity at the contact's tilt and by inertial forces per mass (n, 3 or 3)."""
     pull, down = GRAVITY_M_S2 * np.sin(contact.tilt_rad), contact.down_rad
     tangential = np.array([pull * np.cos(down), pull * np.sin(down)]).T + inertial[..., :2]
     normal = GRAVITY_M_S2 * np.cos(contact.tilt_rad) - inertial[..., 2]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 UNRESOLVED = "onset_unresolved"
 LEAST_SIGMA_RAD = 2e-4
-"""What an attitude is trusted to, whatever a fit's standard error says."""
+"""The smallest standard error of an onset's angle: an attitude is not trusted to less."""
 
 
 def onset_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -71,21 +71,21 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
-    """Whether the plate was tilted, and the block free."""
+    """True if the plate was tilted and the block free of the foam."""
     time_ns = _moment_ns(track, recorded.plate)
     steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > thresholds.LEAST_TILT_RAD)
     return steep and not leans(track, recorded.setting)
 
 
 def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
-    """By how much (n,) a still plate would have been tilted more at each onset, where it was worked out."""
+    """The tilts (n,) that a plate at rest would have needed beyond the reported ones, if re-estimated; else 0."""
     at = plate.at(np.array([track.slip_ns or track.tilt_ns for track in tracks], dtype=np.int64)).tilt_rad
     read = np.array([track.slip_tilt_rad for track in tracks])
     return np.where(read > 0, read - at, 0.0)
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
-    """The onset; of a run without a slide, when the plate was steepest."""
+    """The time of the onset, or that of the steepest tilt in a run without a slide."""
     if not track.sample.censored:
         return track.slip_ns
     times = np.linspace(track.tilt_ns, track.end_ns, 200).astype(np.int64)
@@ -93,7 +93,7 @@ def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
 
 
 def sigma_of(sample: Sample) -> float:
-    """Of the onset's angle. An onset that could not be fitted is somewhere within its step."""
+    """Standard error of the onset's angle, rad; an onset that could not be fitted lies somewhere within its step."""
     width = abs(sample.step_to_rad - sample.step_from_rad)
     if UNRESOLVED in sample.flags or not sample.onset_sigma_rad > 0:
         return max(width / math.sqrt(12), LEAST_SIGMA_RAD)

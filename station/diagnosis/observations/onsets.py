@@ -1,4 +1,4 @@
-"""The onset channel: at what load each run slid, against what the model says that it holds."""
+"""The onset channel: the load at which each run slid, against the one that the model holds."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from station.physics.model import Model
 
 LEAST_M_S2 = 1e-6
 LEAST_TILT_RAD, MOST_TILT_RAD = 0.02, 1.4
-"""Within these a tilt is expected."""
+"""The bounds of an expected onset's tilt."""
 
 MOST_DRAWN = math.log(math.tan(MOST_TILT_RAD) / math.tan(LEAST_TILT_RAD))
-"""ln of friction over the model's: no tilt tells of more. It only keeps a model that is far off from overflowing. A
-bound that a run can reach puts a kink into the likelihood: at 1 one run in a hundred sat on it, and no fit converged
-(`pytest tests/recovery/test_rig_as_it_comes.py -k 40109`)."""
+"""The bound of a run's log friction over the model's: no two tilts lie farther apart. It keeps a model that is far off
+from overflowing. A bound that a run can reach puts a kink into the likelihood: at 1 one run in a hundred sat on it,
+and no fit converged (`pytest tests/recovery/test_rig_as_it_comes.py -k 40109`)."""
 
 
 class Onsets(Channel):
-    """ln of the pull over the pressing at the onset, less ln of what the model expects; a limit without a slide.
+    """Log of pull over press at the onset, less the log of what the model expects; a lower limit without a slide.
 
-    What the model expects it says at the tilt that it expects, not at the recorded one. That is what the run's own
-    friction made of it: a law that falls with the load, which falls with the tilt, would be fitted to the scatter. So
-    would one of the time at rest, which goes on while the plate tilts.
+    The model's expectation is taken at the tilt at which it expects the onset, not at the recorded one, which the run's
+    own friction has caused: a law that falls with the load, which falls with the tilt, would be fitted to the scatter.
+    So would a law of the time at rest, which goes on while the plate tilts.
     """
 
     name: str = "onset"
@@ -49,7 +49,7 @@ class Onsets(Channel):
         self._typically, self._expecting, self._recording = self._ways = (_Way(), _Way(), _Way())
 
     def near(self, model: Model | None) -> None:
-        """See `Channel.near`: blocks take the ways that this model's blocks take."""
+        """Keeps the directions in which this model's blocks slip, see `Channel.near`."""
         for way in self._ways:
             way.kept = False
         if model is None:
@@ -62,7 +62,7 @@ class Onsets(Channel):
             way.kept = True
 
     def residual(self, model: Model) -> Array:
-        """See the class; slides ask again for the last model."""
+        """Log of recorded over expected friction (n,), cached for the last model, as slides ask for it again."""
         if self._last is None or self._last[0] is not model:
             ratio = self._typical.friction(model, self._typically)
             steep = np.clip(np.arctan(ratio), LEAST_TILT_RAD, MOST_TILT_RAD)
@@ -71,7 +71,7 @@ class Onsets(Channel):
         return self._last[1]
 
     def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
-        """Each run's (r,) own ln of friction over the model's, as its onset tells, and its residual; else 0."""
+        """Each run's (r,) own log friction over the model's by its onset, and the onset's residual; 0 where unknown."""
         known = ~self.rows.limit
         found = np.zeros((2, runs))
         found[0, self.rows.run[known]] = self._own(model)[known]
@@ -99,7 +99,7 @@ def _size(load: Load) -> Array:
 
 
 class _Way:
-    """The directions (n,) in which a model's blocks slip at some moments: sought for each model, or `kept`.
+    """The directions (n,) in which a model's blocks slip: sought for each model, unless they are `kept`.
 
     `of` is the model for which they were sought.
     """
@@ -110,7 +110,7 @@ class _Way:
         self._last_rad: Array = np.zeros(0)
 
     def held(self, moments: Moments, model: Model) -> tuple[Load, Array]:
-        """The loads that a model sees, and the friction (n,), per mass, that it lets the block have against them."""
+        """The loads under a model, and the friction per mass (n,), m/s², that opposes them."""
         load = moments.loads(model)
         toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
         if self.kept:
@@ -122,14 +122,14 @@ class _Way:
 
 
 class _Expected:
-    """The pull over the pressing, both as reported (n,), at which a model's blocks slip: near the moments' tilts."""
+    """The ratio of reported pull to press (n,) at which a model's blocks slip, linearised at the moments' tilts."""
 
     def __init__(self, moments: Moments) -> None:
         plain = moments.plain
         self._moments, self._pull, self._normal = moments, _size(plain), plain.normal
 
     def friction(self, model: Model, way: _Way) -> Array:
-        """See the class."""
+        """The ratio (n,) at which the model's blocks slip."""
         load, held = way.held(self._moments, model)
         added = _size(load) - self._pull
         return np.maximum(held - added, 0.05 * held) / self._normal

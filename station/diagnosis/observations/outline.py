@@ -1,4 +1,4 @@
-"""How far a place lies inside a closed outline of straight sides."""
+"""The distance of a place from a closed outline of straight sides."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from station.physics.contact import Array
 
 
 def inside_by_m(outline_m: Array, place_m: Array) -> Array:
-    """From places (n, 2) to the nearest side of an outline with corners (k, 2), (n,); negative outside.
+    """Distance (n,), m, of places (n, 2) inside an outline with corners (k, 2) from its nearest side; negative outside.
 
-    Inside is by the number of sides that a ray from the place crosses (even and odd rule), so the outline may be
-    concave, and its corners may follow each other either way round.
+    A place is inside if a ray from it crosses an odd number of sides, so the outline may be concave, and its corners
+    may follow each other either way round.
     """
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, place_m[:, None] - begin

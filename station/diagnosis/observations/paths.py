@@ -1,8 +1,8 @@
-"""How likely the blocks' first millimetres are under the laws of sliding friction that models have.
+"""The likelihood of the blocks' first millimetres under the laws of sliding friction that models have.
 
-The windows of the slides say how large friction is at which speed; how a block gathers its speed from rest tells laws
-apart that look alike there: a sudden fall, a gentle one, one by the logarithm of the speed. Of models that differ in
-nothing else this compares the whole paths (`breakaway`).
+The windows of the slides measure friction by speed; the way a block gathers its speed from rest distinguishes laws that
+look alike there: a sudden drop, a gentle fall, one by the logarithm of the speed. For models that differ in nothing
+else this compares the whole paths (`breakaway`).
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from station.physics.parameter import Parameter
 MOST_RUNS = 60
 TRIED, STEPS = 13, 20
 SOFTENED = (5.0, 1.0)
-"""How much noise is taken on the way: far from the likeliest values no path would be any likelier than another."""
+"""The factors on the noise along the way: far from the maximum no path is likelier than another."""
 EPS, NEAR_ENOUGH = 1e-4, 0.02
 
 SEEN_M_S, SEARCHES = 0.25, 40
-"""So fast a block may get in its first millimetres; and how many steps laws are compared in."""
+"""The highest speed, m/s, of a block in its first millimetres, and the evaluations of a comparison of laws."""
 
 SLIDE_M_S2 = 1.0
-"""About how fast blocks gather speed: a law that changes with the time since the slip is looked up so late."""
+"""A block's typical acceleration: a law that changes with the time since the slip is tabulated accordingly."""
 
 CHANGES, CHANGES_M_S2 = 3e-4, 2e-3
-"""What a law changes by less than this, of its friction or of the block's acceleration, no path shows."""
+"""No path shows a law that changes friction, relatively, or the block's acceleration by less than this."""
 
 SPREADS, CREEPS_M = (1e-4, 0.3), (1e-6, 1e-2)
 LEAST_SPEED = 1e-9
@@ -41,7 +41,7 @@ LEAST_SPEED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """Blocks' first paths; `contact` (r,) are their states at the slip, and `law` is the likeliest one of them all."""
+    """Blocks' first paths; `contact` (r,) are their states at the slip, and `law` is the likeliest law of them all."""
 
     breakaways: Breakaways
     contact: Contact
@@ -49,7 +49,7 @@ class Paths:
 
     @classmethod
     def of(cls, breakaways: Breakaways, contact: Contact, law: Law) -> Paths:
-        """Of all runs (r,): the paths of at most MOST_RUNS, evenly."""
+        """Builds it from all runs (r,), with the paths of at most MOST_RUNS, evenly spaced."""
         some = np.unique(np.linspace(0, len(contact) - 1, MOST_RUNS).astype(int))
         return cls(breakaways.some(MOST_RUNS), contact.chosen(some), law)
 
@@ -69,7 +69,7 @@ class Paths:
         return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
 
     def nearest(self, starts: Sequence[Sequence[Term]]) -> tuple[tuple[Term, ...], float]:
-        """Values with which terms come nearest to the likeliest law of all paths, and how far they stay off, m/s².
+        """The terms' values nearest to the likeliest law of all paths, and the remaining difference (rms), m/s².
 
         The search begins at each of the starts, which have the same effects.
         """
@@ -92,10 +92,10 @@ class Paths:
         return min((near(start) for start in starts), key=lambda each: each[1])
 
     def log_likelihood(self, terms: Sequence[Term]) -> float:
-        """Of the paths, of the likeliest values near those of the terms.
+        """The paths' log likelihood, maximised over the terms' values.
 
-        Of two laws that nearly cancel in the slides' windows those say little of either, and the search begins as well
-        where the two together come nearest to the likeliest law of all.
+        The windows determine little of two laws that nearly cancel there, so the search then also begins where the two
+        together come nearest to the likeliest law of all paths.
         """
         starts = [tuple(terms), self.nearest([terms])[0]] if len(terms) > 1 else [tuple(terms)]
         return max(self._climbed(start) for start in starts)
@@ -148,7 +148,7 @@ def _bounds(numbers: Sequence[_Number]) -> list[tuple[float, float]]:
 
 
 def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> tuple[Term, ...]:
-    """The terms with numbers (k,) in their typical sizes."""
+    """The terms with the numbers `inner` (k,), given in typical sizes."""
     changed: list[dict[str, float]] = [{} for _ in terms]
     for (place, parameter), value in zip(numbers, inner.tolist(), strict=True):
         changed[place][parameter.name] = parameter.clipped(value * parameter.typical)
@@ -156,13 +156,13 @@ def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> 
 
 
 def _slowing(laws: Laws, held_m_s2: float) -> Array:
-    """What a block is slowed by (COUNT,), m/s², that static friction holds so much."""
+    """The deceleration (COUNT,), m/s², by speed, of a block that static friction holds by `held_m_s2`."""
     return held_m_s2 * laws.held[0] + laws.slowing_m_s2[0]
 
 
 @dataclass(frozen=True, eq=False)
 class _Sliding:
-    """The laws by which the runs slide when these terms act; see `breakaway.Falling`."""
+    """The laws by which the runs slide under these terms; see `breakaway.Falling`."""
 
     contact: Contact
     terms: tuple[Term, ...]
@@ -175,7 +175,7 @@ class _Sliding:
 
 
 def _tables(model: Model, still: Contact) -> tuple[Array, Array]:
-    """Sliding friction over static, and what slows besides, m/s², of each run by speed: (r, COUNT) each."""
+    """Ratio of sliding to static friction, and other deceleration, m/s², of each run by speed: (r, COUNT) each."""
     runs = len(still)
     every = still.chosen(np.repeat(np.arange(runs), COUNT))
     speed = np.tile(SPEEDS_M_S, runs)

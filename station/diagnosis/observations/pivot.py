@@ -1,8 +1,8 @@
-"""The acceleration of the fixed point of the tilts, which in a real arm is not quite fixed, from its recorded places.
+"""The acceleration of the tilts' fixed point, which in a real arm is not quite fixed, from its recorded places.
 
 A pivot that strays by tenths of a millimetre within a tenth of a second is accelerated by tenths of a m/s², which is
 some per cent of a block's friction. The acceleration is the curvature of a parabola through neighbouring places
-(Savitzky and Golay 1964, Anal. Chem. 36, 1627); the fewest places are taken that keep the readings' noise out of it.
+(Savitzky and Golay 1964, Anal. Chem. 36, 1627), through the fewest places that keep the readings' noise out of it.
 """
 
 from __future__ import annotations
@@ -16,27 +16,29 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from station.physics.contact import Array
 
 QUIET_M_S2 = 0.02
-"""Noise that is let into the acceleration: half a per cent of the friction at mu = 0.4.
+"""The largest noise of the acceleration: half a per cent of the friction at mu = 0.4.
 
-tests/unit/diagnosis/test_pivot.py shows what it keeps in and out."""
+tests/unit/diagnosis/test_pivot.py shows what it keeps in and out.
+"""
 
 WIDTHS = (3, 5, 9, 17, 33)
-"""Readings per parabola, the fewest first: at 100 readings a second 20 ms to 0.3 s, which is a step of tilt."""
+"""Readings per parabola, the fewest first: at 100 readings a second they are 20 ms to 0.3 s, which is a step of tilt.
+"""
 
 _FOURTH_DIFFERENCE, _MAD_PER_SD = float(np.sqrt(70.0)), 0.6745
-"""What white noise of sd 1 makes of a fourth difference; and a normal distribution's median absolute deviation."""
+"""The sd of a fourth difference of unit white noise, and the median absolute deviation of a unit Gaussian."""
 
 Acceleration = Callable[[Array], Array]
 
 
 def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
-    """Interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
+    """The function that interpolates the pivot's acceleration in the world: from times (m,), s, to (m, 3), m/s².
 
-    None where the recording has no places of the pivot, where they do not change, or where they are too noisy.
+    It is None if the recording has no places of the pivot, if they do not change, or if they are too noisy.
 
     Args:
         time_s: (n,) times of the readings, increasing.
-        pivot_m: (n, 3) places, nan where unknown.
+        pivot_m: (n, 3) places in the world, nan where unknown.
     """
     if len(time_s) < max(WIDTHS) or not np.isfinite(pivot_m).all() or not np.ptp(pivot_m, axis=0).any():
         return None

@@ -18,24 +18,26 @@ from station.signals.tracks import AttitudeTrack, MotionTrack
 Times = NDArray[np.int64]
 
 AGREE_RAD_S2, WILD, FEW, LEAST_READINGS = 0.1, 2.0, 0.998, 100
-"""Attitudes and rates agree where their accelerations are typically no farther apart, and nowhere wildly larger."""
+"""Attitudes and rates agree if their accelerations differ by less in the median, and the quantile FEW of the former is
+below WILD times that of the latter; with fewer readings than LEAST_READINGS the rates alone count."""
 
 APART_S = 0.0025
 """Accelerations are the rates' differences from this much before to this much after. An acceleration that jumps at each
 reading would jump for all frames at once that fall on readings, and the least delay would seem to matter."""
 
 COVERED_S = 0.2
-"""A moment that is farther from any reading has no attitude."""
+"""A moment that is farther from every reading has no attitude."""
 
 NEAR_S, STILL_RAD = 0.05, 5e-4
-"""What moves by less than the second in twice the first is at rest."""
+"""A plate that turns by less than STILL_RAD within twice NEAR_S is at rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class Attitude:
-    """The plate at n moments: `gravity` a unit vector in P, `rate_rad_s` and `acceleration_rad_s2`; each (n, 3).
+    """The plate at n moments: gravity's unit vector, angular rate and angular acceleration, all in P, (n, 3) each.
 
-    `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point, in P; 0 where it is not known to move.
+    `rising` (n,) is the tilt's sign of change, `step_s` (n,) the time since the arm's last step. `pivot_m_s2` (n, 3) is
+    the acceleration of the tilts' fixed point in P; 0 where it is not known to move.
     """
 
     gravity: Array
@@ -59,13 +61,13 @@ class Attitude:
 class PlateMotion:
     """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.
 
-    Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones: `fit` is None where there are
-    too few.
+    Values and rates are those that `fitted` (attitude_fit) makes of the recorded ones; `fit` is None if there are too
+    few.
 
     The accelerations are differences of the cubics' slopes, or else of the rates.
 
-    Chords of gravity would lie a tenth of a millidegree off while the plate is set in motion: always to the same side,
-    so that a thousand slides would tell it from nothing.
+    Chords of gravity would be off by a tenth of a millidegree while the plate is set in motion, always to the same
+    side, so that a thousand slides would show it.
     """
 
     def __init__(self, attitude: AttitudeTrack, motions: MotionTrack) -> None:
@@ -77,7 +79,7 @@ class PlateMotion:
         self.fit = fitted(self._time_s, gravity, rate) if len(known) > 2 else None
         if self.fit is not None:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
-        # By columns: interpolation would copy each strided one, a whole session, at every call.
+        # They are stored by columns: interpolation would copy each strided one, a whole session, at every call.
         self._rates = np.ascontiguousarray(rate.T)
         self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
         self._swing = self._swinging(gravity, rate)
@@ -90,7 +92,7 @@ class PlateMotion:
         return len(self._time_s)
 
     def covers(self, time_ns: int) -> bool:
-        """Whether an attitude was recorded within 0.2 s of a moment."""
+        """True if an attitude was recorded within COVERED_S of a moment."""
         if not len(self):
             return False
         second = (time_ns - self._origin) * 1e-9
@@ -112,13 +114,13 @@ class PlateMotion:
         return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, pivot)
 
     def sigma_rad(self, time_ns: Times) -> Array:
-        """Standard deviation (n,) of gravity's direction at moments, of the readings' noise."""
+        """Standard deviation (n,) of gravity's direction at moments, rad, by the readings' noise."""
         if self.fit is None:
             return np.zeros(len(time_ns))
         return np.interp(self._seconds(time_ns), self._time_s, self.fit.sigma_rad)
 
     def mean_sigma_rad(self, weight: Array, length_s: float) -> float:
-        """The same of a mean over so long a stretch with a weight (k,), even in time and in sum 1."""
+        """Standard deviation (rad) of gravity's mean over `length_s` with weights (k,), even in time, that sum to 1."""
         if self.fit is None:
             return 0.0
         count = max(1, round(length_s / float(np.median(np.diff(self._time_s)))))
@@ -126,7 +128,7 @@ class PlateMotion:
         return self.fit.of_mean(even / even.sum())
 
     def steps_between(self, from_ns: int, to_ns: int) -> Times:
-        """When the arm was sent off, from `from_ns` until `to_ns`."""
+        """The times (ns) at which the arm was sent off, from `from_ns` until `to_ns`."""
         first, last = np.searchsorted(self._steps_ns, (from_ns, to_ns))
         return self._steps_ns[first:last]
 
@@ -138,16 +140,16 @@ class PlateMotion:
         return _interpolated(seconds, self._time_s, self._rates)
 
     def _apart(self, moving: Callable[[Array], Array], seconds: Array) -> Array:
-        """The slope (n, 3) of what moves, from APART_S before to as much after."""
+        """The slope (n, 3) of a quantity between APART_S before and APART_S after each time (n,), s."""
         after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
         before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
         return (np.asarray(moving(after)) - np.asarray(moving(before))) / (2.0 * APART_S)
 
     def _swinging(self, gravity: Array, rate: Array) -> PPoly | None:
-        """The first derivative of gravity's spline, where attitudes and rates agree so well that its own shows more.
+        """The derivative of gravity's spline, if attitudes and rates agree so well that it resolves more; else None.
 
-        Between two readings a plate that stops midway has two accelerations, and rates alone show their mean. That is
-        half a per cent of a block's friction just when it goes.
+        A plate that stops midway between two readings has two accelerations, of which rates alone show the mean. That
+        is half a per cent of a block's friction just when it slips.
         """
         if self._gravity is None or len(gravity) < LEAST_READINGS:
             return None
@@ -178,7 +180,7 @@ class PlateMotion:
 
 
 def _rate(known: AttitudeTrack, time_s: Array) -> Array:
-    """The recorded rates; where an arm reports none, those of the gravity vector (its turn about gravity is unseen)."""
+    """The recorded rates (n, 3), or, without any, those of the gravity vector (a turn about gravity is unseen)."""
     if len(known) < 3 or np.any(known.rate_rad_s != 0):
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
@@ -205,9 +207,9 @@ def _seen(bend: Array, gravity: Array) -> Array:
 
 
 def _rising(time_s: Array, tilt_rad: Array) -> Array:
-    """+1 where the tilt grows, −1 where it falls, and while it rests what it did last.
+    """+1 where the tilt grows, −1 where it falls; while it rests, its last sign (n,).
 
-    It is looked at over a tenth of a second: an arm that swings over its mark by a hundredth of a millidegree, or whose
+    The change is taken over a tenth of a second: an arm that overshoots by a hundredth of a millidegree, or whose
     report is rounded, has not turned back.
     """
     ahead, behind = np.interp(time_s + NEAR_S, time_s, tilt_rad), np.interp(time_s - NEAR_S, time_s, tilt_rad)

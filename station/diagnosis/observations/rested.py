@@ -1,7 +1,7 @@
-"""How long the block has lain when its plate is so and so steep: what the protocol chose, whatever friction did.
+"""The dwell at a given tilt, which the protocol chose whatever friction did.
 
 A block that happens to hold longer also rests longer: by the time up to its own slip, friction would seem to grow with
-the time at rest. A model therefore asks for the time at the tilt at which it expects the slip.
+the dwell. A model therefore asks for the dwell at the tilt at which it expects the slip.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ POINTS = 400
 GRID_RAD = np.linspace(0.0, 1.4, 281)
 LEAST_RATE_RAD_S = 1e-3
 STEPS_KNOWN = 3
-"""So many steps after the first, which is longer than the others, say how fast a run goes on."""
+"""A run with so many steps after the first, which is longer than the others, has a pace of its own."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rested:
-    """Seconds at rest (r, g) when each run's plate is as steep as the grid says; `typical_rad` is the median onset."""
+    """Seconds at rest (r, g) when each run's plate has the tilts of GRID_RAD; `typical_rad` is the median onset."""
 
     seconds: Array
     typical_rad: float
 
     def at(self, tilt_rad: Array | float) -> Array:
-        """Seconds (r,) when each run's plate is tilted so far, (r,) or all alike."""
+        """Seconds (r,) when each run's plate has the tilt `tilt_rad`, (r,) or one for all."""
         place = np.clip(np.asarray(tilt_rad) / GRID_RAD[1], 0.0, len(GRID_RAD) - 1.001)
         below = np.broadcast_to(place.astype(np.int64), len(self.seconds))
         share, run = place - below, np.arange(len(self.seconds))
@@ -41,12 +41,12 @@ class Rested:
         return self.at(self.typical_rad)
 
     def of(self, runs: Sequence[int]) -> Rested:
-        """Those of chosen runs."""
+        """The rows of the chosen runs."""
         return Rested(self.seconds[list(runs)], self.typical_rad)
 
 
 def rested(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> Rested:
-    """The times of each run from when the block came to rest; a run that slid is continued as it would have gone on."""
+    """Each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace."""
     slid = [track.slip_ns for track in tracks if track.slip_ns]
     typical = float(np.median(plate.at(np.array(slid)).tilt_rad)) if slid else float(GRID_RAD[-1])
     ramps = [_Ramp(track, plate) for track in tracks]
@@ -57,7 +57,7 @@ def rested(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> Re
 
 
 class _Ramp:
-    """One run's way up, until the slip or the steepest moment."""
+    """One run's tilt until the slip or the end."""
 
     def __init__(self, track: RunTrack, plate: PlateMotion) -> None:
         until = max(track.slip_ns or track.end_ns, track.tilt_ns + 1)
@@ -68,14 +68,14 @@ class _Ramp:
         self.pace = self._pace(plate.steps_between(track.tilt_ns, until), plate)
 
     def _pace(self, steps_ns: Times, plate: PlateMotion) -> float | None:
-        """Its mean rate over whole steps, of its fastest one; None where it made too few."""
+        """The run's mean rate over whole steps relative to its fastest; None if it made too few."""
         if len(steps_ns) < STEPS_KNOWN + 1:
             return None
         first, last = plate.at(steps_ns[[1, -1]]).tilt_rad
         return float(last - first) / max(float(steps_ns[-1] - steps_ns[1]) * 1e-9, 1e-3) / self.fastest
 
     def seconds(self, rest_ns: int, pace: float | None) -> Array:
-        """At the tilts of the grid; `pace` is the session's, for a run that has none."""
+        """Seconds at rest (g,) at the grid's tilts; `pace` is the session's, for a run that has none."""
         seconds = (self.time_ns - rest_ns) * 1e-9
         reached = np.searchsorted(self.tilt_rad, GRID_RAD)
         known = seconds[np.minimum(reached, POINTS - 1)]

@@ -1,4 +1,4 @@
-"""The slides frame by frame, from where their windows begin to where they end: what a simulation of them is held to."""
+"""The slides frame by frame, from where their windows begin to where they end, for comparison with a simulator."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ride:
-    """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and how the camera saw them.
+    """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
 
-    `rest_s` is how long the block had lain before.
+    `rest_s` is the block's dwell before it.
     """
 
     run: int
@@ -42,12 +42,12 @@ class Rides:
     opening_radius_m: float
 
     def of_runs(self, runs: Bools) -> tuple[Ride, ...]:
-        """The slides of some runs (r,), True for each that is wanted."""
+        """The slides of the masked runs (r,)."""
         return tuple(ride for ride in self.rides if runs[ride.run])
 
 
 def rides(recorded: Recorded) -> Rides:
-    """The slides that have windows, each from the middle of its first one up to its last one or to the foam."""
+    """The slides that have windows, each from the middle of its first one to its last one's end, or to the foam."""
     stretch: dict[int, tuple[int, int]] = {}
     for place, window in recorded.windows:
         first = stretch.get(place, ((window.from_ns + window.to_ns) // 2, 0))[0]

@@ -1,4 +1,4 @@
-"""Builds the channel of the other angle sensors."""
+"""Builds the channels of the other angle sensors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LEAST_READINGS = 3
 LEAST_TILT_RAD = 0.07
 LEAST_SIGMA_RAD = 2e-5
 PLAY_RAD = 0.03
-"""How far a plate with much play may have to turn back before it follows."""
+"""The largest angle by which a plate with play may have to turn back before it follows."""
 
 
 def sensor_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -37,7 +37,7 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
     if len(track) < LEAST_READINGS:
         return None
     reported = recorded.plate.at(track.time_ns)
-    # Near level a noisy sensor reads too steep, as no angle between two vectors is negative.
+    # Near level a noisy sensor reads too steep, as the angle between two vectors is never negative.
     steep = reported.tilt_rad > LEAST_TILT_RAD
     track, tilt_rad, rising = track.select(steep), reported.tilt_rad[steep], reported.rising[steep]
     difference_rad = track.angle_rad - tilt_rad
@@ -83,9 +83,9 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
 
 
 def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) -> Iterator[Times]:
-    """The readings (numbers) of each stretch of a run; in none does the tilt turn back.
+    """The readings' indices of each stretch of a run; within none does the tilt change its direction.
 
-    Just after it has turned back a plate with play does not follow yet: those readings are of neither side.
+    Just after the tilt has turned back a plate with play does not follow yet: those readings are left out.
     """
     first, last = np.searchsorted(time_ns, (run.tilt_ns, run.end_ns))
     if last - first < LEAST_READINGS:
@@ -103,5 +103,5 @@ def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) ->
 
 
 def _spread(chosen: Times) -> Times:
-    """`SENSOR_POINTS` of the readings, evenly spread."""
+    """SENSOR_POINTS of the readings' indices, evenly spread."""
     return chosen[np.round(np.linspace(0, len(chosen) - 1, SENSOR_POINTS)).astype(np.int64)]

@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
 
 LEAST_MU = 0.15
-"""Guards the relative residuals; measured friction is several times more."""
+"""The smallest coefficient by which residuals are divided; measured friction is several times larger."""
 
 LEAST_SLOPE_RAD = 0.05
-"""On a plate more level than that there is no steepest line."""
+"""A plate more level than this has no steepest line."""
 
 
 def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
-    """The windows of slides in which the block is free of the foam, wherever it lay before, with their runs' places."""
+    """The windows of slides with the block clear of the foam, wherever it lay before, each with its run's place."""
     return [
         (place, window)
         for place, track in enumerate(recorded.tracks)
@@ -45,7 +45,7 @@ def free_windows(recorded: Recorded) -> Sequence[tuple[int, Window]]:
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
-    """Along, across and turn, of all windows in which the block is free of the foam, wherever it lay before."""
+    """The channels along, across and turn, from all windows in which the block is clear of the foam."""
     if not recorded.windows:
         return []
     places, windows = [place for place, _ in recorded.windows], [window for _, window in recorded.windows]
@@ -79,7 +79,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     )
     contact = moments.reported
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
-    # As it lay before the slide: a window's own yaw shares the noise of the turning that it is to explain.
+    # The yaw is that before the slide: a window's own shares the noise of the turning that it is to explain.
     yaw = np.array([_resting_yaw(track) for track in tracks])
     middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
     pressing = contact.pressing_m_s2[1::nodes]
@@ -116,7 +116,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
 
 
 def _seen(recorded: Recorded, windows: Sequence[Window], contact: Contact) -> View:
-    """How the camera sees the windows' nodes."""
+    """The camera's view of the windows' nodes (3 n)."""
     return block_view(
         recorded,
         np.concatenate([window.node_pose for window in windows]),
@@ -129,7 +129,7 @@ def _seen(recorded: Recorded, windows: Sequence[Window], contact: Contact) -> Vi
 
 
 def _directions(windows: Sequence[Window], recorded: Recorded, runs: Times) -> tuple[Array, Believed]:
-    """Down the slope at the nodes (n, 3), and the deviations of the slides from it."""
+    """The direction down the slope at the nodes (n, 3), rad, and the slides' expected deviations from it."""
     plate = recorded.plate.at(np.concatenate([window.node_ns for window in windows]))
     down = plate.down_rad.reshape(len(windows), len(NODES))
     way = np.array([window.node_way_rad for window in windows])
@@ -142,14 +142,14 @@ def _directions(windows: Sequence[Window], recorded: Recorded, runs: Times) -> t
 
 
 def _velocities(windows: Sequence[Window], way_rad: Array) -> Array:
-    """Velocities at the nodes (3 n, 2): the window's own speeds in directions (n, 3)."""
+    """Velocities at the nodes (3 n, 2), m/s: the windows' own speeds in directions (n, 3), rad."""
     velocity = np.array([window.node_velocity for window in windows])
     speed = np.hypot(velocity[..., 0], velocity[..., 1])
     return np.stack([speed * np.cos(way_rad), speed * np.sin(way_rad)], axis=-1).reshape(-1, 2)
 
 
 def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
-    """What the nodes miss of the means of pull and press over each window (n, 3), m/s²."""
+    """The means of pull and press over each window less those at the nodes (n, 3), m/s²."""
     middle = np.array([(window.from_ns + window.to_ns) // 2 for window in windows])
     half = np.array([0.5 * (window.to_ns - window.from_ns) for window in windows])
     places = np.array([window.node_pose[:, :2] for window in windows])
@@ -166,13 +166,13 @@ def _between(windows: Sequence[Window], plate: PlateMotion) -> Array:
 
 
 def _carried(values: Array, nodes: Array) -> Array:
-    """Values (n, 3, 2) at the windows' nodes, carried on along a straight line to other nodes (k,): (n k, 2)."""
+    """Values (n, 3, 2) at the windows' nodes, extrapolated by a straight line to other nodes (k,): (n k, 2)."""
     slope = (values[:, -1] - values[:, 0]) / (NODES[-1] - NODES[0])
     return (values.mean(axis=1)[:, None] + slope[:, None] * nodes[None, :, None]).reshape(-1, 2)
 
 
 def _leaning_rad(window: Window, plate: PlateMotion) -> float:
-    """Standard deviation of gravity's mean direction over a window, of the attitude's noise."""
+    """Standard deviation of gravity's mean direction over a window, rad, by the attitude's noise."""
     return plate.mean_sigma_rad(window.weight, 1e-9 * (window.to_ns - window.from_ns))
 
 

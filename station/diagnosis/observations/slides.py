@@ -1,4 +1,4 @@
-"""The sliding channels: friction along the motion, across it, and the turning of the block, window by window."""
+"""The sliding channels: friction along the motion, force across it, and the block's turning, window by window."""
 
 from __future__ import annotations
 
@@ -24,13 +24,12 @@ LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The windows' accelerations (n, 2), m/s², and angular accelerations (n,); states at the nodes (3 n moments).
+    """The windows' accelerations (n, 2), m/s², and (n,), rad/s², and their states at the nodes (3 n moments).
 
-    `drawn` says for a model how much friction the windows' runs (n,) have over the model's, ln, as their onsets tell,
-    and those onsets' residuals;
-    `yaw_rate_rad_s` (3 n) is how fast the block turns at the nodes; `between_m_s2` (n, 3) what the three nodes miss of
-    the means of pull (2) and press over a window in which the plate is set in motion or stopped; `view` is how the
-    camera sees the nodes.
+    `drawn` gives for a model the log friction of the windows' runs (n,) over the model's by their onsets, and those
+    onsets' residuals; `yaw_rate_rad_s` (3 n) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
+    three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
+    `view` is the camera's view of the nodes.
     """
 
     moments: Moments
@@ -43,32 +42,32 @@ class Motion:
 
     @property
     def between(self) -> Array:
-        """See `between_m_s2`: nothing where it is not given."""
+        """`between_m_s2`, or zeros (n, 3) if it is not given."""
         return np.zeros((len(self.acceleration_m_s2), 3)) if self.between_m_s2 is None else self.between_m_s2
 
     @property
     def reach_m(self) -> Array:
-        """ρ (3 n) of the sole, see `station.physics.sole`."""
+        """The sole's turning radius ρ (3 n), m, see `station.physics.sole`."""
         return TURNING_RADIUS * np.sqrt(self.moments.reported.area_m2)
 
     @property
     def sliding(self) -> Array:
-        """The share (3 n) of the friction that is against the sliding; the turning takes the other.
+        """The share (3 n) of the friction that opposes the sliding; the rest opposes the turning.
 
-        On an ellipsoidal limit surface (Howe & Cutkosky 1996, IJRR 15, 557).
+        The limit surface is an ellipsoid (Howe & Cutkosky 1996, IJRR 15, 557).
         """
         speed = np.maximum(self.moments.reported.speed_m_s, LEAST_M_S)
         return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
     @cached_property
     def seen_m_s2(self) -> Latest[Array]:
-        """See `_seen_m_s2`."""
+        """The cached `_seen_m_s2`."""
         return Latest(self._seen_m_s2, ("seen",))
 
     def _seen_m_s2(self, model: Model) -> Array:
-        """How much the windows (n, 2) seem to be accelerated more by what a model does to the picture.
+        """The windows' apparent acceleration (n, 2), m/s², by the model's effects on the picture.
 
-        A lens that enlarges what is far from its axis makes a block that goes there seem to be slowed less.
+        A lens that enlarges what is far from its axis makes a block that goes there seem to decelerate less.
         """
         terms = [term for term in model.acting("seen") if _bends(term.effect)]
         if self.view is None or not terms:
@@ -81,12 +80,12 @@ class Motion:
 
 
 def _bends(effect: Effect) -> bool:
-    """Whether an effect displaces the picture of a block that slides."""
+    """True if an effect displaces the picture of a block that slides."""
     return effect.layer == "camera" and "seen" in effect.acts_through()
 
 
 def _mean_shift(term: Term, view: View) -> Array:
-    """Of the mark's middle (n, 2)."""
+    """The shift of the mark's middle (n, 2), m."""
     shift = term.effect.seen(view, term.values)
     return np.zeros((len(view.tilt_rad), 2)) if shift is None else shift.mean(axis=1)
 
@@ -94,10 +93,10 @@ def _mean_shift(term: Term, view: View) -> Array:
 class _Slides(Channel):
     phase: str = "slide"
     sees: bool = False
-    """Whether it compares forces, from accelerations in the picture."""
+    """True if the channel compares forces, from accelerations in the picture."""
 
     def changed_by(self, effect: Effect) -> bool:
-        """Also by what bends the picture: it shows in the mark's shape, long before."""
+        """True also for effects that bend the picture, which show in the mark's shape far more."""
         return super().changed_by(effect) or (self.sees and _bends(effect))
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
@@ -108,35 +107,35 @@ class _Slides(Channel):
         self.travelled_m = np.cumsum(np.hypot(np.diff(x_m, prepend=x_m[:1]), np.diff(y_m, prepend=y_m[:1])))
 
     def _mean(self, values: Array) -> Array:
-        """Over the nodes of each window, with the weak form's weights: (3 n,) to (n,)."""
+        """The mean over each window's nodes with the weak form's weights: (3 n,) to (n,)."""
         return values.reshape(len(self), len(WEIGHTS)) @ WEIGHTS
 
     def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
-        """See `Motion`; 0 where no onset says anything."""
+        """The runs' log friction and residuals, see `Motion`; 0 without onsets."""
         return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
 
     def _middle(self, toward: Array) -> Array:
-        """The windows' unit vectors (n, 2) of directions (3 n, 2)."""
+        """The windows' mean unit vectors (n, 2) of directions (3 n, 2)."""
         mean = np.column_stack([self._mean(toward[:, 0]), self._mean(toward[:, 1])])
         return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
 
     def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:
-        """What a model adds to the reported pull in directions (3 n, 2), and at the windows' `middle` ones (n, 2)."""
+        """The pull (n,), m/s², that a model adds in directions (3 n, 2), and at the windows' `middle` ones (n, 2)."""
         added = self._mean(_dot(load.tangential - self.motion.moments.plain.tangential, toward))
         return added + _dot(self.motion.seen_m_s2(model), middle)
 
     def _force(self, load: Load, toward: Array) -> Array:
-        """What is left of the reported pull in directions (3 n, 2) when the windows' accelerations are taken off."""
+        """The pull (n,), m/s², in directions (3 n, 2), less the windows' accelerations: the recorded friction."""
         gained = self.motion.acceleration_m_s2 - self.motion.between[:, :2]
         return self._mean(_dot(load.tangential, toward)) - _dot(gained, self._middle(toward))
 
 
 class Along(_Slides):
-    """Friction along the motion: ln of the recorded coefficient less ln of the predicted one.
+    """Friction along the motion: log of the recorded coefficient less log of the predicted one.
 
-    The recorded one is taken with the attitude as reported. What a model changes of that stands on its own side, lest
-    a fit make the noise small by making the friction large. A run's own draw multiplies the friction and not what is
-    changed: with a draw of a fifth, and a level error that is a fifth of the tilt, that would be four per cent.
+    The recorded one uses the attitude as reported. What a model changes of that enters the prediction, lest a fit make
+    the noise small by making the friction large. A run's random effect multiplies the friction and not that change:
+    with an effect of a fifth, and a level error that is a fifth of the tilt, that would be four per cent.
     """
 
     name: str = "along"
@@ -157,11 +156,11 @@ class Along(_Slides):
         self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
 
     def friction_m_s2(self) -> Array:
-        """The recorded friction of each window per mass (n,)."""
+        """The recorded friction of each window per mass (n,), m/s²."""
         return np.exp(self._log_recorded) * self._normal
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Log of recorded over predicted friction (n,), plus the residual of the run's onset."""
         load = self.motion.moments.loads(model)
         drawn, onset = self._drawn(model)
         friction = model.friction(load.contact) * self._sliding
@@ -172,7 +171,7 @@ class Along(_Slides):
 
 
 class Across(_Slides):
-    """Sideways force to the left of the motion: recorded less predicted, over the typical friction."""
+    """Sideways force to the left of the motion: recorded minus predicted, relative to the typical friction."""
 
     name: str = "across"
     sees: bool = True
@@ -191,7 +190,7 @@ class Across(_Slides):
         self._recorded = self._force(self._plain, self._left) / self._unit_force
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, load.contact.way_rad)
         held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
@@ -199,7 +198,7 @@ class Across(_Slides):
 
 
 class Turn(_Slides):
-    """Angular acceleration of the sliding block, rad/s²: what drives it, less the moment of friction against turning.
+    """Angular acceleration of the sliding block, rad/s²: recorded minus that of the driving and opposing moments.
 
     The friction is the recorded one: a model that changed it would change how much noise of the turning enters, and be
     fitted to that.
@@ -219,7 +218,7 @@ class Turn(_Slides):
         self._against = against / np.maximum(contact.speed_m_s, LEAST_M_S)
 
     def residual(self, model: Model) -> Array:
-        """See the class."""
+        """Recorded minus predicted angular acceleration (n,), rad/s²."""
         motion = self.motion
         contact = motion.moments.reported
         predicted = self._held * (model.lever(contact) * self._per_friction - self._against) + model.spin(contact)
@@ -231,5 +230,5 @@ def _direction(angle_rad: Array) -> Array:
 
 
 def _dot(one: Array, other: Array) -> Array:
-    """Of vectors (n, 2): a sum over an axis of two would take several times as long."""
+    """Scalar products (n,) of vectors (n, 2); a sum over an axis of two would take several times as long."""
     return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]

@@ -1,9 +1,9 @@
-"""When the slides began, read anew from their paths where a session's slides are not plain.
+"""Re-estimates the onsets from the slides' paths, if a session's slides are not plain.
 
-The rig's estimate takes a slide for a plain one until that run's data demand otherwise, and then reads the kinetic
-friction instead of the static. For one run that is the better choice; over a session it hides more than half of a
-kinetic drop of four per cent, and whatever else makes slide and onset differ. What all slides of a session have in
-common (`breakaway`) tells for each when it began.
+The rig's estimate assumes a plain slide until that run's data refute it, and then reads the kinetic friction instead of
+the static. For one run that is the better choice; over a session it hides more than half of a kinetic drop of four per
+cent, and whatever else distinguishes slide from onset. What all slides of a session share (`breakaway`) determines when
+each began.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
 READ = 61
-"""Moments that a slip is read from."""
+"""The number of moments over which a slip's expectation is taken."""
 
 UNSEEN_S, UNSEEN = 0.012, 0.5
-"""The attitude's readings do not show how a motion begins and ends: of what its swing changes by within this time
-before or after a slip, this share may act at the slip, or not."""
+"""The attitude's readings do not resolve how a motion begins and ends: of the change by its acceleration within
+UNSEEN_S of a slip, the share UNSEEN may or may not act at the slip."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reread:
-    """A session's runs; of those whose slips were read anew (`places` of theirs) the paths, and the law of them all."""
+    """A session's runs; `places` are those with re-estimated slips, `paths` their breakaways, `law` what they share."""
 
     tracks: tuple[RunTrack, ...]
     places: tuple[int, ...] = ()
@@ -44,9 +44,9 @@ class Reread:
 
 
 def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> Reread:
-    """The runs with their slips read anew, if the session's slides are not plain; else as they were.
+    """The runs with their slips re-estimated, if the session's slides are not plain; else unchanged.
 
-    A block that lay against the foam was held, or pushed, by it: its slide tells nothing of the others'.
+    A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
@@ -74,7 +74,7 @@ def _plain(looks: Sequence[Look]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Slip:
-    """A slip's time from the rig's, the still tilt that pulls as much, and its standard error."""
+    """A slip's time from the rig's, s, the tilt at which a plate at rest pulls as much, and its standard error."""
 
     time_s: float
     tilt_rad: float
@@ -92,7 +92,7 @@ def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
 
 
 def _slips(paths: Breakaways, law: Law) -> list[_Slip]:
-    """Of each run the time and the tilt that are expected, and the tilt's standard error."""
+    """The expected time and tilt of each run's slip, and the tilt's standard error."""
     paths = paths.nearer(law, READ).nearer(law, READ)
     read = zip(paths.runs, paths.chances(law), paths.tried_s, strict=True)
     return [_slip(run, chance, tried) for run, chance, tried in read]

@@ -1,4 +1,4 @@
-"""Where the blocks lay before their runs, and whether the foam held them there."""
+"""The blocks' poses before their runs, and whether the foam held them there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FREE_M = 1e-4
 
 
 def starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
-    """Places (n, 2), m, and yaws (n,), rad, before the runs, by the samples or else by the tracks."""
+    """Places (n, 2), m, and yaws (n,), rad, before the runs, from the samples or else from the tracks."""
     places, yaws = list[tuple[float, float]](), list[float]()
     for track in tracks:
         sample = track.sample
@@ -27,6 +27,6 @@ def starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
 
 
 def leans(track: RunTrack, setting: Setting) -> bool:
-    """Whether the block lay against the foam, which holds it, and pushes it aside where it slides along."""
+    """True if the block lay against the foam, which holds it, and pushes it aside where it slides along."""
     place_m, _ = starts([track])
     return bool(setting.free_m(place_m)[0] <= FREE_M)

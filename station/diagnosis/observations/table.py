@@ -1,4 +1,4 @@
-"""Evidence at the level of onsets, from a table of samples: other rigs' measurements, or no path kept."""
+"""Evidence from a table of samples, by their onsets alone: other rigs' measurements, or sessions without paths."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from station.physics.contact import Array
 from station.physics.covariates import covariates_of
 
 APART_NS = 600_000_000_000
-"""Between the made-up times of runs whose table has none."""
+"""The interval between the invented times of runs whose table has none."""
 
 
 def table_evidence(samples: Sequence[Sample], setting: Setting) -> Evidence:
-    """The onsets of a table's rows. A row without run number, times or places has the columns' defaults."""
+    """The onsets of a table's rows; a row without run number, times or places has the columns' defaults."""
     usable = [sample for sample in samples if thresholds.LEAST_TILT_RAD < sample.onset_angle_rad < math.pi / 2]
     if not usable:
         return Evidence(
@@ -80,7 +80,7 @@ def _time_ns(sample: Sample, place: int) -> int:
 
 
 def _rest_s(sample: Sample, typical_rad: float) -> float:
-    """Under load until the tilt reaches the typical onset: the run's own would be longer where friction is high."""
+    """The dwell, s, until the tilt reaches the typical onset; the run's own onset comes later with high friction."""
     rate = abs(sample.tilt_rate_rad_s)
     ramp = typical_rad / rate if rate > 0 else 0.0
     waited = (sample.start_ns - sample.rest_ns) * 1e-9 if sample.start_ns > sample.rest_ns > 0 else 0.0

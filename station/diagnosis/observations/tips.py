@@ -1,7 +1,7 @@
-"""In which runs the block turned over instead of sliding, and how steep the plate was, there and in all others.
+"""The runs in which the block toppled instead of sliding, and the steepness of the plate in these and all others.
 
-The picture of a block that tips is no measurement of its friction, so such frames are in no channel. Whether a run
-ended so is an observation of its own: yes or no, at a steepness.
+The picture of a block that topples does not measure its friction, so such frames are in no channel. Whether a run ended
+so is an observation of its own: yes or no, at a steepness.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
 
 FLAG = "tipped"
-"""Of a sample whose run was given up because the block tipped."""
+"""The flag of a sample whose run was given up because the block toppled."""
 
 LEAST_FRAMES = 5
-"""So many tipped frames one after another are a block that tips: single ones are bad pictures."""
+"""So many toppled frames in succession are a block that topples; single ones are bad pictures."""
 
 FALL_NS = 400_000_000
-"""A block that begins to tip is seen to within this time."""
+"""A block that begins to topple is seen to topple within this time."""
 
 LOOKS = 200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Tips:
-    """Runs (r,) in which the block might have tipped before it slid.
+    """Runs (r,) in which the block might have toppled before it slid.
 
-    `run` is the run's place in the evidence, `stood` the largest steepness tan(tilt) · |cos| of the descent's angle to
-    the block's nearest edge's normal at which it was still seen to stand, `fallen` (nan: it never fell) that at which
-    it was seen to tip; `from_ns` to `to_ns` is when it tipped, or the tilt.
+    `run` is the run's place in the evidence; `stood` is the largest steepness tan(tilt) · |cos| of the descent's angle
+    to the nearest edge's normal at which the block was still seen to stand, `fallen` that at which it was seen to
+    topple (nan if it never did); `from_ns` to `to_ns` is when it toppled, or the tilt up to its steepest.
     """
 
     run: Times
@@ -53,7 +53,7 @@ class Tips:
 
     @property
     def tipped(self) -> Bools:
-        """Whether each run ended so (r,)."""
+        """True (r,) for each run that ended so."""
         return np.isfinite(self.fallen)
 
 
@@ -67,7 +67,7 @@ NO_TIPS = Tips(
 
 
 def tips_of(recorded: Recorded) -> Tips:
-    """Of the runs whose plate was tilted and whose block was seen to lie on it."""
+    """The tips of the runs whose plate was tilted and whose block's heading is known."""
     corners = recorded.signals.corners
     rows = [
         row
@@ -112,7 +112,7 @@ def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) 
 
 
 def _yaw(track: RunTrack) -> float | None:
-    """How the block lay before the tilt."""
+    """The block's yaw before the tilt, rad; None if unknown."""
     seen = track.pose[track.frames(track.level_ns, track.tilt_ns), 2]
     if len(seen):
         return float(np.median(seen))
@@ -120,16 +120,16 @@ def _yaw(track: RunTrack) -> float | None:
 
 
 def _steepness(time_ns: Times, yaw_rad: float, plate: PlateMotion) -> tuple[Array, Array]:
-    """See `Tips`, and the tilt."""
+    """The steepness (see `Tips`) and the tilt, rad, at times (n,), ns."""
     at = plate.at(time_ns)
     off = np.mod(at.down_rad - yaw_rad + np.pi / 4, np.pi / 2) - np.pi / 4
     return np.tan(at.tilt_rad) * np.cos(off), at.tilt_rad
 
 
 def _fell_ns(track: RunTrack, corners: CornerTrack, steepest_ns: int) -> int | None:
-    """When the block was first seen to tip; None if it was not, or only once it slid.
+    """The time at which the block was first seen to topple; None if it was not, or only once it slid.
 
-    Where the frames do not say it and the sample does, it was when the plate was steepest.
+    If only the sample says that it toppled, the time is that of the steepest plate.
     """
     until = track.slip_ns or track.end_ns
     first, last = np.searchsorted(corners.time_ns, (track.tilt_ns, until))

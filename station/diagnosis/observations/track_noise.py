@@ -1,4 +1,4 @@
-"""How noisy a track is that does not say so itself: read from the moving block's own path."""
+"""The noise of a track that does not report it, from the moving block's own path."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _GAUSSIAN_MAD = 0.6745
 
 
 def track_noise(time_ns: Times, values: Array, place_m: Array, flat: Bools) -> float | None:
-    """The standard deviation of values (n,) in one frame, from their third differences while the block slides flat.
+    """Standard deviation of values (n,) in one frame, from their third differences while the block slides `flat` (n,).
 
-    A steady push leaves none. None where the block (places (n, 2), m) slides too little to tell.
+    A steady acceleration leaves no third difference. It is None if the block (places (n, 2), m) slides too little.
     """
     span = STRIDE * (len(_THIRD) - 1)
     if len(values) <= span:

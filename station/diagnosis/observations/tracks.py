@@ -1,4 +1,4 @@
-"""The block's track, cut into runs: poses in the plate frame, the moments of slip and stop, the noise."""
+"""The block's track, cut into runs: poses in the plate frame, the times of slip and stop, and the noise."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ SETTLED_NS = 60_000_000
 """An impact rings for about 50 ms."""
 
 UNKNOWN_M, UNKNOWN_RAD = 1e-4, 1e-3
-"""Noise of another tracker's track that neither says it nor shows it."""
+"""The noise of another tracker's track that neither reports nor shows it, m and rad."""
 
 _STOP_FRAMES = 4
 _TURNED = 0.5
-"""The least norm of a quaternion that is one: a tracker that lost its target writes zeros."""
+"""The least norm of a valid quaternion: a tracker that lost its target writes zeros."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunTrack:
-    """One run: its sample, frames (n,), poses (n, 3: x, y in m, yaw in rad), and the marks' corners on the plate.
+    """One run: its sample, frames (n,), poses (n, 3: x, y in m, yaw in rad, in P), and the mark's corners on the plate.
 
-    `corner_m` (n, 4, 2) is None for blocks followed by another tracker. `level_ns` to `tilt_ns` the plate lay level;
-    `slip_ns` is the onset and `stop_ns` the end of the usable slide (0, 0: no slide); `end_ns` the run's end.
-    `slip_tilt_rad` is the tilt at which a still plate would have let the block go, where it was worked out, or else 0;
-    from `surely_ns` on the block slides whichever reading of the onset is right.
-    `sigma_m` is the standard deviation of the place in one frame, `corner_sigma_m` of one corner.
+    `corner_m` (n, 4, 2) is None for blocks followed by another tracker. The plate lay level from `level_ns` to
+    `tilt_ns`; `slip_ns` is the onset and `stop_ns` the end of the usable slide (0: no slide); `end_ns` is the run's
+    end. `slip_tilt_rad` is the tilt at which a plate at rest would have released the block, if it was re-estimated,
+    else 0; from `surely_ns` on the block slides whichever estimate of the onset is right. `sigma_m` and `sigma_rad` are
+    the standard deviations of place and yaw in one frame, `corner_sigma_m` that of one corner.
     """
 
     sample: Sample
@@ -59,7 +59,7 @@ class RunTrack:
 
     @property
     def slid(self) -> bool:
-        """Whether there is a slide to look at."""
+        """True if there is a usable slide."""
         return self.stop_ns > self.slip_ns > 0
 
     def frames(self, from_ns: int, to_ns: int) -> slice:
@@ -77,7 +77,7 @@ class _Track:
     sigma_rad: Array
     corner_sigma_m: Array
     flat: Bools | None = None
-    """Of a block that another tracker follows in space: whether it lies flat on the plate."""
+    """True (n,) where a block that another tracker follows in space lies flat on the plate."""
 
 
 def run_tracks(signals: Signals) -> tuple[RunTrack, ...]:
@@ -133,9 +133,9 @@ def _other_tracker(block: PoseTrack) -> _Track:
 
 
 def _heading(turn: Array) -> Array:
-    """The heading (n,) in P of blocks with orientations (n, 3, 3), on whichever face they lie.
+    """The heading (n,) in P, rad, of blocks with orientations (n, 3, 3), on whichever face they lie.
 
-    Of the axis that comes after the upright one, x for a block on its own sole: the heading of an axis that stands
+    It is that of the axis after the upright one, x for a block on its own sole: the heading of an axis that stands
     upright itself would be noise.
     """
     upright = np.abs(turn[:, 2, :]).argmax(axis=1)
@@ -144,7 +144,7 @@ def _heading(turn: Array) -> Array:
 
 
 def _bounds(signals: Signals) -> Mapping[int, tuple[int, int, int, int]]:
-    """Of each run: begin of its level stretch, begin of the tilt, begin of the return, end; ns."""
+    """Each run's begin of the level stretch, of the tilt and of the return, and its end, ns."""
     events, bounds = signals.events, dict[int, tuple[int, int, int, int]]()
     for run in signals.runs:
         of_run = events.select(events.run == run)
@@ -187,7 +187,7 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
 
 
 def _landed_ns(time_ns: Times, flat: Bools) -> int:
-    """When a thrown block had come to lie flat for the last time and the impact was over; 0 if never."""
+    """The time, ns, at which a thrown block finally lay flat and the impact was over; 0 if never."""
     if not len(flat) or not flat[-1]:
         return 0
     lifted = np.flatnonzero(~flat)
@@ -196,7 +196,7 @@ def _landed_ns(time_ns: Times, flat: Bools) -> int:
 
 
 def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
-    """When the block, having moved, was slow again; else the end of the run."""
+    """The time, ns, at which a block that had moved was slow again, or else the end of the run; 0 if it never moved."""
     if not slip_ns or len(time_ns) < 3 * _STOP_FRAMES:
         return 0
     step = np.hypot(*(pose[_STOP_FRAMES:, :2] - pose[:-_STOP_FRAMES, :2]).T)
@@ -207,7 +207,7 @@ def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
     if not np.any(fast):
         return 0
     began = int(np.argmax(fast))
-    # A noisy track hardly ever stands still: slow, as far as its noise lets one tell, is where the slide ends.
+    # A noisy track hardly ever stands still, so a slide ends where its speed is within the noise.
     slow = max(SLOW_M_S, NOISE_SPEEDS * math.sqrt(2) * sigma_m / float(np.median(passed)))
     ended = np.flatnonzero(speed[began:] < slow)
     return int(middle[began + ended[0]]) if len(ended) else int(time_ns[-1])

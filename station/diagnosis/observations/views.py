@@ -1,4 +1,4 @@
-"""How the camera sees the block's mark: what an effect needs that displaces its picture."""
+"""The camera's view of the block's mark, from which effects compute its displacement."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def block_view(
     down_rad: Array,
     rest_s: Array,
 ) -> View:
-    """The mark of blocks at poses (n, 3); the other arguments are as in `View`.
+    """The view of the mark on blocks at poses (n, 3: m, m, rad, in P); the other arguments are those of `View`.
 
-    Without a geometry of the camera the block's own sides are taken for the mark.
+    Without the camera's geometry the mark is taken to be as large as the block.
     """
     geometry = recorded.signals.geometry or CameraGeometry(
         marker_side_m=recorded.setting.block_side_m, mm_per_px=0.1667
@@ -59,6 +59,6 @@ def block_view(
 
 
 def _nearer(geometry: CameraGeometry) -> float:
-    """The scale of the picture at the mark's height, in metres a pixel, over that on the plate."""
+    """Ratio of the picture's scale, m a pixel, at the mark's height to that on the plate."""
     height = geometry.camera_height_m
     return 1.0 - geometry.mark_height_m / height if height > geometry.mark_height_m else 1.0

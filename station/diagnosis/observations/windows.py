@@ -1,8 +1,8 @@
-"""Short windows of a slide: acceleration in its weak form, and the state at a few points to compare it with.
+"""Short windows of a slide: the acceleration in its weak form, and the states at a few nodes to compare it with.
 
 The curvature of a parabola that is fitted to nine places is the mean of the acceleration over the window, with a weight
-that the nine times say: no derivative of a noisy path is taken. The prediction is averaged with the same weight, by
-Gauss's rule at three points.
+that the nine times determine: no noisy path is differentiated. The prediction is averaged with the same weight, by
+Gauss's rule at three nodes.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ UNEVEN = 1.2
 
 MARGIN_NS = 30_000_000
 FINE_NODES: Array = np.linspace(-1.0, 1.0, 41)
-"""For what has corners: the pull while the plate is set in motion or stopped."""
+"""The nodes for the pull while the plate is set in motion or stopped, which has corners."""
 
 
 def weight_of(times: Array) -> Array:
-    """The weight at `FINE_NODES` (41,), in sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
+    """The weight at FINE_NODES (41,), with sum 1, of a parabola's fit to places at `times` (k,), from −1 to 1.
 
-    Twice integrated by parts: the fit's curvature is a sum of places, and each the double integral of the acceleration.
+    It follows from two integrations by parts: the fit's curvature is a sum of places, and each place is the double
+    integral of the acceleration.
     """
     curvature = np.linalg.pinv(np.column_stack([np.ones_like(times), times, times**2]))[2]
     weight = curvature @ np.maximum(times[:, None] - FINE_NODES, 0.0)
@@ -39,7 +40,7 @@ def weight_of(times: Array) -> Array:
 
 
 def _gauss(weight: Array) -> tuple[Array, Array]:
-    """Three points and their weights that average polynomials up to the fifth degree as an even weight does."""
+    """Three nodes and weights that average polynomials up to the fifth degree as the even `weight` (41,) does."""
     second, fourth = (float(weight @ FINE_NODES**power) for power in (2, 4))
     far, share = math.sqrt(fourth / second), 0.5 * second**2 / fourth
     return np.array([-far, 0.0, far]), np.array([share, 1.0 - 2.0 * share, share])
@@ -50,7 +51,7 @@ NODES, WEIGHTS = _gauss(weight_of(np.linspace(-1.0, 1.0, FRAMES)))
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Window:
-    """One window: its time, the acceleration (2,) and angular acceleration, and the state at the nodes (3, …)."""
+    """One window: its time, acceleration (2,), m/s², and angular acceleration, and the states at the nodes (3, …)."""
 
     from_ns: int
     to_ns: int
@@ -60,23 +61,23 @@ class Window:
     node_pose: Array
     node_velocity: Array
     acceleration_factor: float
-    """Standard deviation of the acceleration per standard deviation of a place, 1/s²."""
+    """Standard deviation of the acceleration over that of a place, 1/s²."""
     velocity_factor: float
-    """The same of the velocity, 1/s."""
+    """Standard deviation of the velocity over that of a place, 1/s."""
     node_yaw_rate_rad_s: Array
     node_way_rad: Array
     way_sigma_rad: float
-    """Of the direction at the window's middle, as the whole path gives it."""
+    """Standard error of the direction at the window's middle, by the whole path."""
     frames: slice
     weight: Array
-    """Of the acceleration at `FINE_NODES` (41,)."""
+    """Weight of the acceleration at FINE_NODES (41,)."""
 
 
 def windows_of(track: RunTrack) -> Iterator[Window]:
-    """The windows of a slide, side by side, some frames away from onset and stop.
+    """The windows of a slide, side by side, from MARGIN_NS after the onset to MARGIN_NS before the stop.
 
-    A window that holds a moment of rest would show too little acceleration. Those in which the block hardly moves are
-    left out.
+    A window with a moment of rest would show too little acceleration. Windows in which the block hardly moves are left
+    out.
     """
     if not track.slid:
         return
@@ -84,7 +85,7 @@ def windows_of(track: RunTrack) -> Iterator[Window]:
     course = Course.of(track.pose[part, :2], sigma_m=track.sigma_m)
     if course is None:
         return
-    # A straight line in time: a window's curvature is free of its noise, as of any straight line's.
+    # The yaw is a straight line in time: a window's curvature is independent of a straight line's noise.
     turning = np.polyfit((track.time_ns[part] - track.slip_ns) * 1e-9, track.pose[part, 2], 1)
     for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
         window = _window(track, slice(first, first + FRAMES), course, turning)
@@ -93,10 +94,10 @@ def windows_of(track: RunTrack) -> Iterator[Window]:
 
 
 class Course:
-    """The way of a slide as a smooth function of the distance along it, from the whole path.
+    """The direction of a slide as a smooth function of the distance along it, from the whole path.
 
-    The direction of one window's own velocity would be noisy, and its noise stand in the sideways force that is taken
-    across it: a law that turns the force with the direction would then seem to explain noise.
+    The direction of one window's own velocity would be noisy, and its noise would enter the sideways force: a law that
+    turns the force with the direction would then seem to explain noise.
     """
 
     def __init__(
@@ -107,7 +108,7 @@ class Course:
 
     @classmethod
     def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
-        """The course of a path (n, 2); None where nothing moved."""
+        """The course of a path (n, 2), m; None if it is too short."""
         if len(place_m) < FRAMES:
             return None
         middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
@@ -121,7 +122,7 @@ class Course:
         inverse = np.linalg.pinv(basis)
         fit = inverse @ aside
         left = float(np.sqrt(np.mean((aside - basis @ fit) ** 2)))
-        # A path that no such curve follows (a block that was knocked) has no direction worth a sideways force.
+        # A path that no such curve fits (a block that was knocked) has no usable direction.
         sigma_m = sigma_m if left < thresholds.CROOKED * sigma_m else 10 * left
         return cls(
             middle=middle,
@@ -133,7 +134,7 @@ class Course:
         )
 
     def at(self, place_m: Array) -> tuple[Array, Array]:
-        """The direction (m,) at places (m, 2) near the path, and its standard error."""
+        """The direction (m,), rad, at places (m, 2) near the path, and its standard error (m,)."""
         along, _ = _along_aside(place_m - self._middle, self._main)
         share = along / self._scale
         order = np.arange(len(self._fit))
@@ -160,7 +161,7 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
     node = np.column_stack([np.ones_like(NODES), NODES, NODES**2]) @ fit
     velocity = np.column_stack([np.zeros_like(NODES), np.ones_like(NODES), 2 * NODES]) @ fit / half_s
     velocity_factor = float(np.linalg.norm(inverse[1])) / half_s
-    # The speed at the middle is free of the curvature's noise: to choose windows by the speed at their ends would
+    # The speed at the middle is independent of the curvature's noise: choosing windows by the speed at their ends would
     # choose accelerations.
     if float(np.hypot(velocity[1, 0], velocity[1, 1])) < max(
         thresholds.SLOWEST_M_S, thresholds.SLOWEST_SIGMAS * velocity_factor * track.sigma_m

@@ -1,10 +1,10 @@
-"""The runs fold by fold, each predicted from the others: with the names of all runs, or with names found anew.
+"""The folds of the runs, each predicted from the others: with the names of all runs, or with names found anew.
 
-`named` fits the numbers anew; the names have seen every run. `nested` searches anew without each fold, so that nothing
-of a run that is predicted is known; it takes several times as long.
+`named` refits the numbers only; the names have seen every run. `nested` searches anew without each fold, so that
+nothing of a predicted run is known; it takes several times as long.
 
-Runs that were made with the same specimen and mount stay together where a session has enough such groups: what is
-learnt of one block must hold for the next.
+Runs with the same specimen and mount stay together where a session has enough such groups: what is learnt from one
+block must hold for the next.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ FOLDS = int(thresholds.FOLDS)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fold:
-    """What is fitted to all runs but those `left_out` (r,): the plain model, and the one that was found.
+    """The fits to all runs except those `left_out` (r,): the plain model, and the one that was found.
 
-    `wander` is that of the runs that were fitted; `named` are the ids of the found model's effects; `less` is, by id,
-    the fit of the others alone. `anew`: the names were found without the runs that are left out.
+    `wander` is that of the fitted runs, `named` are the ids of the found model's effects, and `less` has by id the fit
+    of the others alone. `anew` is True if the names were found without the runs that are left out.
     """
 
     left_out: Bools
@@ -52,7 +52,7 @@ class Fold:
 
 
 def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
-    """The number of each run's fold (r,): whole groups where there are enough of them, runs by chance otherwise."""
+    """The number of each run's fold (r,): whole groups if there are enough of them, else runs at random."""
     facts = evidence.facts
     made = np.column_stack([facts.mount_rad, facts.mass_kg, facts.area_m2])
     _, group = np.unique(made, axis=0, return_inverse=True)
@@ -63,25 +63,25 @@ def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
 
 
 class Folding(Protocol):
-    """Fits the plain model and what was found without each fold (r,) of the runs; `jobs` is a number of processes."""
+    """Fits the plain and the found model without each fold (r,) of the runs; `jobs` is the number of processes."""
 
     def __call__(
         self, evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
     ) -> tuple[Fold, ...]:
-        """One `Fold` for each number in `fold`."""
+        """Returns one `Fold` for each number in `fold`."""
         ...
 
 
 def named(
     evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
 ) -> tuple[Fold, ...]:
-    """Fits what was found in all runs without each fold (r,); the rest of the arguments is for those that search."""
+    """Refits what all runs led to without each fold (r,); the arguments that only a search needs are ignored."""
     del effects, seed, jobs
     return tuple(_refitted(evidence.without(fold == number), whole, anew=False) for number in np.unique(fold).tolist())
 
 
 def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
-    """What was found in all runs, fitted to a part of them; `anew` if the part knows nothing of the others."""
+    """The model of all runs refitted to a part of them; `anew` is True if the part knows nothing of the others."""
     before = fit(part, whole.null.model, (), noise=whole.null.noise)
     after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
     names = tuple(effect.id for effect in whole.found)
@@ -92,21 +92,21 @@ def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
 def nested(
     evidence: Evidence, effects: Sequence[Effect], whole: Search, *, fold: Array, seed: int, jobs: int
 ) -> tuple[Fold, ...]:
-    """Searches without each fold (r,), `jobs` of them at a time; nothing is searched for where all runs show nothing.
+    """Searches anew without each fold (r,), `jobs` of them at a time; it does not search where all runs show nothing.
 
-    How friction wanders is estimated anew as well: with that of all runs the held-out ones seem to be predicted better
-    by .03 nat each (2 nulls of `python -m tests.concealed --tier null --seed 9`: .030 ± .025 and .033 ± .011).
+    The wander of friction is estimated anew as well: with that of all runs the held-out ones seem to be predicted
+    better by .03 nat each (2 nulls of `python -m tests.concealed --tier null --seed 9`: .030 ± .025 and .033 ± .011).
 
     A fold's search has all stages. It lacks the last comparison of each term with what could stand in its place, which
-    takes as long again and mostly tells how wide a class is.
+    takes as long again and mostly determines how wide a class is.
 
     Args:
-        evidence: of all runs.
-        effects: to consider.
-        whole: the search of all runs: fits begin where its fits ended, and end where those runs' maximum is.
+        evidence: the evidence of all runs.
+        effects: the effects to consider.
+        whole: the search of all runs; fits begin where its fits ended, and move to their own maximum.
         fold: (r,) number of each run's fold.
-        seed: of the nulls' draws.
-        jobs: processes; with 1 no other is started.
+        seed: seeds the nulls' draws.
+        jobs: the number of processes; with 1 no other process is started.
     """
     outs = [fold == number for number in np.unique(fold).tolist()]
     if not whole.found:
@@ -138,7 +138,7 @@ def _searched(
 
 
 def _with_less(part: Evidence, fold: Fold) -> Fold:
-    """The fold with what is left without each of its names: of a single one that is the plain model."""
+    """The fold with a fit without each of its names; without a single name that is the plain model."""
     if len(fold.named) == 1:
         return replace(fold, less={fold.named[0]: fold.before})
     return replace(fold, less={name: less(part, fold.after, name) for name in fold.named})
@@ -158,6 +158,6 @@ def less(evidence: Evidence, after: Fit, name: str) -> Fit:
 
 
 def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:
-    """The fits of given effects without each fold (r,), from the whole fit as a start."""
+    """The fits of given effects without each fold (r,), begun from the whole fit."""
     outs = [fold == number for number in np.unique(fold)]
     return tuple((out, fit(evidence.without(out), whole.model, effects, noise=whole.noise)) for out in outs)

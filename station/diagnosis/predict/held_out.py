@@ -1,4 +1,4 @@
-"""What fits say of runs that they have not seen: their likelihood, their onsets, and where their slides lead."""
+"""Predictions of runs that a fit has not seen: their log density, their onsets, and their simulated slides."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 
 Parts = Sequence[tuple[Bools, Fit]]
-"""Fits, each with the runs (r,) that it has not seen."""
+"""Fits, each with a mask (r,) of the runs that it has not seen."""
 
 
 UPPER = 0.95
-"""The quantile at which the central 90 % end."""
+"""The upper quantile of a central 90 % interval."""
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Of every run (r,), by fits without it: log density, onset error (rad), whether within 90 %; path errors (m).
+    """Predictions of every run (r,) by fits without it: log density (nat), onset error (rad), path error (m).
 
-    `rank` is the share of the predicted distribution below the recorded onset: uniform where the spread is right.
+    `within` is 1 if the onset lies in its 90 % interval; `rank` is the share of the predicted distribution below the
+    recorded onset, which is uniform where the spread is right. A figure that a run lacks is nan.
     """
 
     log_run: Array
@@ -42,14 +43,14 @@ class HeldOut:
 
 
 def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
-    """Fits given effects anew without each fold (r,), from the whole fit as a start, and predicts it; no paths."""
+    """Refits given effects without each fold (r,), from the whole fit as a start, and predicts it; paths are nan."""
     return predicted(evidence, refitted(evidence, whole, effects, fold))
 
 
 def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
-    """What fits say of the runs that they have not seen; their paths are nan (see `with_paths`).
+    """The predictions of runs by fits that have not seen them; their paths are nan (see `with_paths`).
 
-    What the nuisances had to bend counts here as it does in the fit, each run's share of it: a plain model that reads
+    The log prior of the nuisances counts here as it does in the fit, each run's share of it: a plain model that reads
     all onsets late by seven times what is plausible predicts well, and is not right.
     """
     runs = evidence.runs
@@ -67,7 +68,7 @@ def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
 
 
 def with_paths(evidence: Evidence, held: HeldOut, parts: Parts) -> HeldOut:
-    """The same with the slides simulated again by fits that have not seen them."""
+    """The predictions with the slides simulated again by fits that have not seen them."""
     path = np.full(evidence.runs, np.nan)
     for left_out, part in parts:
         path[left_out] = path_errors(evidence, part.model, left_out, drawn=_drawn(evidence, part))[left_out]
@@ -88,7 +89,7 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
 
 
 def _drawn(evidence: Evidence, part: Fit) -> Array:
-    """What each run's onset (r,) leads one to expect of its slide: the friction that both share."""
+    """Expected log friction (r,) of each run's slide, given its onset; nan where the onset is unknown."""
     channel = evidence.channel("onset")
     expected = np.full(evidence.runs, 0.0 if channel is None else np.nan)
     if channel is not None and part.noise.scatter > 0:

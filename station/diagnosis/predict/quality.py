@@ -1,4 +1,4 @@
-"""How well unseen runs are predicted, before and after, by the whole procedure; and what each name adds to that."""
+"""The quality of the predictions of unseen runs, before and after, and what each name adds to it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from station.diagnosis.search.belief import called
 from station.physics.contact import Array
 
 Classes = Mapping[str, Collection[str]]
-"""Ids of what was found in all runs, each with those that cannot be told from it."""
+"""Ids of what was found in all runs, each with the ids that cannot be told from it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sifted:
-    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds to it.
+    """The folds without the names that do not improve the prediction of unseen runs, and what each name adds.
 
-    `before` and `after` are the predictions of the plain model, and of what is left of each fold's own.
+    `before` and `after` are the predictions of the plain model, and of what is left of each fold's model.
     """
 
     folds: tuple[Fold, ...]
@@ -36,7 +36,7 @@ class Sifted:
 
 
 def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifted:
-    """Leaves out the names that add nothing, the least first: of two that do each other's work the other stays."""
+    """Removes the names that add nothing, the least first: of two that replace each other one stays."""
     before = _held(evidence, [(fold.left_out, fold.before) for fold in folds])
     after = _held(evidence, [(fold.left_out, fold.after) for fold in folds]) if _named(folds) else before
     own, left = dict[str, Own](), dict(classes)
@@ -61,14 +61,14 @@ def _held(evidence: Evidence, parts: Parts) -> HeldOut:
 
 
 def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
-    """Sums up the predictions of both; `after` is the model that all runs together led to."""
+    """The quality of both predictions; `after` is the model that all runs together led to."""
     folds, plain, full = sift.folds, sift.before, sift.after
     gain = _mean(full.log_run - plain.log_run)
     expected = np.full(evidence.runs, np.nan)
     for fold in folds:
         expected[fold.left_out] = expected_log_run(fold.of(evidence), fold.after)[fold.left_out]
     gap = _mean(expected - plain.log_run)
-    # Where the plain model already scores what can be scored, as far as one can see, there is no gap to close.
+    # Where the plain model scores within its error of the ceiling, there is no gap to close.
     share = gain.value / gap.value if gap.value > gap.sd else math.nan
     return FitQuality(
         before=quality(plain),
@@ -84,7 +84,7 @@ def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
 
 
 def _without(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> HeldOut:
-    """What the folds predict without a class."""
+    """The folds' predictions without a class of names."""
     names = [_one_of(fold, alike) for fold in folds]
     rest = [fold.after if name is None else fold.less[name] for fold, name in zip(folds, names, strict=True)]
     return _held(evidence, [(fold.left_out, fit) for fold, fit in zip(folds, rest, strict=True)])
@@ -99,7 +99,7 @@ def _adds(full: HeldOut, others: HeldOut, folds: Sequence[Fold], alike: Collecti
 
 
 def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
-    """The name of a class that was found in a fold."""
+    """The name of a class that was found in a fold; None if none was."""
     return next((name for name in fold.named if called(name) in alike), None)
 
 
@@ -120,7 +120,7 @@ def quality(held: HeldOut) -> Quality:
 
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:
-    """The scatter between equal runs, as an angle."""
+    """The root mean square difference of an onset from its expectation, by the runs' scatter alone, in degrees."""
     channel = evidence.channel("onset")
     if not isinstance(channel, Onsets):
         return math.nan
@@ -135,7 +135,7 @@ def _mean(values: Array, *, unit: str = "1") -> Value:
 
 
 def _rms(values: Array) -> Value:
-    """Root of the mean square, with the standard error that the mean square's leads to."""
+    """Root mean square, with its standard error from that of the mean square."""
     square = _mean(values**2)
     root = math.sqrt(square.value) if square.value >= 0 else math.nan
     return Value(value=root, sd=0.5 * square.sd / root if root > 0 else square.sd, unit="1")

@@ -1,8 +1,8 @@
-"""Slides again in the planar simulator: how far a model leads blocks from where they were seen.
+"""Simulates held-out slides in the planar simulator, and measures how far they end from the recorded ones.
 
-Each slide begins at the middle of its first window, where its place and speed are known, and goes on by the recorded
-attitude alone until the evidence of it ends. The run's own level of friction is what its onset tells of it; nothing
-that the slide itself would tell is used.
+Each slide begins at the middle of its first window, where its place and speed are known, and follows the recorded
+attitude alone until its evidence ends. The run's own level of friction is what its onset implies; nothing that the
+slide itself shows is used.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.simulate import Chances, simulate
 
 KNOT_NS = 10_000_000
-"""The planar simulator turns the plate evenly between moments so far apart, as it does with a whole recording."""
+"""The interval within which the planar simulator turns the plate evenly, as it does with a whole recording."""
 
 NANO = 1e-9
 
 
 def path_errors(evidence: Evidence, model: Model, runs: Bools, *, drawn: Array) -> Array:
-    """Root mean square distances (r,), m, of the chosen runs' (r,) simulated slides from the recorded ones; else nan.
+    """Root mean square distances (r,), m, of the chosen runs' simulated slides from the recorded ones; else nan.
 
     Args:
-        evidence: with `rides`; without them there is nothing to compare.
+        evidence: must have `rides`; without them every error is nan.
         model: friction and effects.
-        runs: those that are wanted.
-        drawn: (r,) ln of each run's own friction over the model's, as far as it is expected; nan where nothing is.
+        runs: (r,) True for the runs that are wanted.
+        drawn: (r,) expected log of each run's own friction over the model's; nan where nothing is expected.
     """
     errors = np.full(evidence.runs, np.nan)
     rides = evidence.rides
@@ -51,7 +51,7 @@ def path_errors(evidence: Evidence, model: Model, runs: Bools, *, drawn: Array) 
 
 
 def _unbent(ride: Ride, model: Model) -> Array:
-    """The poses (k, 3) without what the model says that the camera adds to their places."""
+    """The poses (k, 3) without the shift that the model's camera effects add to their places."""
     pose = ride.pose.copy()
     pose[:, :2] -= model.seen(ride.view).mean(axis=1)
     return pose
@@ -59,7 +59,7 @@ def _unbent(ride: Ride, model: Model) -> Array:
 
 def _simulated(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array], model: Model, *, own: Array) -> Array:
     """The poses (n, k, 3) of the simulated slides at their frames; `own` (n,) are factors on the friction."""
-    # Poses are stamped late by the camera's delay: the attitude is read as much earlier instead.
+    # Poses are stamped late by the camera's delay, so the attitude is read that much earlier.
     delay_ns = round(model.delay_s() * 1e9)
     punctual = replace(model, terms=tuple(term for term in model.terms if "delay_s" not in term.effect.acts_through()))
     return simulate(
@@ -92,7 +92,7 @@ def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array],
 
 
 def _begun(time_ns: Times, pose: Array) -> tuple[Array, Array]:
-    """Pose and velocity (3,) at the first frame: of a parabola through the first frames, as many as a window has."""
+    """Pose (3,) and velocity (3,) at the first frame, from a parabola through the frames of one window."""
     fit = np.polynomial.polynomial.polyfit(_seconds(time_ns[:FRAMES]), pose[:FRAMES], 2)
     return fit[0], fit[1]
 
@@ -107,6 +107,6 @@ def _seconds(time_ns: Times) -> Array:
 
 
 def _padded(times: Sequence[Array]) -> Array:
-    """Times (n, k) of unequal numbers, the last repeated."""
+    """Times (n, k) of rows of unequal length, the last of each repeated."""
     most = max(len(own) for own in times)
     return np.stack([np.pad(own, (0, most - len(own)), mode="edge") for own in times])

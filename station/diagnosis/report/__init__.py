@@ -1,1 +1,1 @@
-"""The diagnosis as one HTML page: a file for each section, a file for each figure."""
+"""The report: the diagnosis as one HTML page, with one module for each section and each figure."""

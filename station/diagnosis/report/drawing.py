@@ -1,4 +1,4 @@
-"""How the report's figures look, and how they become a part of the page."""
+"""The style of the report's figures, and their form as a part of the page."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 BEFORE, AFTER, FLOOR, MARKED = "#999999", "#0072b2", "#009e73", "#d55e00"
-"""Plain model, found model, repeatability floor, what stands out: told apart by the colour-blind, too (Okabe, Ito)."""
+"""Colours of the plain model, the found model, the repeatability floor and what stands out; the colour-blind can tell
+them apart (Okabe, Ito)."""
 
 MOST_DOTS = 1500
-"""Scatters of more points become a picture inside the drawing: as lines of text they would be megabytes."""
+"""A scatter of more points becomes a bitmap inside the drawing: as vectors it would take megabytes."""
 
 _STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -31,7 +32,7 @@ _STYLE: dict[str, Any] = {
 
 
 def style() -> Any:
-    """The context in which figures are drawn and saved."""
+    """The matplotlib context in which figures are drawn and saved."""
     return mpl.rc_context(_STYLE)  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
 
 
@@ -41,7 +42,7 @@ def new_figure(*, width_in: float = 9.0, height_in: float = 3.2) -> Any:
 
 
 def inline_svg(figure: Any, *, name: str, alt: str) -> str:
-    """The figure as an <svg> element with ids of its own, named for readers who cannot see it."""
+    """The figure as an <svg> element with ids of its own and `alt` as its text for screen readers."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     drawing = text.getvalue()
@@ -54,7 +55,7 @@ def inline_svg(figure: Any, *, name: str, alt: str) -> str:
 
 
 def _own_ids(drawing: str, name: str) -> str:
-    """Ids with `name` before them. matplotlib defines equal markers again under their id: only the first keeps it."""
+    """The drawing with `name` before each id; matplotlib repeats equal markers' ids, of which only the first stays."""
     seen: set[str] = set()
 
     def renamed(match: re.Match[str]) -> str:

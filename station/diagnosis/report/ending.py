@@ -1,4 +1,4 @@
-"""The last two sections: what to do next, and where all this comes from."""
+"""The last two sections: what to do next, and where the answer comes from."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def next_step(diagnosis: Diagnosis) -> str:
 
 
 def numerics(diagnosis: Diagnosis) -> str:
-    """What the simulator's own settings do, which is no physics; empty where they were not looked at."""
+    """The section on the simulator's numerical artefacts; empty if they were not tested."""
     if not diagnosis.numerics:
         return ""
     rows = [[*(_cell(one.get(key)) for key in _NUMERICS)] for one in diagnosis.numerics]
@@ -49,7 +49,7 @@ def _cell(said: object) -> str:
 
 
 def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
-    """File, versions, seed, time and notes."""
+    """The section with file, versions, seed, time and notes."""
     rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
     rows.append(["runs", f"{diagnosis.used_runs} used of {diagnosis.total_runs}; {diagnosis.held_out_runs} held out"])
     rows.append(["plain simulation", escape(diagnosis.simulator)])

@@ -1,4 +1,4 @@
-"""The section that says how much better the simulation fits with what was found."""
+"""The section on how much better the simulation fits with what was found."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from station.diagnosis.result import Diagnosis, Quality, Value
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
-    """Before, after and floor on held-out runs; the onsets' errors; the parameters with their intervals."""
+    """The section with before, after and floor on held-out runs, the onsets' errors, and the parameters."""
     parts = [_table(diagnosis)]
     before, after = pictures.held_before, pictures.held_after
     if before is not None and after is not None:
@@ -71,7 +71,7 @@ def _se(quality: Quality, figure: str) -> str:
 
 
 def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
-    """What another simulator says with what was found, where it was run."""
+    """Rows with the quality of another simulator before and after, if it was run."""
     rows: list[list[str]] = []
     for when in ("before", "after"):
         said: Mapping[str, Any] = rerun.get(when) or {}

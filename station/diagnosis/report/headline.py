@@ -1,4 +1,4 @@
-"""The report's first lines: the answer, for somebody who reads nothing else."""
+"""The report's first lines: the answer for somebody who reads nothing else."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """The verdict as a sentence, and below it how sure, where, how much better, and what to do."""
+    """The verdict as a sentence, then its probability, place, improvement and next step."""
     lines = [*set_differently(diagnosis), _sure(diagnosis), _where(diagnosis), _better(diagnosis), _next(diagnosis)]
     items = "".join(f"<li>{escape(line)}</li>" for line in lines if line)
     kind, said = _CLASS[diagnosis.verdict], escape(sentence(diagnosis))
@@ -51,7 +51,7 @@ def _better(diagnosis: Diagnosis) -> str:
 
 
 def _change(name: str, before: float, after: float, unit: str) -> str:
-    """How an error changes; empty where there is none."""
+    """A phrase about how an error changes; empty where the recording has none."""
     if not (math.isfinite(before) and math.isfinite(after)):
         return ""
     first, last = f"{number(before)}{unit}", f"{number(after)}{unit}"
@@ -64,5 +64,5 @@ def _next(diagnosis: Diagnosis) -> str:
 
 
 def about(diagnosis: Diagnosis) -> str:
-    """Which recording."""
+    """The line that names the recording."""
     return paragraph(f"Recording: {diagnosis.recording or 'signals in memory'}", kind="about")

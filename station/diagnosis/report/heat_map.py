@@ -1,4 +1,4 @@
-"""Where residuals stand out: every kind of evidence against everything that could explain it."""
+"""The heat map of residuals: every channel against every covariate."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ _COLUMNS = ("all", *TITLES)
 _CLEAR = 0.05
 _DARK = 0.6
 _SCALED = 3
-"""Rows from which on there is room for the colours' scale; the numbers say the same."""
+"""The number of rows from which on there is room for the colour scale; the numbers say the same."""
 
 
 def heat_map(spots: Sequence[Spot], *, title: str) -> Any:
-    """Rows: phase and channel; columns: covariates. Colour and upper number: effect size; lower number: corrected p.
+    """The heat map: a row for each phase and channel, a column for each covariate.
 
-    A frame marks what is beyond chance in the whole search (p < 0.05); empty cells cannot be looked at.
+    The colour and the upper number are the effect size, the lower number is the corrected p. A frame marks p < 0.05 in
+    the whole search; an empty cell cannot be tested.
     """
     rows = sorted({(_order(spot.phase), spot.phase, spot.channel) for spot in spots})
     there = {spot.covariate for spot in spots}

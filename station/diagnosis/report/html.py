@@ -10,7 +10,7 @@ from station.diagnosis.result import Value
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = "") -> str:
-    """A table of cells that are HTML already."""
+    """An HTML table of cells that are HTML already."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     top = "".join(f"<th>{escape(word)}</th>" for word in head)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
@@ -18,7 +18,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = 
 
 
 def figure(svg: str, caption: str) -> str:
-    """A drawing with what it shows below it."""
+    """A drawing with its caption."""
     return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
@@ -33,7 +33,7 @@ def paragraph(text: str, *, kind: str = "") -> str:
 
 
 def number(value: float, digits: int = 2, *, sign: bool = False) -> str:
-    """A number with so many decimals; a dash where there is none."""
+    """A number with `digits` decimals; a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     return minus(f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}")
@@ -50,17 +50,17 @@ def whole(text: str) -> str:
 
 
 def p_value(p: float) -> str:
-    """A p-value; nothing below one in a million is told apart."""
+    """A p-value; smaller ones than one in a million are not told apart."""
     return "≤ 1e-6" if p <= 1e-6 else f"{p:.2g}"
 
 
 def p_equals(p: float) -> str:
-    """The same in a sentence: 'p = 0.03', 'p ≤ 1e-6'."""
+    """A p-value for a sentence: 'p = 0.03', 'p ≤ 1e-6'."""
     return f"p {p_value(p)}" if p <= 1e-6 else f"p = {p_value(p)}"
 
 
 def with_error(value: Value) -> tuple[str, str, str]:
-    """Value, 90 % interval and unit of a parameter, with the digits that the error leaves; lengths and angles small."""
+    """Value, 90 % interval and unit, to two digits of the standard error; lengths are in mm, angles in degrees."""
     factor, unit = _READ_IN.get(value.unit, (1.0, value.unit))
     sd = factor * value.sd
     if not math.isfinite(sd) or sd <= 0:
@@ -72,4 +72,4 @@ def with_error(value: Value) -> tuple[str, str, str]:
 
 
 _READ_IN = {"1": (1.0, ""), "m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")}
-"""Factors to the units in which people read small lengths and angles."""
+"""Factors and units in which people read small lengths and angles."""

@@ -1,4 +1,4 @@
-"""The onsets' errors on held-out runs: how large, how distributed, and whether the predicted spread is right."""
+"""The figure of the onsets' errors on held-out runs: their size, their distribution, and the predicted spread."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BINS = 10
 
 
 def onsets(before: HeldOutPicture, after: HeldOutPicture, *, both: bool) -> Any:
-    """Histogram of the errors, quantiles against a Gaussian's, and the ranks that should be uniform."""
+    """Histogram of the errors, quantiles against a Gaussian's, and the ranks, which should be uniform."""
     figure = new_figure(height_in=2.8)
     shown = [("before", before, BEFORE)] + ([("after", after, AFTER)] if both else [])
     errors, quantiles, ranks = (figure.add_subplot(1, 3, number) for number in (1, 2, 3))
@@ -56,7 +56,7 @@ def _ranks(axes: Any, rank: Array, colour: str) -> None:
 
 
 def _band(axes: Any, runs: int) -> None:
-    """What nine in ten bins stay within if the predicted spread is right."""
+    """Draws the range that nine in ten bins stay within if the predicted spread is right."""
     low, high = binom.ppf([0.05, 0.95], max(runs, 1), 1 / _BINS) * _BINS / max(runs, 1)
     axes.axhspan(low, high, color="0.9", zorder=0)
     axes.axhline(1.0, color="0.6", lw=0.8)

@@ -1,4 +1,4 @@
-"""The whole page: one file, styles and drawings inside, nothing fetched from anywhere."""
+"""The whole page: one file with styles and drawings inside, which fetches nothing."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _LINKS = (("where", "Where"), ("what", "What"), ("fit", "Fit"), ("next", "Next")
 
 
 def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None = None) -> str:
-    """The report as HTML. `seed` is told among where it comes from."""
+    """The report as HTML; `seed` is listed in its provenance."""
     links = "".join(f'<a href="#{name}">{word}</a>' for name, word in _LINKS)
     with style():
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]

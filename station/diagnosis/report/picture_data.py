@@ -1,4 +1,4 @@
-"""What the report's figures are drawn from: residuals with their places and covariates, and held-out predictions."""
+"""The data of the report's figures: residuals with their places and covariates, and held-out predictions."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from station.physics.model import Model
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ChannelPicture:
-    """One channel's residuals (n,), recorded less predicted, by the plain model and by the one that was found.
+    """One channel's residuals (n,), recorded minus predicted, by the plain model and by the one that was found.
 
     Attributes:
         name, phase, unit: the channel's.
         run: (n,) the recording's own run numbers.
-        x_m, y_m: (n,) where the block was on the plate (P); nan where the channel knows no place.
+        x_m, y_m: (n,) the block's place on the plate (P); nan where the channel has none.
         before, after: (n,) residuals in `unit`.
         sigma: (n,) the measurements' standard deviations.
         limit: (n,) True where a residual is only a lower limit: a run without a slide.
@@ -45,7 +45,7 @@ class ChannelPicture:
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """A channel against a covariate: how large the smooth part is, and its p, corrected for the whole search."""
+    """A channel against a covariate: the smooth part's effect size, and its p corrected for the whole search."""
 
     phase: str
     channel: str
@@ -56,7 +56,7 @@ class Spot:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeldOutPicture:
-    """Of every run (r,), predicted by a fit that has not seen it; nan where a run has no such thing.
+    """Predictions of every run (r,) by a fit that has not seen it; nan where a run has no such figure.
 
     `rank` is the share of the predicted distribution below the recorded onset, `log_score` a run's log density.
     """
@@ -69,9 +69,9 @@ class HeldOutPicture:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PictureData:
-    """Beside a `Diagnosis`, for figures; no part of its JSON. Empty where nothing could be tested.
+    """The data of a diagnosis's figures, which is no part of its JSON; empty where nothing could be tested.
 
-    `spots_before` are of the plain model's residuals, `spots_after` of those of the last model.
+    `spots_before` are of the plain model's residuals, `spots_after` of those that the last stage tested.
     """
 
     channels: tuple[ChannelPicture, ...] = ()
@@ -82,14 +82,14 @@ class PictureData:
     opening_radius_m: float = np.inf
 
     def channel(self, name: str) -> ChannelPicture | None:
-        """The channel of that name, if there is one."""
+        """The channel of that name, or None."""
         return next((channel for channel in self.channels if channel.name == name), None)
 
 
 def picture_data(
     evidence: Evidence, found: Search, both: tuple[HeldOut, HeldOut], *, opening_radius_m: float = np.inf
 ) -> PictureData:
-    """Gathers it; costs two evaluations of the residuals and one small fit for each place."""
+    """Gathers the data; it evaluates each channel's residuals twice, and once more with a small fit for each spot."""
     before, after = found.null.model, found.model.model
     return PictureData(
         channels=tuple(_channel(evidence, channel, before, after) for channel in evidence.channels),

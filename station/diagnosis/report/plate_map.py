@@ -1,4 +1,4 @@
-"""Residuals at their places on the plate, before and after."""
+"""The map of residuals on the plate, before and after."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from station.physics.contact import Array
 
 _CHANNELS = ("onset", "along")
 _NEAR = 0.6
-"""Of the opening's radius: blocks that came so far out are shown with its edge."""
+"""If blocks came beyond this share of the opening's radius, the map shows the opening's edge."""
 
 
 def channels_on_plate(pictures: PictureData) -> tuple[ChannelPicture, ...]:
-    """Those of onset and slide whose places are known."""
+    """The onset and slide channels whose places are known and vary."""
     found = (pictures.channel(name) for name in _CHANNELS)
     return tuple(one for one in found if one is not None and np.isfinite(one.x_m).sum() > 1 and _spread(one) > 0)
 
 
 def plate_map(pictures: PictureData, *, after: bool) -> Any:
-    """One row for each of `channels_on_plate`; the second column, if asked for, is of the found model."""
+    """One row for each of `channels_on_plate`; if `after`, a second column is of the found model."""
     shown = channels_on_plate(pictures)
     columns = 2 if after else 1
     figure = new_figure(width_in=4.4 * columns, height_in=3.6 * len(shown))
@@ -61,7 +61,7 @@ def _draw(figure: Any, axes: Any, channel: ChannelPicture, values: Array, *, lim
 
 
 def _opening(axes: Any, radius_m: float, *, reach_m: float) -> None:
-    """The foam's edge; where no block came near it only the part of the plate that they came to is shown."""
+    """Draws the foam's edge; where no block came near it the map is limited to the part that the blocks reached."""
     if np.isfinite(radius_m):
         axes.add_patch(Circle((0.0, 0.0), 1e3 * radius_m, fill=False, ls=":", color="0.6"))
         shown_mm = 1e3 * (radius_m if reach_m > _NEAR * radius_m else 1.1 * reach_m)
@@ -70,12 +70,12 @@ def _opening(axes: Any, radius_m: float, *, reach_m: float) -> None:
 
 
 def _reach(channel: ChannelPicture) -> float:
-    """How far from the plate's centre anything was."""
+    """The largest distance of a row from the plate's centre, m."""
     return float(np.nanmax(np.hypot(channel.x_m, channel.y_m)))
 
 
 def _limit(channel: ChannelPicture) -> float:
-    """The colours' end: what nine in ten residuals stay below."""
+    """The end of the colour scale: the 90 % quantile of the residuals' sizes."""
     factor, _ = scales.residual(channel.unit)
     known = channel.before[~channel.limit & np.isfinite(channel.before)]
     return max(float(np.quantile(np.abs(factor * (known - np.median(known))), 0.9)), 1e-9) if len(known) else 1.0

@@ -1,4 +1,4 @@
-"""In which units people read covariates and residuals."""
+"""The units in which people read covariates and residuals."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ CHANNELS = {
 
 
 def covariate(name: str, values: Array) -> tuple[Array, str]:
-    """Values (n,) of a covariate as a person reads them, and the axis's label."""
+    """Values (n,) of a covariate in the unit that people read, and the axis's label."""
     title = TITLES.get(name, {"x": "x on the plate", "y": "y on the plate", "all": "throughout"}.get(name, name))
     if name in _ANGLES:
         return np.degrees(values), f"{title} ({_UNITS.get(name, '°')})"
@@ -58,7 +58,7 @@ def residual(unit: str) -> tuple[float, str]:
 
 
 def channel(name: str) -> str:
-    """What a channel shows."""
+    """A channel's title."""
     return CHANNELS.get(name, f"angle sensor {name.partition(':')[2]}")
 
 

@@ -1,4 +1,4 @@
-"""Before, after and floor on held-out runs, each with its 90 % interval."""
+"""The figure of before, after and floor on held-out runs, each with its 90 % interval."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from station.physics.contact import Array
 _Z90 = 1.645
 _NOMINAL = 0.9
 Bar = tuple[str, float, float, float, str]
-"""Name, value, lower and upper end of the 90 % interval, colour."""
+"""Name, value, lower and upper end of the 90 % interval, and colour."""
 
 
 def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
-    """Three dot plots: onset error, path error, and how many onsets the 90 % intervals hold."""
+    """Three dot plots: onset error, path error, and the share of onsets within their 90 % intervals."""
     figure = new_figure(height_in=2.2)
     before, after = pictures.held_before, pictures.held_after
     onset, path, held = (figure.add_subplot(1, 3, number) for number in (1, 2, 3))
@@ -37,7 +37,7 @@ def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
 
 
 def root_mean_square(values: Array) -> tuple[float, float, float]:
-    """Of (n,) errors with its 90 % interval (delta method); nan where nothing is known."""
+    """The root mean square of errors (n,) with its 90 % interval (delta method); nan below two known errors."""
     known = values[np.isfinite(values)] ** 2
     if len(known) < 2:
         return math.nan, math.nan, math.nan
@@ -47,7 +47,7 @@ def root_mean_square(values: Array) -> tuple[float, float, float]:
 
 
 def wilson(hits: int, count: int) -> tuple[float, float, float]:
-    """Share of hits with its 90 % interval (Wilson 1927); nan for a count of 0."""
+    """The share of hits with its 90 % interval (Wilson 1927); nan for a count of 0."""
     if count == 0:
         return math.nan, math.nan, math.nan
     share, z2 = hits / count, _Z90**2

@@ -35,13 +35,13 @@ _CLAIMS: dict[Side, str] = {
 
 
 def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ...]:
-    """The effects that are claimed, likeliest first; those that some sides have, or all."""
+    """The effects that are claimed, the likeliest first; with `sides`, only those that one of these sides has."""
     claimed = (effect for effect in diagnosis.effects if effect.verdict in ("supported", "indistinguishable"))
     return tuple(effect for effect in claimed if not sides or effect.side in sides)
 
 
 def set_differently(diagnosis: Diagnosis) -> list[str]:
-    """What recording and simulation set differently, a sentence for each number, the level of friction first."""
+    """A sentence for each number that recording and simulation set differently, the level of friction first."""
     return [
         f"{one.name} is {one.recording} in the recording and {one.simulation} in the simulation"
         for one in diagnosis.differs

@@ -1,4 +1,4 @@
-"""The summary for the terminal: what a tired person understands in ten seconds."""
+"""The summary for the terminal, which a tired person understands in ten seconds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported":
 
 
 def summary(diagnosis: Diagnosis) -> RenderableType:
-    """Verdict first, then what, where, how much better, and what to do next."""
+    """The verdict first, then effects, places, improvement and the next step."""
     parts: list[RenderableType] = [_headline(diagnosis)]
     parts += [Text(f"Set differently: {said}") for said in set_differently(diagnosis)]
     if diagnosis.verdict == "untestable":
@@ -45,7 +45,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
 
 
 def _simulated(diagnosis: Diagnosis) -> list[Text]:
-    """What the user's simulator's numerics do, and how it fares before and after."""
+    """Lines on the simulator's numerical artefacts, and on its quality before and after."""
     lines = [
         Text(f"Numerics, not physics: {one['id']} {one['size']:.2g} {one['unit']}, cured by {one['cured_by']}")
         for one in diagnosis.numerics
@@ -81,7 +81,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
-    """Before and after on unseen runs: robust figures, with standard errors; what the recording lacks is left out."""
+    """Before and after on unseen runs, in robust figures with standard errors; what the recording lacks is left out."""
     fit = diagnosis.fit
     parts = [
         _number("log score {} a run", fit.log_score_gain, fit.gain_se, sign=True),
@@ -105,7 +105,7 @@ def _figure(quality: Quality, name: str) -> str:
 
 
 def _number(words: str, value: float, se: float, *, sign: bool = False) -> str:
-    """The words with the number and its standard error in it; nothing where there is no number."""
+    """The words with the number and its standard error in them; empty if there is no number."""
     if not math.isfinite(value):
         return ""
     told = f"{value:+.2f}" if sign else f"{value:.2f}"

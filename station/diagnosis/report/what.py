@@ -1,4 +1,4 @@
-"""The section that says which effects were compared, what is doubtful, and what could not be tested."""
+"""The section on which effects were compared, what is doubtful, and what could not be tested."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CLASS_BIC = 6.0
 
 
 def what(diagnosis: Diagnosis) -> str:
-    """A comparison table for each stage, the probabilities, and the effects that this recording cannot show."""
+    """The section with the probabilities, a comparison table for each stage, and the effects that cannot be tested."""
     parts = [_probabilities(diagnosis)]
     stages = sorted({row.stage for row in diagnosis.candidates})
     parts += [_comparison(diagnosis, stage) for stage in stages]
@@ -72,7 +72,7 @@ def _row(diagnosis: Diagnosis, row: Candidates, *, best: float, weight: float, r
 
 
 def _class(diagnosis: Diagnosis, row: Candidates) -> str:
-    """The reported class that the candidate belongs to."""
+    """The reported classes that the candidate belongs to."""
     classes = (one.class_ids for one in diagnosis.effects)
     return "; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids))
 

@@ -1,4 +1,4 @@
-"""The section that says where recording and simulation differ."""
+"""The section on where recording and simulation differ."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOMENT_NS = 5_000_000
 
 
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
-    """Residual maps over phase and covariate, the located curves, the plate, and the list of places."""
+    """The section with residual maps over phase and covariate, the located curves, the plate map, and the places."""
     parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
     parts.append(_places(diagnosis.located))
     return html.section("Where they differ", *parts, name="where")
@@ -72,12 +72,12 @@ def _row(place: Located) -> list[str]:
 
 
 def _told(run: int, length_ns: int) -> str:
-    """An onset is a moment and has no length."""
+    """The run, and the stretch's length unless it is a moment, such as an onset."""
     return f"run {run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"run {run}"
 
 
 def _longest(place: Located) -> list[tuple[int, int]]:
-    """The runs with the longest stretches, and how long these are."""
+    """The runs with the longest stretches, and these stretches' lengths (ns)."""
     lengths = dict[int, int]()
     for one in place.windows:
         lengths[one.run] = max(lengths.get(one.run, 0), one.to_ns - one.from_ns)

@@ -1,1 +1,1 @@
-"""The search for missing physics: where, which effects, and how much each name is believed."""
+"""The search for missing physics: where residuals stand out, which effects explain them, and how probable each is."""

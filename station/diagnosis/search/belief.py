@@ -1,4 +1,4 @@
-"""How much is believed of each name: weights of all that was compared, and what cannot be told from what."""
+"""The posterior probability of each name, from the odds of all candidates, and its class of equivalent names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from station.physics.smooth import PREFIX
 
 @dataclass(frozen=True, kw_only=True)
 class Belief:
-    """Posterior of each term's class, of each place, of something other, of nothing; `classes` by the terms' ids."""
+    """Posteriors of each term's class (by term id), of the places, of `other` and of `none`; `classes` by term id."""
 
     effects: Mapping[str, float]
     places: Sequence[float]
@@ -25,7 +25,7 @@ class Belief:
 
 
 def beliefs(found: Search) -> Belief:
-    """From the comparisons of the model's terms with what could stand in their places."""
+    """The posteriors from the comparisons of the model's terms with what could stand in their places."""
     shares = {name: comparison.shares() for name, comparison in found.compared.items()}
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
     effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
@@ -36,7 +36,7 @@ def beliefs(found: Search) -> Belief:
 
 
 def called(effect_id: str) -> str:
-    """A term's name in results: its id, `other` for a smooth term."""
+    """A term's name in results: its id, or `other` for a smooth term."""
     return "other" if effect_id.startswith(PREFIX) else effect_id
 
 
@@ -45,9 +45,9 @@ def _sure(odds: float) -> float:
 
 
 def _none(stage: Stage) -> float:
-    """That there is nothing: by the odds of all candidates against it, and by the session's own calibration.
+    """Posterior probability that nothing is missing, from all candidates' odds and the session's own calibration.
 
-    The calibration has the last word: at a global p of 1/2 nothing is likelier than anything.
+    The calibration multiplies the odds of nothing by the global p over NOMINAL.
     """
     odds = [candidate.odds for candidate in (*stage.candidates, *stage.places)]
     top = max([0.0, *odds])

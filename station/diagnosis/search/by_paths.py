@@ -1,8 +1,8 @@
-"""Of candidates that differ in the law of sliding alone: which of them the blocks' first paths speak against.
+"""Tests candidates that differ in their laws of sliding alone on the blocks' first paths.
 
-Where friction in the slides' windows leaves two laws about alike, how blocks gather speed decides (`evidence.paths`).
-The paths are the windows' own data in part, and a fit of them ends a little short of its best: so they count little by
-little, and never for more than tells neighbours apart.
+Where the friction in the slides' windows fits two laws alike, the way blocks gather speed decides (`evidence.paths`).
+The paths are in part the windows' own data, and a fit of them ends a little short of its maximum: only a share of their
+evidence counts, and never more than tells neighbouring laws apart.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from station.physics.model import Term
 
 FAMILY = "speed law"
 Group = tuple[frozenset[str], int]
-"""What candidates have besides their laws of sliding, and how many such laws."""
+"""The ids of a candidate's effects besides its laws of sliding, and the number of those laws."""
 
 
 def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates, those that are fitted in full with what the paths have against them."""
+    """The candidates; those that are fitted in full carry what the paths have against them."""
     paths = fitter.evidence.paths
     if paths is None:
         return list(candidates)
@@ -43,9 +43,9 @@ def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws of sliding, alone and in pairs, that look like what all paths have in common: fitted from there.
+    """The laws of sliding, alone and in pairs, that come near the law of all paths; each is fitted from there.
 
-    Two that nearly cancel each other in the slides' windows have no score by which they would be found.
+    Two laws that nearly cancel in the slides' windows have no score by which they would be found.
     """
     paths = fitter.evidence.paths
     if paths is None or any(term.effect.family == FAMILY for term in without_nuisances(current.model).terms):
@@ -60,7 +60,7 @@ def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[
 
 
 def _starts(evidence: Evidence, candidate: Candidate) -> list[tuple[Term, ...]]:
-    """Each effect with each start of its shapes, a little of it, to either side."""
+    """All combinations of the effects' starts: each start of the shapes with one typical size of either sign."""
     each = [
         [sized for _, start in variants_of(evidence, [effect]) for sized in (_sized(start, 1.0), _sized(start, -1.0))]
         for effect in candidate.effects
@@ -78,9 +78,10 @@ def _sized(start: Term, sign: float) -> Term:
 
 
 def _group(paths: Paths, candidate: Candidate) -> Group | None:
-    """None for what the paths do not tell: a smooth term but of the speed, or a model that shifts their clock.
+    """The candidate's group; None if the paths do not test it.
 
-    A smooth term of the speed begins at any level and goes on from there: it is what a drop and a second law are.
+    They do not test a smooth term of anything but the speed, or a model that shifts their clock. A smooth term of the
+    speed has any level at zero speed and any slope: it counts as a drop and a second law.
     """
     if candidate.fitted is None or candidate.fitted.model.acting("delay_s"):
         return None
@@ -92,7 +93,10 @@ def _group(paths: Paths, candidate: Candidate) -> Group | None:
 
 
 def _against(fitter: Fitter, members: Sequence[Candidate]) -> dict[tuple[str, ...], float]:
-    """By key. What is so far behind that nothing against the others would bring it to the front is not looked at."""
+    """Twice the log odds against each member by its key.
+
+    A member that is too far behind to come to the front is not tested.
+    """
     top = max(member.odds for member in members)
     near = {member.key: member for member in members if member.odds > top - 2 * thresholds.PATHS_MOST}
     if len(near) < 2:

@@ -1,4 +1,4 @@
-"""What a stage of the search compares: effects alone, pairs, smooth terms and places, by their scores."""
+"""The candidates of a stage, from their scores: effects alone, pairs, smooth terms and places."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ from station.physics.parameter import Parameter
 from station.physics.smooth import is_of_the_air, is_smooth
 
 OFF_NULL = 0.1
-"""The least size at which an effect with shapes starts, in typical ones: at its null a shape has no slope."""
+"""The smallest size, in typical sizes, at which an effect with shapes starts: at its null a shape has no slope."""
 
 PROMISED = 0.5
-"""The share of what the scores promise below which a fit has lost its way, and begins again where they say."""
+"""A fit that gains less than this share of what the scores promise has missed its maximum, and begins again from them.
+"""
 
 HARDLY = 0.003
-"""The size from which a fit that lost its way begins again: so small that it cannot fit worse than without."""
+"""The size, in typical sizes, at which a lost fit begins again: it is too small to fit worse than no effect."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Effects (one or two), or a place: what they gain in twice the log likelihood, their BIC, the uncorrected p.
+    """Effects (one or two) or a place, with their gain in twice the log likelihood, BIC, and uncorrected p.
 
-    `odds` is the BIC with the prior: twice the log of the posterior odds against nothing. `against` is what the blocks'
-    paths have against a law of sliding, see `by_paths`.
+    `odds` is twice the log posterior odds against nothing: the BIC with the prior. `against` is what the blocks' paths
+    have against a law of sliding, see `by_paths`.
     """
 
     effects: tuple[Effect, ...]
@@ -56,26 +57,26 @@ class Candidate:
 
     @property
     def key(self) -> tuple[str, ...]:
-        """The effects' ids in order; smooth terms by their own."""
+        """The effects' ids in order, those of smooth terms among them."""
         return tuple(sorted(effect.id for effect in self.effects))
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """The effects' ids in order, `other` for what has no name."""
+        """The effects' ids in order; `other` for a place or a smooth term."""
         if self.place is not None or self.smooth:
             return ("other",)
         return self.key
 
     @property
     def smooth(self) -> bool:
-        """Whether it is a smooth term."""
+        """True if it has a smooth term."""
         return any(is_smooth(effect) for effect in self.effects)
 
     @property
     def credible(self) -> bool:
-        """Whether its full fit is at a maximum, and no size at a bound: such a law wants to be what it cannot be.
+        """True if its full fit is at a maximum with no size at a bound: such a law would want to leave its range.
 
-        With shapes it may: there a larger size and another shape say nearly the same.
+        A law with shapes may be at a bound: a larger size and another shape are nearly the same there.
         """
         if self.fitted is None or not self.fitted.converged:
             return False
@@ -84,12 +85,12 @@ class Candidate:
 
     @property
     def odds(self) -> float:
-        """See the class."""
+        """Twice the log posterior odds against nothing."""
         return self.bic + 2.0 * math.log(self.prior / thresholds.NONE) - self.against
 
 
 def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
-    """Each effect by its best variant, all pairs of named ones; and the pairs' variants."""
+    """Each effect by its best variant, then all pairs of named effects; and the pairs' variants."""
     singles = _singles(scored)
     named = [variant for candidate, variant in singles if not candidate.smooth]
     couples = list(itertools.combinations(named, 2))
@@ -105,14 +106,14 @@ def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect
 def tested_alone(
     evidence: Evidence, current: Fit, effects: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[list[Candidate], Calibration]:
-    """The same, with the null of the session's own that is drawn from the fit."""
+    """The candidates of `single_candidates`, and the session's own null that is drawn from the fit."""
     scored = scores(evidence, current, effects)
     calibration = calibrate(scored, [variant.columns for variant in scored.variants], rng)
     return [candidate for candidate, _ in _singles(scored)], calibration
 
 
 def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
-    """Each effect alone, by its best variant; the prior of its kind shared out among all of them."""
+    """Each effect alone by its best variant; the prior of its kind is shared evenly among the effects of that kind."""
     best: dict[str, tuple[Candidate, Variant]] = {}
     for variant in scored.variants:
         candidate = _candidate(scored, (variant,), prior=1.0)
@@ -128,7 +129,7 @@ def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
 
 
 def _is_unexpected(candidate: Candidate) -> bool:
-    """Whether it has no name and is no straight line against the air, with which friction is known to change."""
+    """True for a smooth term, unless it is a straight line in the air's state, on which friction is known to depend."""
     return candidate.smooth and not all(is_of_the_air(effect) for effect in candidate.effects)
 
 
@@ -141,14 +142,14 @@ def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> 
 
 
 def _gained(scored: Scores, columns: Sequence[int]) -> tuple[float, int, float]:
-    """Twice the gain in log likelihood by columns, how many they are, and the gain's p."""
+    """Twice the gain in log likelihood by the columns, their number, and the gain's p-value."""
     total, size = gain(scored, columns)
     twice = float(total[0]) / overdispersion(scored, columns)
     return twice, size, float(p_value(np.array(twice), size))
 
 
 def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
-    """Where a full fit begins: at the sizes that the scores promise."""
+    """The terms from which a full fit begins, at the sizes that the scores promise."""
     sizes = iter(estimate(scored, [column for variant in variants for column in variant.columns]).tolist())
     return tuple(_start(variant.start, sizes) for variant in variants)
 
@@ -168,7 +169,7 @@ def _start(null: Term, sizes: Iterator[float]) -> Term:
 
 
 def place_candidate(scored: Scores, place: Place, *, of: int) -> Candidate:
-    """A place as a candidate, one of so many."""
+    """A place as a candidate that shares its prior with `of` places."""
     twice, size, p = _gained(scored, place.columns)
     return Candidate((), (), place, twice, size, p, twice - size * math.log(scored.runs), thresholds.OTHER / max(of, 1))
 
@@ -184,13 +185,13 @@ def _inside(effect: Effect, values: Values) -> bool:
 
 Asked = Callable[["Fitter", Fit], float]
 Begins = Mapping[frozenset[str], tuple[Model, Noise]]
-"""Models with their noise by the ids of their effects."""
+"""The models and noise from which fits begin, by the ids of their effects."""
 
 
 class Fitter:
-    """Fits models to one evidence; of models with the same effects the likeliest is kept.
+    """Fits models to one evidence, and keeps the likeliest fit of each set of effects.
 
-    `begins` says where a model's first fit begins, if a search of nearly the same runs has already found it.
+    `begins` says where a first fit begins, if a search of nearly the same runs has found it already.
     """
 
     def __init__(self, evidence: Evidence, begins: Begins | None = None) -> None:
@@ -199,7 +200,7 @@ class Fitter:
         self._asked: list[tuple[Fit, Asked, float]] = []
 
     def once(self, fitted: Fit, ask: Asked) -> float:
-        """What `ask` says of a fit: it takes its time, and is asked once only."""
+        """The answer of `ask` about a fit; it is slow, so it is computed only once."""
         for known, asked, answer in self._asked:
             if known is fitted and asked is ask:
                 return answer
@@ -207,26 +208,26 @@ class Fitter:
         return self._asked[-1][2]
 
     def fit(self, start: Model, effects: Sequence[Effect], *, noise: Noise) -> Fit:
-        """The fit of these effects, from `start` where none is known."""
+        """The known fit of these effects, or else a new one from `start`."""
         key = _key(effects)
         if key not in self._known and key in self._begins:
             return self.refit(self._begins[key][0], effects, self._begins[key][1])
         return self._known.get(key) or self.refit(start, effects, noise)
 
     def ends(self) -> Begins:
-        """Where all fits ended: where those of nearly the same runs may begin."""
+        """Models and noise at the end of all fits, from which fits of nearly the same runs may begin."""
         return {key: (found.model, found.noise) for key, found in self._known.items()}
 
     def begin(self, current: Fit, candidate: Candidate) -> None:
-        """Fits the candidate from its own starts: `fitted` goes on from the likeliest fit that is known."""
+        """Fits the candidate from its own starts; `fitted` then continues from the likeliest known fit."""
         acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
         self.refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
-        """The candidate after a full fit of everything in the model together with it.
+        """The candidate after a full fit of the whole model together with it.
 
-        It begins at what its own parts were fitted to; a model that fits worse than a part of it, or far worse than its
-        scores promise, has not found its maximum, and is begun again: near that part, or where the scores say.
+        The fit begins where the candidate's parts were fitted to. If it ends below such a part, or far below what the
+        scores promise, it has missed its maximum and begins again: near that part, or where the scores say.
         """
         acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
         effects = [*acting, *candidate.effects]
@@ -247,10 +248,11 @@ class Fitter:
         return [(effect, parameter) for effect in candidate.effects for parameter in told(self.evidence, effect)]
 
     def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
-        """What a number costs: ln of the runs (BIC); a shape no more than the share of its range that is ruled out.
+        """The cost of a number in twice the log likelihood: ln of the runs (BIC), or less for a shape.
 
-        Where the effect is weak nothing tells its shape, which then explains nothing either. One at its bound costs
-        little: a law that fits only at the end of its range is likely the simpler one that it turns into there.
+        A shape costs no more than the share of its range that is ruled out: where the effect is weak nothing determines
+        its shape, which explains nothing either. A shape at its bound costs little: a law that fits only at the end of
+        its range is likely the simpler law that it becomes there.
         """
         full = math.log(max(self.evidence.used(), 2))
         if not parameter.is_shape:
@@ -262,7 +264,7 @@ class Fitter:
         return min(full, max(2.0 * math.log(spread / sd), thresholds.LEAST_COST))
 
     def refit(self, start: Model, effects: Sequence[Effect], noise: Noise) -> Fit:
-        """The fit of these effects from `start`, or the likelier one that is known."""
+        """Fits these effects from `start`, and returns that fit or the likelier one that is known."""
         found, key = fit(self.evidence, start, effects, noise=noise), _key(effects)
         known = self._known.get(key)
         if known is None or found.log_likelihood > known.log_likelihood:
@@ -281,7 +283,7 @@ def _with(model: Model, terms: Iterable[Term]) -> Model:
 
 
 def _small(term: Term) -> Term:
-    """The effect hardly acting, to the same side; its shapes as they are."""
+    """The term with its sizes almost at zero on the same side, and its shapes unchanged."""
     values = dict(term.values)
     for parameter in term.effect.parameters:
         if not parameter.is_shape:

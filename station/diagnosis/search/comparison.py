@@ -1,7 +1,7 @@
-"""Each term of a model beside what could stand in its place, all other terms being as they are.
+"""Compares each term of a model with what could stand in its place, all other terms being present.
 
-A stage chooses on the residuals of what was found before it. Once everything is found, each term is taken out again
-and all that could fill its place is fitted anew: a better one takes it, and what is hardly worse cannot be told apart.
+A stage chooses on the residuals of what was found before it. Once everything is found, each term is taken out again and
+all that could fill its place is fitted anew: a better one replaces it, and what is hardly worse cannot be told from it.
 """
 
 from __future__ import annotations
@@ -28,10 +28,9 @@ NAMED_FITS, SMOOTH_FITS = 8, 4
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """What could fill a place, fitted in full, the likeliest first; `without` is the model with the place empty.
+    """The candidates for one place, fitted in full, the likeliest first; `without` is the fit with the place empty.
 
-    `by_chance` is the probability that the best of all scores around `without` comes by chance, by the session's own
-    null.
+    `by_chance` is the corrected p-value of the best score around `without`, by the session's own null.
     """
 
     without: Fit
@@ -40,22 +39,22 @@ class Comparison:
 
     @property
     def is_further(self) -> bool:
-        """True if it is a place beside other names, and what is left without it is within chance."""
+        """True if the model has other terms, and what is left without this one is within chance (p above NEXT)."""
         return bool(_terms(self.without.model)) and self.by_chance > thresholds.NEXT
 
     @property
     def needless(self) -> bool:
-        """Whether nothing is likelier than anything."""
+        """True if nothing is likelier than the best candidate."""
         return self.candidates[0].odds < 0
 
     def shares(self) -> dict[str, float]:
-        """Posterior by id, all smooth terms together as `other`, nothing as `none`; they add up to 1."""
+        """Posterior by id, with all smooth terms as `other` and nothing as `none`; the shares add up to 1."""
         top = max((0.0, *(candidate.odds for candidate in self.candidates)))
         heat = temperature(candidate.twice_gain for candidate in self.candidates)
         weights = {"none": math.exp(-0.5 * top / heat)}
         for candidate in self.candidates:
             (name,) = candidate.ids
-            # A smooth term has no law whose misfit could be excused.
+            # A smooth term has no law whose misspecification could be excused.
             excused = 1.0 if candidate.smooth else heat
             weight = math.exp(0.5 * (candidate.odds - top) / excused)
             weights[name] = weights.get(name, 0.0) + weight
@@ -63,7 +62,7 @@ class Comparison:
         return {name: weight / total for name, weight in weights.items()}
 
     def class_of(self, name: str) -> tuple[str, ...]:
-        """The name, and the likeliest others, until together they are credible."""
+        """The name and the likeliest others, until together they reach the share CREDIBLE of all but `none`."""
         shares = self.shares()
         chosen, total = [name], shares.get(name, 0.0)
         for other, share in sorted(shares.items(), key=lambda pair: -pair[1]):
@@ -78,7 +77,7 @@ class Comparison:
 def revised(
     fitter: Fitter, current: Fit, offered: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[Fit, dict[str, Comparison]]:
-    """The model with each term the best for its place, and the comparisons by the ids of its terms."""
+    """The model with the best term in each place, and the comparisons by the ids of its terms."""
     compared = dict[str, Comparison]()
     for _ in range(ROUNDS):
         current, compared, changed = _round(fitter, current, offered, rng)
@@ -91,10 +90,10 @@ def revised(
 def _round(
     fitter: Fitter, current: Fit, offered: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[Fit, dict[str, Comparison], bool]:
-    """Every term compared once; a better one takes its place, and one that is not needed leaves.
+    """Compares every term once; a better candidate takes its place, and a term that is not needed is removed.
 
-    A further name is looked for in a stage of its own if what is left is beyond chance; one that came as half of a pair
-    has to stand the same test here.
+    A further name gets a stage of its own only if what is left is beyond chance; one that came as half of a pair has to
+    pass the same test here.
     """
     compared, gains, changed = dict[str, Comparison](), dict[str, Gained](), False
     for effect in _terms(current.model):
@@ -137,16 +136,16 @@ def _comparison(
 
 
 def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
-    """The fit without the effect, begun where the effect leaves it.
+    """The fit without the effect, begun from the current values of the others.
 
-    One that ended short of its maximum before would leave the rest to whatever stands beside it, however small.
+    If it ended short of its maximum, the rest would be credited to whatever stands beside it.
     """
     left, acting = _left(current, effect)
     return fitter.refit(left, acting, current.noise)
 
 
 def _left(current: Fit, effect: Effect) -> tuple[Model, list[Effect]]:
-    """A model without one of its effects, and those that are left in it."""
+    """A model without one of its effects, and the effects that remain."""
     terms = tuple(term for term in current.model.terms if term.effect.id != effect.id)
     acting = [term.effect for term in terms if not is_nuisance(term.effect)]
     return replace(current.model, terms=terms), acting

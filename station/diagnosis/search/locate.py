@@ -1,4 +1,4 @@
-"""Where: places by rank, with the runs and stretches of the recording that stand out, in a sentence."""
+"""The places where residuals stand out, by rank, with the runs and stretches that stand out most, in a sentence."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ MOST_PLACES = 12
 MOST_WINDOWS = 20
 MOST_RUNS = 60
 STANDS_OUT = 0.7
-"""Quantile of the smooth part beyond which a row stands out."""
+"""A row stands out if the smooth part's size there is above this quantile."""
 
 BINS = 10
 
 
 def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
-    """All places that stand out beyond chance, in the stage in which they do so most."""
+    """All places that stand out beyond chance, each from the stage with the smallest p."""
     best: dict[tuple[str, str], Located] = {}
     for stage in stages:
         for place in _of_stage(evidence, stage):
@@ -47,7 +47,7 @@ def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
 
 
 def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
-    """A smooth term sees onset and slide together, and so what neither shows alone: the surest one per covariate."""
+    """The places of smooth terms, which see onset and slide together, with the smallest p of each covariate."""
     best: dict[str, float] = {}
     for candidate in stage.candidates:
         p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
@@ -91,7 +91,7 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
 
 
 def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
-    """A place's residuals (n,), their smooth part over the covariate (n,), and its share of their size (0 … 1)."""
+    """A place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (at most 1)."""
     channel, rows = place.channel, place.channel.rows
     residual = channel.residual(before.model)
     known = ~rows.limit

@@ -1,4 +1,4 @@
-"""Where residuals may stand out: every channel against everything that could explain it, as smooth columns."""
+"""The places where residuals may stand out: every channel against every covariate, as smooth columns."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 
 DEPENDENT = 1e-3
-"""Of the largest singular value: what is smaller is the other columns again."""
+"""Singular values below this share of the largest belong to columns that repeat others."""
 
 CONSTANT = 1e-9
-"""What varies by less is constant but for rounding."""
+"""A covariate whose spread is smaller is constant but for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A channel and a covariate; its smooth columns (rows of the channel, k) and their number in the stack."""
+    """A channel and a covariate, with smooth columns (channel's rows, k) and the columns' numbers in the scores."""
 
     channel: Channel
     covariate: str
@@ -30,12 +30,12 @@ class Place:
 
     @property
     def phase(self) -> str:
-        """When in a run it is."""
+        """The phase of a run in which the channel is seen."""
         return self.channel.phase
 
 
 def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Array]:
-    """All places, and their columns (rows of the stack, K) from number `first_column` on."""
+    """All places, and their columns (stacked rows, K), numbered from `first_column` on."""
     total = sum(len(channel) for channel in evidence.channels)
     found, parts, offset = list[Place](), list[Array](), 0
     for channel in evidence.channels:
@@ -71,12 +71,12 @@ def _bases(channel: Channel) -> dict[str, Array]:
 
 
 def least_spread(covariate: str) -> float:
-    """What a covariate must vary by to explain anything, in its own unit."""
+    """The spread that a covariate needs to explain anything, in its own unit."""
     return thresholds.LEAST_DWELL_S if covariate == "dwell" else CONSTANT
 
 
 def _angle(angle: Array) -> Array | None:
-    """Harmonics of an angle: the first and, where the angles are dense enough, the second and third."""
+    """Harmonics (n, k) of an angle (n,), up to the third if enough distinct angles occur; None if it hardly varies."""
     known = np.isfinite(angle)
     if known.sum() < max(thresholds.LEAST_ROWS, thresholds.LEAST_KNOWN_SHARE * len(angle)):
         return None
@@ -91,7 +91,7 @@ def _angle(angle: Array) -> Array | None:
 
 
 def _smooth(values: Array, least: float, order: int) -> Array | None:
-    """Polynomials of the standardised values; unknown ones are at the middle."""
+    """Polynomials (n, k) of the standardised values (n,), unknown ones at the median; None if they hardly vary."""
     known = np.isfinite(values)
     if known.sum() < thresholds.LEAST_ROWS:
         return None
@@ -112,7 +112,7 @@ def _spot(x: Array, y: Array) -> Array | None:
 
 
 def _independent(columns: Array) -> Array | None:
-    """Orthonormal columns of what is left besides a constant."""
+    """Orthonormal columns, times the root of their length, spanning the centred columns; None if these are constant."""
     centred = columns - columns.mean(axis=0)
     left, size, _ = np.linalg.svd(centred, full_matrices=False)
     kept = size > DEPENDENT * max(float(size[0]), 1e-12) if len(size) else np.zeros(0, dtype=np.bool_)

@@ -1,9 +1,9 @@
-"""The search: which effects, alone and in pairs, explain what the plain model does not, one stage after another.
+"""The search for effects that explain what the plain model does not, alone and in pairs, stage after stage.
 
-Each stage looks at the residuals of the best model so far. Scores rank all effects that the recording can show, alone
-and in pairs, beside smooth terms without a name; the session's own null, drawn from that model, says how large the
-largest gain would be by chance. Only when it is larger are the best candidates fitted in full, and the likeliest joins
-the model. At the end every term is compared once more with what could stand in its place beside all the others.
+Each stage tests the residuals of the best model so far. Scores rank all effects that the recording can show, alone and
+in pairs, beside smooth terms without a name; the session's own null, drawn from that model, says how large the largest
+gain is by chance. Only if it is larger are the best candidates fitted in full, and the likeliest joins the model. At
+the end every term is compared once more with what could stand in its place beside all the others.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ from station.physics.model import Model
 from station.physics.smooth import is_smooth
 
 FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
-"""How many of each kind are fitted in full in each stage, by their scores."""
+"""The number of candidates of each kind that a stage fits in full, by their scores."""
 
 LEADING, PARTNERS = 3, 3
-"""How many single effects are joined in full with how many partners each."""
+"""The number of leading single effects, and of partners that each is fitted with in full."""
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One look at the residuals of `before`: corrected p, candidates by rank, places, and what was chosen."""
+    """One test of the residuals of `before`: corrected p, candidates by rank, places, and the chosen candidate."""
 
     before: Fit
     global_p: float
@@ -64,9 +64,10 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """All stages. `model` is the last fit; `places` are what stands out where no effect acts; `untestable` by id.
+    """All stages. `model` is the last fit, `places` stand out where no effect acts, `untestable` has reasons by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place; `ends` is where all fits ended.
+    `compared` has, for each term of the model by its id, what could stand in its place; `ends` are the ends of all
+    fits.
     """
 
     null: Fit
@@ -79,7 +80,7 @@ class Search:
 
     @property
     def global_p(self) -> float:
-        """That anything is wrong with the plain model at all."""
+        """The corrected p-value of the plain model."""
         return self.stages[0].global_p
 
     @property
@@ -89,14 +90,15 @@ class Search:
 
     @property
     def named(self) -> tuple[str, ...]:
-        """Ids of the effects of the catalogue in the model."""
+        """Ids of the catalogue's effects in the model."""
         return tuple(effect.id for effect in self.found if not is_smooth(effect))
 
 
 def with_wander(evidence: Evidence, start: Model) -> Evidence:
-    """The evidence with how friction wanders along its slides, as the plain model leaves it.
+    """The evidence with the wander of friction along its slides, estimated with the plain model.
 
-    Once for all models: what all runs have in common is taken off, and a law's misfit is no run's wander.
+    It is estimated once for all models: what runs have in common is subtracted, and a law's misspecification is no
+    wander.
     """
     plain = fit(evidence, levelled(evidence, start), ())
     return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
@@ -104,7 +106,7 @@ def with_wander(evidence: Evidence, start: Model) -> Evidence:
 
 @dataclass(kw_only=True, eq=False)
 class Staged:
-    """What the stages come to: the plain model, the last one, what stands out beside it, and what was offered."""
+    """The result of the stages: the plain model, the last one, the place that stands out, and what was offered."""
 
     null: Fit
     model: Fit
@@ -125,9 +127,9 @@ def in_stages(
     progress: Progress,
     begins: Begins | None = None,
 ) -> Staged:
-    """All stages, on evidence with at least one row of friction: which effects there are, before the last comparison.
+    """Runs all stages, on evidence with at least one row of friction; the terms are not yet compared in their places.
 
-    Fits begin where those of nearly the same runs ended (`begins`), if they are given: they end at the same maximum.
+    If `begins` is given, fits begin where those of nearly the same runs ended: they end at the same maximum.
     """
     progress("fitting the plain model")
     null = fit(evidence, levelled(evidence, start), ())
@@ -189,7 +191,7 @@ def _stage(
 def looked_at(
     evidence: Evidence, current: Fit, offered: Sequence[Effect], *, rng: np.random.Generator, progress: Progress
 ) -> tuple[Stage, Scores]:
-    """What a fit leaves: candidates and places by their scores, and how much of it is chance; nothing is chosen."""
+    """The test of what a fit leaves: candidates and places with their corrected p; nothing is chosen yet."""
     rest = _rest(current, offered)
     places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = scores(evidence, current, rest, columns)
@@ -212,20 +214,20 @@ def looked_at(
 
 
 def _rest(current: Fit, offered: Sequence[Effect]) -> list[Effect]:
-    """What is offered and not in the model."""
+    """The effects that are offered and not in the model."""
     acting = {term.effect.id for term in current.model.terms}
     return [effect for effect in offered if effect.id not in acting]
 
 
 def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
-    """How many columns the variants of effects have before those of the places."""
+    """The number of columns of the effects' variants, after which those of the places begin."""
     return sum(
         not parameter.is_shape for effect, _ in variants_of(evidence, effects) for parameter in effect.parameters
     )
 
 
 def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered: Sequence[Effect]) -> list[Candidate]:
-    """The best of each kind fitted in full and ranked again, those that are not credible left out; then the rest."""
+    """The best of each kind, fitted in full and ranked again without those that are not credible; then the rest."""
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
@@ -245,7 +247,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
 def _partnered(
     fitter: Fitter, pairs: Sequence[Candidate], full: Iterable[Candidate], offered: Sequence[Effect]
 ) -> Iterator[Candidate]:
-    """Of all pairs those of the best single effects with the best partners for what each leaves.
+    """The pairs of the best single effects with the best partners for what each leaves.
 
     Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
     """
@@ -259,7 +261,7 @@ def _partnered(
 
 
 def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> list[Candidate]:
-    """The named effects by their scores around a single one's fit."""
+    """The named effects by their scores around a single effect's fit."""
     if single.fitted is None:
         return []
     rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
@@ -277,9 +279,9 @@ def _chosen(
     spots: Sequence[Candidate],
     known: Sequence[Gained],
 ) -> Candidate | None:
-    """The likeliest, if it is likelier than nothing, and neither a misfit of what was gained nor a trifle.
+    """The likeliest candidate, if it is likelier than nothing, and neither misspecification nor negligible; else None.
 
-    A place stands for what no effect can say: it counts only in channels in which no smooth term acts.
+    A place stands for what no effect can express: it counts only in channels in which no smooth term acts.
     """
     full = [candidate for candidate in ranked if candidate.fitted is not None]
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]

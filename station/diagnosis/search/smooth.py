@@ -1,4 +1,4 @@
-"""Which terms without a name a recording allows: one for each thing that varies enough in it to explain anything.
+"""The smooth terms, which have no name: one for each covariate that varies enough to explain anything.
 
 They are effects like the named ones (`station.physics.smooth`), fitted to the same evidence by the same likelihood, so
 that a name and a smooth term are compared on equal ground: a name wins by needing fewer numbers, and loses where its
@@ -36,22 +36,23 @@ from station.physics.smooth import (
 
 MOST_POWERS = 3
 SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
-"""Covariates that may swing to and fro, and how often over their whole range."""
+"""Covariates that may oscillate, and the numbers of periods over their whole range."""
 
 ONLY_SLIDING = frozenset({"speed"})
 ONLY_ONSET = frozenset({"dwell"})
-"""A slide renews the contact; and a run that happens to hold longer rests longer, at the onset and sliding alike."""
+"""A slide renews the contact, so a dwell acts at the onset alone. A run that happens to hold longer also rests longer,
+which would show at the onset and sliding alike."""
 LEFT_OUT = frozenset({"x", "y", "tilt", "ahead", "yaw", "slide_time", "tilt_rate"})
-"""Covariates that are a push's (the place), that stand for others, or that hold the error of what they explain: an
-onset that is read late makes its slide seem younger, and its friction less than the onset's; and the tilt's rate is
-that of the moment which was read."""
+"""These covariates are a push's (the place), stand for others, or hold the error of what they explain: an onset that is
+read late makes its slide seem younger and its friction smaller than the onset's, and the tilt's rate is that of the
+moment which was read."""
 
 SAME = 1e-6
-"""Angles are the same that differ by less, whole turns aside: rounding."""
+"""Angles are equal if they differ by less, rad, up to whole turns: that is rounding."""
 
 
 def covariate_of(effect: Effect) -> str:
-    """What a smooth term depends on; empty for a named effect."""
+    """The covariate of a smooth term; empty for a named effect."""
     return effect.covariate if isinstance(effect, Unnamed) else ""
 
 
@@ -82,7 +83,7 @@ def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
 
 
 def _values(evidence: Evidence) -> dict[str, Array]:
-    """The values that occur, by covariate, where they vary enough to explain anything."""
+    """The values that occur, by covariate, for covariates that vary enough to explain anything."""
     found: dict[str, Array] = {}
     for channel in (evidence.channel("onset"), evidence.channel("along")):
         for name, values in channel.rows.covariates.items() if channel else ():
@@ -92,7 +93,7 @@ def _values(evidence: Evidence) -> dict[str, Array]:
 
 
 def _is_another(name: str, values: Array, found: Mapping[str, Array]) -> bool:
-    """Whether an angle is one that stands before it: of a plate that is never turned in its mount, the grain's.
+    """True if an angle repeats one before it, as the texture's does on a plate that is never turned in its mount.
 
     The same term under two names would count twice.
     """
@@ -115,7 +116,7 @@ def _varies(name: str, values: Array) -> bool:
 
 
 def _angle_forms(values: Array) -> Iterator[Form]:
-    """Harmonics, as many as the angles that occur can tell apart."""
+    """Harmonics of as many orders as the angles that occur can tell apart."""
     distinct = len(np.unique(np.round(np.mod(values, 2 * np.pi) / 0.1)))
     sets = [(1,), (2,), (1, 2), (3,), (4,), (1, 2, 3, 4)] if distinct > 8 else [(1,), (2,), (1, 2)][: distinct - 1]
     for chosen in sets:
@@ -136,7 +137,7 @@ def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
 
 
 def _memory(evidence: Evidence) -> dict[str, ByRun]:
-    """What only the onset's rows know (the run before), by the run's number as a contact counts it."""
+    """The covariates that only the onsets' rows have (the run before), as tables by the run's number."""
     onset = evidence.channel("onset")
     if onset is None:
         return {}

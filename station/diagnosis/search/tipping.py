@@ -1,13 +1,13 @@
-"""Whether the block tips: by the runs in which it turned over and those in which it stood, of each how steep it was.
+"""Infers whether the block topples from the steepness of the runs in which it turned over and in which it stood.
 
 A block stands up to a steepness s of its own, tan(tilt) times the cosine of the descent's angle to its nearest edge's
-normal; s is its width over its height, 1 / slenderness. Against that stands that a run is called tipped by mistake
-(a glare, a hand), at any moment of its tilt. Both say what the probability of every run's outcome is, so their
-marginal likelihoods are sums over a grid of what is not known: s, how much it scatters from run to run (the block does
-not lie exactly as it is seen), and how often a mistake happens.
+normal; s is its width over its height, 1 / slenderness. The alternative is that a run was called toppled by mistake (a
+glare, a hand), at any moment of its tilt. Both give every run's outcome a probability, so their marginal likelihoods
+are sums over a grid of the unknowns: s, its scatter from run to run (the block does not lie exactly as it is seen), and
+the rate of mistakes.
 
-The evidence of friction says nothing of it (a run that tipped only says there that its friction was larger), so the
-two are judged each on their own.
+The evidence of friction does not bear on it (there a run that toppled only says that its friction was larger), so the
+two are tested separately.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from station.physics.contact import Array
 from station.physics.effect import Effect
 
 STEEPNESS: Array = np.geomspace(0.1, 10.0, 461)
-"""In steps of a per cent."""
+"""The grid of s, in steps of one per cent."""
 
 SCATTERS: Array = thresholds.WIDEST_TIP * np.array([0.125, 0.25, 0.5, 1.0])
 MISTAKES: Array = np.append(np.array([1e-4, 1e-3, 1e-2]), thresholds.MOST_MISTAKEN)
 SHIFTED = 1e-3
-"""The least relative width in which a fall is placed."""
+"""The smallest relative width of the interval of steepness in which a fall is placed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tipping:
-    """How much likelier the runs are if the block tips (ln of the Bayes factor), and its slenderness with its error."""
+    """The log Bayes factor that the block topples, and its slenderness with its standard error."""
 
     log_factor: float
     slenderness: float
     sd: float
 
     def probability(self, prior: float) -> float:
-        """That it tips."""
+        """Posterior probability that it topples, for a prior probability between 0 and 1."""
         odds = self.log_factor + np.log(prior / (1.0 - prior))
         return float(1.0 / (1.0 + np.exp(-np.clip(odds, -700.0, 700.0))))
 
@@ -55,7 +55,7 @@ class Tipping:
 
 
 def tipping(tips: Tips) -> Tipping | None:
-    """What the runs say; None where no block was seen to tip."""
+    """The evidence of the runs; None if no block was seen to topple."""
     if not tips.tipped.any():
         return None
     by_mistake = float(np.asarray(logsumexp(_mistaken(tips)))) - float(np.log(len(MISTAKES)))
@@ -70,7 +70,7 @@ def tipping(tips: Tips) -> Tipping | None:
 
 
 def _mistaken(tips: Tips) -> Array:
-    """ln likelihood (mistakes,) of a block that never tips."""
+    """Log likelihood (mistakes,) of a block that never topples."""
     fallen = tips.tipped
     share = _share(tips)[:, None]
     chances = np.where(fallen[:, None], MISTAKES * share, 1.0 - MISTAKES)
@@ -78,11 +78,11 @@ def _mistaken(tips: Tips) -> Array:
 
 
 def _tipping(tips: Tips) -> Array:
-    """ln likelihood (s, scatters, mistakes) of a block that tips at a steepness."""
+    """Log likelihood (s, scatters, mistakes) of a block that topples at a steepness s."""
     total = np.zeros((len(STEEPNESS), len(SCATTERS), len(MISTAKES)))
-    for low, high, share, fell in zip(tips.stood, _high(tips), _share(tips), tips.tipped, strict=True):
-        standing = _beyond(low)
-        falls = standing - _beyond(high) if fell else np.zeros_like(standing)
+    for low, high, share, fell in zip(tips.stood, _fallen_by(tips), _share(tips), tips.tipped, strict=True):
+        standing = _stands(low)
+        falls = standing - _stands(high) if fell else np.zeros_like(standing)
         for place, mistake in enumerate(MISTAKES.tolist()):
             if fell:
                 chance = (1 - mistake) * falls + mistake * share * standing
@@ -92,18 +92,18 @@ def _tipping(tips: Tips) -> Array:
     return total
 
 
-def _high(tips: Tips) -> Array:
-    """The steepness by which each block had fallen."""
+def _fallen_by(tips: Tips) -> Array:
+    """The steepness (r,) at which each block had fallen; for one that stood, the largest."""
     return np.where(tips.tipped, np.maximum(tips.fallen, tips.stood * (1.0 + SHIFTED)), tips.stood)
 
 
 def _share(tips: Tips) -> Array:
-    """Which part of its tilt a fall took: where a mistake would have had to happen, too."""
-    high = _high(tips)
+    """The share (r,) of its steepness over which a block fell: a mistake would have had to happen there, too."""
+    high = _fallen_by(tips)
     return np.where(tips.tipped, np.clip((high - tips.stood) / np.maximum(high, 1e-9), SHIFTED, 1.0), 1.0)
 
 
-def _beyond(steepness: float) -> Array:
+def _stands(steepness: float) -> Array:
     """Probability (s, scatters) that a block stands at a steepness."""
     off = np.log(STEEPNESS[:, None] / max(steepness, 1e-3)) / SCATTERS
     return np.asarray(norm.cdf(off), dtype=np.float64)
@@ -111,7 +111,7 @@ def _beyond(steepness: float) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class Tipped:
-    """What a diagnosis says of a block that tips."""
+    """The finding that a block topples."""
 
     effect: EffectFound
     place: Located
@@ -119,12 +119,12 @@ class Tipped:
 
 
 def tipped_over(evidence: Evidence, effect: Effect | None, *, prior: float) -> Tipped | None:
-    """That the block tips, as a finding; None where that is not likelier than mistakes, or not among the effects.
+    """The finding that the block topples; None if mistakes are likelier, or if the effect was left out.
 
     Args:
-        evidence: of the recording.
-        effect: the catalogue's, None if it was left out.
-        prior: the probability of the effect before anything is seen.
+        evidence: the recording's.
+        effect: the catalogue's effect, None if it was left out.
+        prior: its prior probability.
     """
     found = tipping(evidence.tips) if effect is not None else None
     if effect is None or found is None or found.probability(prior) < thresholds.EVEN:
@@ -133,7 +133,7 @@ def tipped_over(evidence: Evidence, effect: Effect | None, *, prior: float) -> T
 
 
 def shows_tipping(evidence: Evidence, effect: Effect) -> bool:
-    """Whether a block as tall as the effect allows would have tipped in some run."""
+    """True if a block as slender as the effect allows would have toppled in some run."""
     return bool(len(evidence.tips)) and float(evidence.tips.stood.max()) * effect.parameters[0].high > 1.0
 
 

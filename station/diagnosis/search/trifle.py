@@ -1,6 +1,6 @@
-"""Trifles: what changes no row of any channel by more than the channel is trusted to is told of by nobody.
+"""Negligible effects: one that changes no row by more than its channel's systematic floor is claimed by nobody.
 
-A measurement has errors that all runs share, so that more runs do not make it surer (`Channel.trusted`).
+A measurement has errors that all runs share, and more runs do not make it surer (`Channel.trusted`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from station.physics.model import Model
 
 
 def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
-    """True if a fit differs from one without some effect by less than any channel is trusted to.
+    """True if the effect changes every predicted measurement by less than that channel's systematic floor.
 
-    What is allowed for may stand in for the effect as far as it is believed to, and not farther.
+    The nuisances of the fit without it may stand in for the effect up to BELIEVED of their standard deviations.
     """
     model = _believable(without.model)
     for channel in evidence.channels:
@@ -31,7 +31,7 @@ def is_trifle(evidence: Evidence, without: Fit, fitted: Fit) -> bool:
 
 
 def _believable(model: Model) -> Model:
-    """The model with what is only allowed for within so many of its standard deviations as are believed."""
+    """The model with its nuisances clipped to BELIEVED of their standard deviations."""
     for term in model.terms:
         if is_nuisance(term.effect):
             kept = {
@@ -44,6 +44,6 @@ def _believable(model: Model) -> Model:
 
 
 def is_trifling_place(scored: Scores, place: Place) -> bool:
-    """True if what stands out at a place is less than its channel is trusted to."""
+    """True if a place's smooth part stays below its channel's systematic floor."""
     apart = place.basis @ estimate(scored, place.columns)
     return float(np.abs(apart).max(initial=0.0)) < place.channel.trusted

@@ -1,4 +1,4 @@
-"""What a recording cannot show, whatever is in it: why, by effect."""
+"""The effects that a recording cannot show, whatever it contains, and the reasons."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from station.physics.effect import Effect
 
 
 def untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dict[str, str]:
-    """Why effects cannot be seen in this recording, by id; those that can are not in it."""
+    """The reasons why effects cannot be seen in this recording, by id; effects that can be seen are not in it."""
     scored = scores(evidence, null, effects)
     reasons = {effect.id: _reason(evidence, scored, effect) for effect in effects}
     return {name: reason for name, reason in reasons.items() if reason}
@@ -40,5 +40,5 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
 
 
 def _reach(scored: Scores, column: int) -> float:
-    """The farthest that a number may plausibly be from its null, in its typical sizes."""
+    """The largest plausible distance of a number from its null, in its typical sizes."""
     return float(min(max(abs(scored.low[column]), abs(scored.high[column])), thresholds.PLAUSIBLE))

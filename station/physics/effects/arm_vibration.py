@@ -25,7 +25,7 @@ from station.physics.effect import Effect, Family, Layer, Values, unit
 from station.physics.parameter import Parameter
 
 EARLY = 1.0
-"""Mean over standard deviation of the push at the onset: between none, of weak shaking, and 4, of strong and slow.
+"""Ratio of mean to standard deviation of the push at the onset: 0 for weak shaking, 4 for strong and slow shaking.
 
 A number of its own instead did not let fits converge: four shaken sessions of 100 runs gained -5, -2, 4 and 7 nats.
 """
@@ -52,7 +52,7 @@ class ArmVibration(Effect):
     separated_by: ClassVar[str] = "the same tilts from other poses of the arm, or an IMU on the plate"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The mean, see the module."""
+        """The mean push (n, 3), m/s², in P; see the module."""
         mean = EARLY * np.broadcast_to(self.shaking(contact, values), contact.down_rad.shape)
         return np.column_stack([mean[:, None] * unit(contact.down_rad), np.zeros(len(contact))])
 

@@ -14,7 +14,7 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 FARTHEST_S = 0.3
-"""Either way: half as much again as the longest that is known of (0.2 s)."""
+"""The largest offset either way: half as much again as the longest that is known of (0.2 s)."""
 
 
 class ClockOffset(Effect):

@@ -48,7 +48,7 @@ class ComOffset(Effect):
     separated_by: ClassVar[str] = "tilts in all four directions up to where the block topples"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """What the fall of a block with its mass there differs from that of one with its mass in the middle."""
+        """The fall's displacement (n, 4, 2), m, less that of a block with its mass in the middle."""
         if not view.on_block:
             return None
         tall = values["slenderness"]

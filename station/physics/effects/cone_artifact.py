@@ -21,7 +21,7 @@ from station.physics.parameter import Parameter
 ROUNDED_RAD = 0.05
 _COS, _SIN = math.cos(ROUNDED_RAD), math.sin(ROUNDED_RAD)
 _NEAR = math.sqrt(2.0) * _SIN
-"""|cos| and |sin| differ by less where φ ± ROUNDED_RAD holds a corner; the mean is then made of both sides."""
+"""|cos| and |sin| differ by less than this where φ ± ROUNDED_RAD contains a corner; the mean then has both sides."""
 _OF_LARGER = _SIN / ROUNDED_RAD
 _AT_CORNER, _OF_SUM = math.sqrt(2.0) / (2.0 * ROUNDED_RAD), (_COS - _SIN) / (2.0 * ROUNDED_RAD)
 

@@ -19,10 +19,10 @@ from station.physics.parameter import Parameter
 
 CUT_OFF_S = 0.1
 STRAIGHTEST = 1e-6
-"""Below this c the power itself is taken."""
+"""The smallest c; at 0 the law is a power of the time."""
 
 LEAST = 0.05
-"""What is left of the friction of a contact so young that the line would lead to nothing."""
+"""The least factor on friction, for a contact so young that the line would lead to nothing."""
 
 
 class ContactAging(Effect):

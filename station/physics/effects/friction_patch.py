@@ -62,7 +62,7 @@ class FrictionPatch(Effect):
 
 
 def _place(contact: Contact, length_m: float) -> tuple[Array, Array]:
-    """The place over the length, in the plate's grain."""
+    """The place over the length, in the plate's grain: u and v (n,)."""
     cos, sin = np.cos(contact.mount_rad), np.sin(contact.mount_rad)
     u = (cos * contact.x_m + sin * contact.y_m) / length_m
     v = (cos * contact.y_m - sin * contact.x_m) / length_m

@@ -22,7 +22,7 @@ from station.physics.held import NEARLY_FLAT, support_of
 from station.physics.parameter import Parameter
 
 TURNED_RAD = 0.05
-"""The scatter of the block's yaw on the plate from which the frames of a nap differ."""
+"""The scatter of the block's yaw on the plate above which its nap can be told from the plate's."""
 
 
 class OneWayFriction(Effect):
@@ -48,7 +48,7 @@ class OneWayFriction(Effect):
     )
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """Where the block always lies alike on the plate, its nap and the plate's are one."""
+        """The nap's frame, if the block always has the same heading on the plate: its nap and the plate's are one."""
         turned = np.exp(1j * (contact.yaw_rad - contact.mount_rad))
         alike = len(contact) == 0 or float(np.abs(np.mean(turned))) > 1.0 - 0.5 * TURNED_RAD**2
         return frozenset({"with_block"}) if alike else frozenset()
@@ -66,7 +66,7 @@ class OneWayFriction(Effect):
 
 @dataclass(frozen=True, slots=True)
 class _Nap:
-    """The curve by its radius, angles counted from its larger extreme; `round` is (1 − p) a²."""
+    """The limit curve by its radius, with angles counted from its larger extreme; `round` is (1 − p) a²."""
 
     size: float
     round: float

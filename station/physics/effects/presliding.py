@@ -17,10 +17,10 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 
 USUAL = 0.3
-"""A slope at which blocks slide: there the exponent changes nothing."""
+"""The slope at which blocks typically slide: there the exponent changes nothing."""
 
 STEEPEST = 5.0
-"""The load over the normal force is not followed beyond this."""
+"""The largest ratio of load to normal force; a larger one is clipped."""
 
 
 class Presliding(Effect):

@@ -50,5 +50,5 @@ class RateStrengthening(Effect):
         return np.where(contact.moving, np.maximum(factor, 0.0), 1.0)
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """The slope, which size and shape of the law share."""
+        """The slope of friction by speed, which the law's size and shape share."""
         return speed_slope(self, contact, values)

@@ -32,7 +32,7 @@ class RollingShutter(Effect):
     separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"
 
     def delay_s(self, values: Values) -> float:
-        """The stamps are early by half the read-out."""
+        """Minus half the read-out time, s: the stamps are early by that."""
         return -0.5 * values["readout_s"]
 
     def seen(self, view: View, values: Values) -> Array | None:

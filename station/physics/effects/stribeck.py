@@ -18,7 +18,7 @@ from station.physics.parameter import Parameter
 from station.physics.speed_slope import speed_slope
 
 LIGHTEST = 1e-6
-"""The least q: an exponential, to six digits."""
+"""The smallest q, at which the law is an exponential to six digits."""
 
 
 class Stribeck(Effect):
@@ -51,5 +51,5 @@ class Stribeck(Effect):
         return np.where(contact.moving, 1.0 - values["drop"] * fallen, 1.0)
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
-        """The slope, which size and shape of the law share."""
+        """The slope of friction by speed, which the law's size and shape share."""
         return speed_slope(self, contact, values)

@@ -37,7 +37,7 @@ class Viscous(Effect):
     separated_by: ClassVar[str] = "a wide range of speeds (coarser tilt steps, longer slides), and a second mass"
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """With one mass the exponent and the drag are one number."""
+        """The exponent, if all runs have one mass: it and the drag are then one number."""
         return frozenset({"by_load"}) if len(contact) == 0 or np.ptp(contact.mass_kg) == 0.0 else frozenset()
 
     def push(self, contact: Contact, values: Values) -> Array | None:

@@ -26,9 +26,9 @@ from station.simulators.planar.simulate import ONSET_M, Chances, Motions
 
 SHARE = 0.95
 SHARE_CREEPING = 0.5
-"""With settings under which a block creeps every step is taken from here on; what it creeps below that is left out."""
+"""With settings under which a block creeps every step is taken from this share on; creep below it is left out."""
 CHUNK = 256
-"""Runs that are followed together: each has a block of its own in memory."""
+"""The number of runs that are followed together: each has a block of its own in memory."""
 _FOAM_STEP = 0.5
 """The longest step against a light block's damping in the foam."""
 _FIELDS = tuple(spec.name for spec in fields(Motions))
@@ -66,7 +66,7 @@ def simulate(
 
 
 class _Batch:
-    """Some runs on their way."""
+    """Some runs in progress."""
 
     def __init__(self, commands: Commands, model: Model, chances: Chances, setup: Setup, share: float) -> None:
         self._commands, self._model, self._share = commands, model, share
@@ -83,7 +83,7 @@ class _Batch:
         self._quiet_s = np.zeros(n)
 
     def run(self) -> None:
-        """To the end of every run."""
+        """Follows all runs to their ends."""
         commands = self._commands
         everyone, first = np.arange(len(commands)), commands.time_s[:, 0].copy()
         sliding = np.hypot(commands.velocity[:, 0], commands.velocity[:, 1]) > 0
@@ -98,7 +98,7 @@ class _Batch:
             runs = self._sorted_out(runs, surplus)
 
     def _woken(self, row: Index, from_s: Array, number: Index) -> Followed:
-        """Those of the lying runs `row` that come near their limit, at the moment at which they do."""
+        """The lying runs of `row` that come near their limit, at the moment at which they do."""
         if not len(row):
             return self._begun(row, from_s, number, from_s, np.zeros((0, 3)))
         lying = Lying(row, number, from_s, self._rest_from_s[row], self._place[row])
@@ -116,7 +116,7 @@ class _Batch:
         return self._begun(found, near.time_s[woken], near.number[woken], near.way[woken], np.zeros((len(found), 3)))
 
     def _begun(self, row: Index, time_s: Array, number: Index, way: Array, rates: Array) -> Followed:
-        """Runs that are stepped from now on."""
+        """Lays the blocks of these runs down, and returns the runs to be stepped from now on."""
         tilt = self._commands.tilt_at(np.zeros(len(self._commands)))
         tilt[row] = self._commands.tilt_at(_spread(time_s, row, len(self._commands)))[row]
         bodies = [self._bodies[number] for number in row.tolist()]
@@ -141,7 +141,7 @@ class _Batch:
         )
 
     def _sorted_out(self, runs: Followed, surplus: Array) -> Followed:
-        """Takes note of slides that end, and lets go of runs that are over or lie well."""
+        """Notes the slides that end, and releases the runs that are over or lie well."""
         speed = np.hypot(runs.rates[:, 0], runs.rates[:, 1])
         slid = np.linalg.norm(runs.place[:, :2] - runs.from_place, axis=1)
         self._note_onsets(runs, runs.moving & (slid > ONSET_M))
@@ -170,7 +170,7 @@ class _Batch:
         self._way[row] = np.arctan2(moved[:, 1], moved[:, 0])
 
     def motions(self, stamps: Array) -> Motions:
-        """What came of it, at stamps (n, m)."""
+        """The resulting motions, at stamps (n, m), s."""
         delay_s = self._model.delay_s()
         return Motions(
             onset_s=self._onset_s,
@@ -216,7 +216,7 @@ def _spread(values: Array, row: Index, n: int) -> Array:
 
 
 def _joined(first: Followed, second: Followed) -> Followed:
-    """Both, the first one's runs first."""
+    """Both batches joined, the first one's runs first."""
     if not len(second.row):
         return first
     names = [spec.name for spec in fields(Followed) if spec.name != "bodies"]

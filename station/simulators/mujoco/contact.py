@@ -1,4 +1,4 @@
-"""How MuJoCo holds and slides a block rightly: the settings, and MuJoCo's own for comparison.
+"""The settings with which MuJoCo holds and slides a block rightly, and MuJoCo's own for comparison.
 
 MuJoCo's contact is a regularised convex problem, and three of its traits matter here.
 
@@ -49,4 +49,4 @@ MUJOCO_DEFAULT = Contact(
     solimp=(0.9, 0.95, 0.001, 0.5, 2.0),
     tolerance=1e-8,
 )
-"""MuJoCo's defaults: the block has long crept away when it should start."""
+"""MuJoCo's defaults, with which the block has long crept away when it should start."""

@@ -58,7 +58,7 @@ class ArmEngine:
 
     @property
     def servo_rad(self) -> list[float]:
-        """Where the servos pull the joints to."""
+        """The positions (n,), rad, to which the servos pull the joints."""
         return self._act.tolist()
 
     def step(self, *, wanted_rad_s: Sequence[float]) -> None:
@@ -69,7 +69,7 @@ class ArmEngine:
         self._turned_before, self._turned, self._posed = self._turned, None, False
 
     def halt(self, *, below_rad_s: float) -> bool:
-        """Brings the joints to rest where they are, if none is quicker than that; whether they rest."""
+        """Brings the joints to rest where they are, if none is faster than that; True if they rest."""
         if float(np.abs(self._velocity).max()) >= below_rad_s:
             return False
         self._position[:], self._velocity[:] = self._now[: self._n], 0.0
@@ -129,7 +129,7 @@ class ArmEngine:
         return [w / length, x / length, y / length, z / length]
 
     def speed_of_block(self, joint_rad_s: Sequence[float]) -> float:
-        """How fast (m/s) joints that turn at `joint_rad_s`, (n,), would move the place where the block is."""
+        """The speed (m/s) of the block's place when the joints turn at `joint_rad_s` (n,)."""
         mj.mj_jac(self.model, self.data, self._per_joint, None, self.bodies.block_place, self.plate)
         x, y, z = self._per_joint.dot(joint_rad_s).tolist()
         return math.sqrt(x * x + y * y + z * z)
@@ -156,7 +156,7 @@ class BlockEngine:
         self._bordered = int(model.npair) > FEET
 
     def set_friction(self, draw: FrictionDraw) -> None:
-        """The friction of the feet on the plate from now on."""
+        """Sets the friction of the feet on the plate from now on."""
         self.model.pair_friction[:FEET, 0] = draw.mu_along
         self.model.pair_friction[:FEET, 1] = draw.mu_across
 
@@ -167,7 +167,7 @@ class BlockEngine:
         self.data.qacc_warmstart[:] = 0.0
 
     def take(self, other: BlockEngine) -> None:
-        """Goes on from the state of another engine."""
+        """Continues from the state of another engine."""
         self.qpos[:], self.qvel[:] = other.qpos, other.qvel
         self.data.qacc_warmstart[:] = other.data.qacc_warmstart
 

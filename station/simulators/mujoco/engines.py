@@ -29,7 +29,7 @@ class Engines:
         self.bordered = BlockEngine(model.build_block(scene, bordered=True), friction=friction)
 
     def set_friction(self, draw: FrictionDraw) -> None:
-        """The friction of the block on the plate from now on."""
+        """Sets the friction of the block on the plate from now on."""
         self.free.set_friction(draw)
         self.bordered.set_friction(draw)
 
@@ -56,7 +56,7 @@ class Engines:
         return wanted
 
     def foam_push(self, engine: BlockEngine) -> tuple[float, float]:
-        """What the foam pushes the block with, per mass, along the plate (m/s², plate frame)."""
+        """The foam's push on the block per mass, along the plate (m/s², plate frame)."""
         if engine is not self.bordered:
             return (0.0, 0.0)
         push = self.bordered.force_from_foam() / self._block.mass_kg

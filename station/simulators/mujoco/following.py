@@ -20,21 +20,21 @@ from station.simulators.planar.plate import Index
 from station.simulators.planar.rest import Rest
 
 GOES_M_S, STOPS_M_S = 3e-6, 2e-5
-"""Who gets faster slides from the first speed on, and a slower one than the second lies; it creeps with less."""
+"""A block that accelerates above the first speed begins to slide, and one that slows below the second stops."""
 SETTLES_S, UNSETTLED = 0.02, 20.0
-"""For so long after it is laid down, it slides from so many times that speed on only."""
+"""For this long after it is laid down, a block slides only above so many times that speed."""
 LATEST_S = 0.03
-"""A slide that is noticed is not said to have begun earlier than this before."""
+"""The start of a slide is set at most this long before its detection, s."""
 QUIET_S = 0.03
-"""So long it must lie before it may be left alone."""
+"""The time for which a block must lie before it may be left alone."""
 SLIP_M = 1e-5
-"""A slip that ends sooner is none: the block settles."""
+"""A shorter slip is none: the block settles."""
 
 Bools = NDArray[np.bool_]
 
 
 class Places(NamedTuple):
-    """One moment of each run that is followed: run, time and x, y, yaw (a, 3)."""
+    """One moment of each followed run: run, time and x, y, yaw (a, 3)."""
 
     row: Index
     time_s: Array
@@ -55,17 +55,17 @@ class Followed:
     slid_from_s: Array
     rest_from_s: Array
     since_s: Array
-    """How long each has been stepped."""
+    """The time (a,), s, for which each has been stepped."""
     surplus: Array
-    """By how much friction exceeded the load at the last step's beginning, as a share; nan before the first step."""
+    """The excess of friction over the load at the last step's beginning, as a share; nan before the first step."""
     over_from_s: Array
-    """Since when the load exceeds friction; inf while it does not."""
+    """The time from which the load exceeds friction; inf while it does not."""
     from_place: Array
-    """Where the present slide began, (a, 2)."""
+    """The place (a, 2) where the present slide began."""
     bodies: list[TiltedBlock]
 
     def select(self, chosen: Index) -> Followed:
-        """Fewer of them."""
+        """The chosen runs of them."""
         return Followed(
             row=self.row[chosen],
             number=self.number[chosen],
@@ -85,7 +85,7 @@ class Followed:
 
     @property
     def moving(self) -> Bools:
-        """Whether each slides."""
+        """True (a,) for each run that slides."""
         return np.isfinite(self.slid_from_s)
 
 
@@ -164,7 +164,7 @@ class Follower:
         return self._world.blocks(runs.row, runs.number, rest_from_s=runs.rest_from_s, slid_from_s=runs.slid_from_s)
 
     def _take_note(self, runs: Followed, way: Array) -> None:
-        """Where the blocks are after the step, and which of them have begun to slide."""
+        """Notes the blocks' places after the step, and which of them have begun to slide."""
         before = runs.place
         runs.place = np.array([body.pose for body in runs.bodies])
         turned = runs.place[:, 2] - before[:, 2]
@@ -193,7 +193,7 @@ class Follower:
 
 
 def _weigh(runs: Followed, surplus: Array) -> None:
-    """Takes note of when the load of a step's beginning came to exceed friction, evenly from the step before."""
+    """Notes when the load came to exceed friction, by linear interpolation from the step before."""
     now, before = surplus < 0, np.where(np.isnan(runs.surplus), 0.0, runs.surplus)
     share = np.where(now, surplus / np.minimum(surplus - before, -1e-300), 0.0)
     crossing = runs.time_s - runs.step_s * np.where(np.isnan(runs.surplus), 0.0, share)

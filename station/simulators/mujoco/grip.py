@@ -1,4 +1,4 @@
-"""How much of its friction a lying block needs: the utilisation, from the plate's motion alone.
+"""The utilisation of a lying block: the share of its friction that it needs, from the plate's motion alone.
 
 A block of mass m at rest on the plate needs the contact force m (a − g) with a the plate's acceleration under it. Its
 share along the plate over its share across it, measured with the limit curve, is the utilisation: 1 is the onset.
@@ -18,7 +18,7 @@ from station.simulators.mujoco.specimen import FrictionDraw
 FLOATS = NDArray[np.float64]
 GRAVITY = 9.81
 CREEP_M_S = 1e-3
-"""What moves more slowly on the plate feels nothing of its turning (below 0.001 m/s² at 20 degrees/s)."""
+"""A block slower than this on the plate feels nothing of its turning (below 0.001 m/s² at 20 degrees/s)."""
 _LEVEL: FLOATS = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 Three = Sequence[float]
 
@@ -43,7 +43,7 @@ class PlateMotion:
         self._known, self._seconds = 0, 0.0
 
     def take(self, bodies: Bodies, *, seconds: float) -> None:
-        """A new stretch is over, `seconds` after the call before."""
+        """Takes the next stretch, `seconds` after the call before."""
         newest = np.concatenate((bodies.plate_rotation, bodies.plate_place))
         rate = (newest - (self._newest if self._known else newest)) / seconds
         if self._known > 1:
@@ -75,7 +75,7 @@ class PlateMotion:
 
 
 def _force(place: Three, pose: FLOATS, bend: FLOATS) -> tuple[float, float, float]:
-    """Gravity and the acceleration at a place (plate frame), of a pose with that second derivative."""
+    """Gravity and the acceleration at a place (plate frame), for a pose with that second derivative."""
     (x, y, z), b, r = place, bend.tolist(), pose.tolist()
     ax = b[0] * x + b[1] * y + b[2] * z + b[9]
     ay = b[3] * x + b[4] * y + b[5] * z + b[10]
@@ -98,7 +98,7 @@ def _spin(pose: FLOATS, rate: FLOATS) -> tuple[float, float, float]:
 
 
 class Hold:
-    """How a block is held where it lies: by a limit curve in its direction, and by its own width against tipping.
+    """The hold of a block where it lies: by a limit curve in its direction, and by its width against toppling.
 
     `axis_rad` is where the axis of the limit curve points, in the plate frame.
     """

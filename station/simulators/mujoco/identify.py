@@ -25,7 +25,7 @@ from station.simulators.mujoco.tilted import Setup, described
 
 FLOATS = NDArray[np.float64]
 LEAST_MU, MOST_MU, MOST_PER_S = 0.02, 2.0, 60.0
-"""Bounds of the coefficient, and of the damping per mass."""
+"""The bounds of the coefficient, and of the damping per mass."""
 START_PER_S = 0.5
 MOST_ITERATIONS, ENOUGH = 15, 1e-5
 
@@ -53,7 +53,7 @@ class Identified:
 
 
 def sysid() -> Any:
-    """The package, or None where what it needs is not installed."""
+    """The package, or None if its requirements are not installed."""
     found: Any = importlib.import_module("mujoco.sysid")
     return found if hasattr(found, "optimize") else None  # it swallows the error of a missing package
 
@@ -78,19 +78,19 @@ def identify(slides: Sequence[Slide], *, side_m: float) -> Identified:
 
 
 def _balancing(slide: Slide) -> float:
-    """The friction that holds the block where the slide begins: a little more than it has."""
+    """The friction that would hold the block where the slide begins, which is a little more than it has."""
     pull = slide.gravity_m_s2[0]
     return min(max(float(np.hypot(pull[0], pull[1]) / -pull[2]), 2.0 * LEAST_MU), 0.5 * MOST_MU)
 
 
 class _Residuals:
-    """What `optimize` asks for: the residuals of every slide, (x, params) → (list, _, _)."""
+    """The function that `optimize` calls: the residuals of every slide, (x, params) → (list, _, _)."""
 
     def __init__(self, slides: Sequence[_Simulated]) -> None:
         self._slides = slides
 
     def __call__(self, x: FLOATS, params: Any) -> tuple[list[FLOATS], None, None]:
-        """Simulated less recorded, as the package reckons it."""
+        """The simulated minus the recorded places, as the package computes them."""
         params.update_from_vector(x)
         return [slide.residual(x, params) for slide in self._slides], None, None
 
@@ -109,7 +109,7 @@ class _Simulated:
         self._known: dict[tuple[float, float], FLOATS] = {}
 
     def residual(self, x: FLOATS, params: Any) -> FLOATS:
-        """Simulated less recorded, with the parameters as they are."""
+        """The simulated minus the recorded places, with the current parameters."""
         key = self._numbers(params)
         if key not in self._known:
             self._known[key] = self._residual(x, params)[0][0]
@@ -119,7 +119,7 @@ class _Simulated:
         return float(params[self._name].value[0]), float(params["drag"].value[0])
 
     def _build(self, params: Any, _spec: Any) -> Any:
-        """The compiled model with these parameters: compiling it anew would take most of the time."""
+        """The compiled model with these parameters; it is reused, since compiling anew would take most of the time."""
         mu, drag = self._numbers(params)
         self._model.pair_friction[:, :3] = mu, mu, self._reach_m * mu
         self._model.dof_damping[:2] = drag
@@ -127,7 +127,7 @@ class _Simulated:
 
 
 def _along_x(slide: Slide) -> Slide:
-    """The same slide turned to go along x: the package weighs each coordinate by its size, and across is but noise."""
+    """The slide turned to go along x: the package weighs each coordinate by its size, and across is but noise."""
     way = slide.place_m[-1] - slide.place_m[0]
     cosine, sine = way / max(float(np.hypot(*way)), 1e-9)
     turn = np.array([[cosine, sine], [-sine, cosine]])
@@ -162,7 +162,7 @@ def _driven(*, side_m: float, mass_kg: float) -> Any:
 
 
 def _begun(package: Any, model: Any, slide: Slide) -> FLOATS:
-    """A block that slides, as deep in the plate as its weight presses it."""
+    """A block that slides, sunk into the plate by its weight."""
     data = mj.MjData(model)
     data.ctrl[:] = 0.0, 0.0, slide.mass_kg * slide.gravity_m_s2[0, 2]
     mj.mj_step(model, data, round(0.3 / model.opt.timestep))

@@ -1,4 +1,4 @@
-"""What a twin's world may have beyond friction drawn for each contact: laws of friction, and pushes, of whoever asks.
+"""Mechanisms of a twin's world beyond friction drawn for each contact: laws of friction, and pushes, of the caller.
 
 The twin itself has none. A test or a study that wants a world with a further mechanism hands one to `TwinWorld`, which
 asks it before every step of a block that can move, and at every look at one that is a part of the plate.
@@ -34,14 +34,14 @@ class BlockState:
 
 
 class Slides:
-    """Tells from a block's speed, step by step, whether it slides."""
+    """Detects from a block's speed, step by step, whether it slides."""
 
     def __init__(self) -> None:
         self.now = False
         self._speed_m_s, self._growing = 0.0, 0
 
     def take(self, speed_m_s: float) -> bool:
-        """The next step's speed."""
+        """Takes the next step's speed."""
         self._growing = self._growing + 1 if speed_m_s > self._speed_m_s else 0
         self._speed_m_s = speed_m_s
         self.now = speed_m_s > SLIDES_M_S and (self.now or self._growing >= GROWING)
@@ -52,7 +52,7 @@ class Influence(Protocol):
     """A mechanism. A block that lies must not lose friction by lying on: it is asked about ever less often."""
 
     def friction(self, state: BlockState) -> float:
-        """By what the friction of the contact is multiplied in that state."""
+        """The factor on the contact's friction in that state."""
         ...
 
     def push(self, state: BlockState) -> tuple[float, float]:
@@ -61,5 +61,5 @@ class Influence(Protocol):
 
 
 def times(draw: FrictionDraw, factor: float) -> FrictionDraw:
-    """A contact's friction, more or less of it in every direction."""
+    """A contact's friction multiplied by a factor in every direction."""
     return replace(draw, mu=draw.mu * factor, mu_along=draw.mu_along * factor, mu_across=draw.mu_across * factor)

@@ -37,7 +37,7 @@ to critically damped, so that set-points are followed within milliseconds and no
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """What is built: the arm, where it stands (world_from_base, (4, 4)), and what lies on its plate."""
+    """The scene to build: the arm, where it stands (world_from_base, (4, 4)), and what lies on its plate."""
 
     arm: ArmModel
     world_from_base: FLOATS

@@ -1,4 +1,4 @@
-"""What a simulation's settings do to it, before anything is called physics: creep of the solver, artefact of the cone.
+"""The effect of a simulation's settings, apart from physics: creep of the solver, artefact of the cone.
 
 A handful of the recorded tilts is simulated with the user's settings and with refined ones. What changes is not
 physics, and the first of a list of cures that removes nine tenths of it is named. With MuJoCo's defaults a block of
@@ -26,14 +26,14 @@ from station.simulators.planar.session import commands_of
 from station.simulators.recorded_runs import recorded_runs
 
 BASELINE = Setup(contact=MUJOCO_DEFAULT, solid=True)
-"""What a user gets who changes nothing: a box on a plane, with MuJoCo's own contact."""
+"""The settings of a user who changes nothing: a box on a plane, with MuJoCo's own contact."""
 RUNS = 4
 READ_M = 5e-4
-"""A block that has moved so far is read as started."""
+"""A block that has moved this far counts as started."""
 NEAR = 0.9
 DIRECTIONS_RAD = tuple(math.radians(angle) for angle in (0.0, 22.5, 45.0))
 LEAST_DEG, LEAST_MM = 0.1, 0.1
-"""Smaller changes are not told."""
+"""Smaller changes are not reported."""
 _CURED = 0.1
 _STAMP_S = 0.01
 _LOOKED_S = (0.02, 0.05, 0.08)
@@ -41,14 +41,14 @@ _LOOKED_S = (0.02, 0.05, 0.08)
 
 @dataclass(frozen=True, kw_only=True)
 class Cure:
-    """A change of the settings, in MuJoCo's words."""
+    """A change of the settings, by MuJoCo's names."""
 
     text: str
     setup: Setup
 
 
 def cures(baseline: Setup) -> tuple[Cure, ...]:
-    """What may cure, from the smallest change to the largest, which is the refined simulation."""
+    """The possible cures, from the smallest change to the largest, which is the refined simulation."""
     round_one = replace(baseline, contact=replace(baseline.contact, elliptic=True))
     # A contact that is pushed apart by its own friction would hop: see contact.py.
     firm = replace(round_one, contact=replace(round_one.contact, impratio=max(100.0, baseline.contact.impratio)))
@@ -65,7 +65,7 @@ def cures(baseline: Setup) -> tuple[Cure, ...]:
 def numerics(
     recorded: Signals, *, rig: RigConfig, mu_s: float, baseline: Setup = BASELINE, runs: int = RUNS
 ) -> list[dict[str, Any]]:
-    """What the settings of a simulation do on a few of the recorded tilts.
+    """The effect of a simulation's settings on a few of the recorded tilts.
 
     Each thing is a dict of id, size, unit, cured_by, before and after.
 
@@ -87,7 +87,7 @@ def numerics(
 
 
 def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> list[dict[str, Any]]:
-    """As `numerics`, on given tilts."""
+    """The checks of `numerics`, on given tilts."""
     return [*_creep(commands, mu_s, baseline), *_cone(commands, mu_s, baseline)]
 
 
@@ -95,7 +95,7 @@ def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> li
 
 
 def _creep(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
-    """How much earlier a block seems to start than with the refined settings, and how far it has crept before that."""
+    """The finding of creep: the apparent advance of the onset over the refined settings, and the way crept before."""
     commands = replace(commands, border_m=math.inf)
     tried = cures(baseline)
     refined, before = (_readings(commands, mu_s, setup) for setup in (tried[-1].setup, baseline))
@@ -126,7 +126,7 @@ class _Reading:
     away_m: Array
 
     def crept_m(self, refined: _Reading) -> Array:
-        """How far each has come (n,) when the tilt first is `NEAR` of the one at which the refined one starts."""
+        """The way (n,), m, of each block when the tilt first is NEAR of the one at which the refined one starts."""
         tilt = np.stack([_tilt_along(self.commands, row, self.time_s) for row in range(len(self.away_m))])
         due = np.tan(tilt) >= NEAR * np.tan(refined.onset_rad)[:, None]
         found = due.any(axis=1)
@@ -149,7 +149,7 @@ def _tilt_along(commands: Commands, row: int, times: Array) -> Array:
 
 
 def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
-    """How much earlier blocks start (deg) and how much farther they creep (mm) than with the refined settings."""
+    """The advance of the onset (deg) and the additional creep (mm) against the refined settings."""
     both = np.isfinite(before.onset_rad) & np.isfinite(refined.onset_rad)
     early = float(np.degrees((refined.onset_rad - before.onset_rad)[both].mean())) if both.any() else 0.0
     return early, 1e3 * float(before.crept_m(refined).mean() - refined.crept_m(refined).mean())
@@ -159,10 +159,10 @@ def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
 
 
 def _cone(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
-    """How far the friction of blocks that slide in three directions is apart, as angles.
+    """The spread of friction between three directions of sliding, as angles.
 
-    In motion, because a block that creeps has no onset to compare; on even feet, because a box that hops has none
-    either.
+    It is measured in motion, because a block that creeps has no onset to compare, and on even feet, because a box that
+    hops has none either.
     """
 
     def spread_deg(setup: Setup) -> float:
@@ -178,7 +178,7 @@ def _cone(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, An
 
 
 def _sliding_deg(commands: Commands, mu_s: float, setup: Setup) -> Array:
-    """The friction angle by which blocks on the level plate are slowed down in each of `DIRECTIONS_RAD`."""
+    """The friction angle that slows blocks on the level plate in each of DIRECTIONS_RAD."""
     way = np.array(DIRECTIONS_RAD)
     velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
     # So fast that none stops within the time looked at, at which the feet have settled.

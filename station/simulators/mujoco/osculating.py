@@ -15,7 +15,7 @@ from station.physics.contact import Array
 from station.simulators.planar.friction import Support
 
 _FLATTEST = 1e-3
-"""The least curvature h + h″, as a share of h: a facet of the curve would be an ellipse without width."""
+"""The smallest curvature h + h″, relative to h: a facet of the curve would be an ellipse without width."""
 
 
 class Ellipse(NamedTuple):

@@ -14,7 +14,7 @@ from station.simulators.mujoco.tilted import Setup, Solver
 
 @dataclass(frozen=True, kw_only=True)
 class MujocoSettings:
-    """What is left out is MuJoCo's default; the block is then a box on a plane, as a user writes it down first."""
+    """The user's settings; one that is left out is MuJoCo's default, and the block is then a box on a plane."""
 
     timestep_s: float = 0.002
     cone: Literal["pyramidal", "elliptic"] = "pyramidal"
@@ -27,7 +27,7 @@ class MujocoSettings:
     solimp: tuple[float, float, float, float, float] = MUJOCO_DEFAULT.solimp
 
     def __post_init__(self) -> None:
-        """Refuses numbers that no simulation can have."""
+        """Refuses, by a ValueError, numbers that no simulation can have."""
         for name in ("timestep_s", "impratio", "tolerance"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -39,7 +39,7 @@ class MujocoSettings:
             )
 
     def setup(self) -> Setup:
-        """As the simulator takes it."""
+        """The settings as the simulator takes them."""
         contact = replace(
             MUJOCO_DEFAULT,
             elliptic=self.cone == "elliptic",

@@ -1,4 +1,4 @@
-"""What is read from the world: joints, the plate's pose, the block's pose on the plate."""
+"""The readings of the world: joints, the plate's pose, the block's pose on the plate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEAN_RAD = 0.04
 
 
 class Bodies:
-    """Where the plate, and the block as a part of it, are in the world, as views of MuJoCo's memory.
+    """The poses in the world of the plate, and of the block as a part of it, as views of MuJoCo's memory.
 
     Places are (3,), the rotation is (9,), row by row.
     """
@@ -97,7 +97,7 @@ def standing(pose: Pose, *, half_m: float) -> Pose:
 
 
 def plate_pose(bodies: Bodies, *, pivot_above_plate_m: float) -> PlatePose:
-    """Where the plate is, and its pivot, which is `pivot_above_plate_m` along its normal."""
+    """The plate's pose and its pivot, which is `pivot_above_plate_m` along its normal."""
     rows, height = tuple(bodies.plate_rotation.tolist()), pivot_above_plate_m
     x, y, z = bodies.plate_place.tolist()
     pivot = (x + rows[2] * height, y + rows[5] * height, z + rows[8] * height)

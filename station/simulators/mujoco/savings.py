@@ -1,4 +1,4 @@
-"""What a twin's world may leave out because it cannot matter: a scheduler around the physics, which knows none itself.
+"""The steps that a twin's world may skip because they cannot matter: a scheduler that knows no physics itself.
 
 Each answer is a number of looks (10 ms) that may pass before the next one, or whether something may be done at all. A
 test compares onsets with `SAVING` and with `EVERYTHING` (tests/unit/simulators/test_onset.py).
@@ -12,7 +12,7 @@ KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
 """How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
 left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
 PRESSED_M_S2, DOZES = 0.3, 4
-"""The foam's push per mass from which on a block that lies still is left alone for so many looks at a time."""
+"""From this push of the foam per mass on, a block that lies still is left alone for so many looks at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,16 +25,16 @@ class Savings:
     dozes: int = DOZES
 
     def looks_left_out(self, slack_m_s2: float) -> int:
-        """Looks at a part of the plate that may be left out while it could be accelerated by so much more."""
+        """The looks at a part of the plate that may be skipped while it could be accelerated by so much more."""
         if slack_m_s2 <= KEPT_M_S2:
             return 0
         return min(int((slack_m_s2 - KEPT_M_S2) / SPENT_M_S2), self.most_left_out)
 
     def looks_asleep(self, push_m_s2: float) -> int:
-        """Looks at a loose block that the foam presses on with so much, which may be left out."""
+        """The number of looks at a loose block that may be skipped while the foam presses on it with so much."""
         return self.dozes if push_m_s2 > PRESSED_M_S2 else 0
 
 
 SAVING = Savings()
 EVERYTHING = Savings(welds=False, skips=False, most_left_out=0, dozes=0)
-"""Nothing is left out."""
+"""The setting that skips nothing."""

@@ -1,4 +1,4 @@
-"""From a stream of joint set-points to the velocities that the servos in the MuJoCo model are given.
+"""Turns a stream of joint set-points into the velocities that the servos in the MuJoCo model are given.
 
 In plain numbers: for six joints a sum in numpy takes longer than the whole command.
 """
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 FLOATS = NDArray[np.float64]
 CATCH_UP_S = 0.02
-"""Time constant with which a difference between set-point and servo is made up for."""
+"""Time constant with which a servo makes up for its difference from the set-point."""
 STALE_NS = 50_000_000
-"""A set-point is carried on at its velocity for so long; when no newer one comes, the joint stops there."""
+"""The time for which a set-point is carried on at its velocity; without a newer one the joint then stops."""
 SETTLED_RAD = 1e-6
 
 
@@ -26,14 +26,14 @@ class Servo:
         self._position: list[float] = joint_start_rad.tolist()
         self._velocity = [0.0] * len(self._position)
         self.moving = False
-        """Whether the newest set-point moves on."""
+        """True if the newest set-point moves on."""
         self._stamp_ns = now_ns
         self._wanted = self._wanted_before = self._velocity
         self.settled = False
 
     @property
     def jerk_rad_s(self) -> list[float]:
-        """By how much the wanted velocity of each joint changed with the last command."""
+        """The change (n,), rad/s, of each joint's wanted velocity with the last command."""
         return [now - before for now, before in zip(self._wanted, self._wanted_before, strict=True)]
 
     def set_target(self, position_rad: FLOATS, velocity_rad_s: FLOATS, *, stamp_ns: int) -> None:

@@ -1,4 +1,4 @@
-"""A recorded session again, in MuJoCo."""
+"""Repeats a recorded session in MuJoCo."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class MujocoSession:
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
-        """As `Simulator.repeat` says; raises UserError also for settings in the rig file that cannot be."""
+        """Repeats as `Simulator.repeat` says; raises UserError also for settings in the rig file that cannot be."""
         setup = self._setup or own_setup(rig) or Setup()
-        # What a user has set may let a block creep long before its onset, which is then what is to be simulated.
+        # A user's settings may let a block creep long before its onset; that creep is then to be simulated.
         share = SHARE_CREEPING if setup.solid else SHARE
         simulated = partial(simulate, setup=setup, share=share)
         return repeated(recorded, model, rig=rig, rng=rng, simulated=simulated)

@@ -11,7 +11,7 @@ from station.simulators.mujoco.specimen import Block, FixedIn, Friction, Plate
 
 @dataclass(frozen=True, kw_only=True)
 class TwinSettings:
-    """What stands on the simulated arm.
+    """The material pair, block and plate on the simulated arm.
 
     `pair` is the name of a preset or the path of a pair's file; each of the other friction keys replaces the pair's
     value. The mean is given as an angle or as a coefficient (mu = tan of the angle), not as both.
@@ -28,7 +28,7 @@ class TwinSettings:
     plate: Plate = field(default_factory=Plate)
 
     def __post_init__(self) -> None:
-        """Refuses two means."""
+        """Refuses, by a ValueError, two means."""
         if self.mean_angle_rad is not None and self.mean_mu is not None:
             raise ValueError("give mean_angle_rad or mean_mu, not both")
         self.friction()

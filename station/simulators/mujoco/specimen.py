@@ -1,4 +1,4 @@
-"""What stands on the arm: block, plate with its foam border, and the friction between block and plate.
+"""The specimen on the arm: block, plate with its foam border, and the friction between block and plate.
 
 All numbers are in SI units and radians. The plate frame has its origin at the plate's centre on its surface, z up when
 level. The defaults are the paper's rig (sections III and IV, Figs. 2 and 4) as far as it states them.
@@ -25,7 +25,7 @@ class Block:
     mass_kg: float = 0.00785
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be a block."""
+        """Refuses, by a ValueError, numbers that no block can have."""
         _positive(self, "side_m", "mass_kg")
 
 
@@ -51,7 +51,7 @@ class Plate:
     fiducials_m: tuple[tuple[float, float], ...] = ((0.0, 0.0475), (0.0475, 0.0), (0.0, -0.0475), (-0.0475, 0.0))
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be a plate."""
+        """Refuses, by a ValueError, numbers that no plate can have."""
         _positive(self, "side_m", "thickness_m", "mass_kg", "cutout_radius_m", "foam_height_m", "foam_stiffness_n_m")
         _positive(self, "foam_damping", "foam_mu", "camera_height_m", "camera_mass_kg")
         if self.cutout_radius_m > self.side_m / 2:
@@ -77,7 +77,7 @@ class Friction:
     note: str = ""
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be friction."""
+        """Refuses, by a ValueError, numbers that no friction can have."""
         if not 0 < self.mean_angle_rad < STEEPEST_RAD:
             raise ValueError(f"mean_angle_rad must lie between 0 and {STEEPEST_RAD}, got {self.mean_angle_rad}")
         if not 0 <= self.scatter < 1:
@@ -86,11 +86,11 @@ class Friction:
 
     @property
     def isotropic(self) -> bool:
-        """Whether the limit curve is a circle."""
+        """True if the limit curve is a circle."""
         return self.ratio == 1.0
 
     def draw(self, rng: np.random.Generator) -> FrictionDraw:
-        """One contact's friction."""
+        """Draws one contact's friction."""
         angle = self.mean_angle_rad * (1 + self.scatter * float(rng.standard_normal()))
         return self.at(min(max(angle, 0.05 * self.mean_angle_rad), STEEPEST_RAD))
 

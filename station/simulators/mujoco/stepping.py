@@ -26,14 +26,14 @@ without them it slips by 15 µm as its feet sink in, which is more than the came
 
 
 class Mechanism:
-    """A world's influence, if it has one, and what that is told: since when a block lies, how often it slid."""
+    """A world's influence, if it has one, with what it is told: since when a block lies, and how often it slid."""
 
     def __init__(self, influence: Influence | None, *, start_ns: int) -> None:
         self.influence, self.slides, self.slid_ns = influence, 0, start_ns
         self._sliding = Slides()
 
     def let_go(self) -> None:
-        """A block that was a part of the plate is a body of its own: it does not slide yet."""
+        """Notes that a block is no part of the plate any more; it does not slide yet."""
         self._sliding = Slides()
 
     def act(self, block: BlockEngine, draw: FrictionDraw, *, now_ns: int) -> tuple[float, float]:
@@ -65,7 +65,7 @@ class Mechanism:
 
 
 def step(block: BlockEngine, motion: PlateMotion, *, ago_s: float, further: tuple[float, float]) -> None:
-    """One time step of a block from `ago_s` before the look's end, under the plate's pull and a further one (m/s²)."""
+    """Steps a block once, from `ago_s` before the look's end, under the plate's pull and a further one (m/s²)."""
     x, y, z = motion.pull(block.qpos[:3].tolist(), block.qvel[:3].tolist(), ago_s=ago_s, step_s=STEP_S)
     block.step(1, pull=(x + further[0], y + further[1], z), step_s=STEP_S)
 

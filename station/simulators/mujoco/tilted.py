@@ -29,11 +29,11 @@ STEP_S = 0.002
 _SETTLE_S = 0.5
 _GRAVITY = 9.81
 _MEMORY = 1 << 18
-"""Bytes for the contacts of one block; MuJoCo's own choice is many times that, and there are hundreds of blocks."""
+"""The bytes for the contacts of one block; MuJoCo's own choice is many times that, and there are hundreds of blocks."""
 
 
 HOLDING = replace(EXACT, impratio=2e5)
-"""The twin's contact, and a block that holds better still: the first millisecond of a slide is seen."""
+"""The twin's contact, and one that holds better still: it shows the first millisecond of a slide."""
 
 
 Solver = Literal["Newton", "CG", "PGS"]
@@ -41,7 +41,7 @@ Solver = Literal["Newton", "CG", "PGS"]
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """How MuJoCo is set: contact, time step, solver, iterations of it and of noslip, and which kind of block."""
+    """The settings of MuJoCo: contact, time step, solver, iterations of it and of noslip, and which kind of block."""
 
     contact: Contact = HOLDING
     step_s: float = STEP_S
@@ -53,7 +53,7 @@ class Setup:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """What acts on one block in one step: force per mass (m/s², plate frame), turning (rad/s²) and friction.
+    """The load on one block in one step: force per mass (m/s², plate frame), turning (rad/s²) and friction.
 
     `friction` along and across the axis at `axis_rad`; both alike: no axis is needed.
     """
@@ -70,7 +70,7 @@ def build(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
 
 
 def described(setup: Setup, *, side_m: float, mass_kg: float) -> Any:
-    """The same before it is compiled (`MjSpec`), so that more can be added."""
+    """The model of `build` before it is compiled (`MjSpec`), so that more can be added."""
     spec = mj.MjSpec()
     spec.modelname, spec.memory = "block on a tilting plate", _MEMORY
     contact, option = setup.contact, spec.option
@@ -123,18 +123,18 @@ class Plate:
         self.sunk_m = self._settled()
 
     def _settled(self) -> float:
-        """How deep a block sinks into the level plate."""
+        """The depth to which a block sinks into the level plate."""
         data = mj.MjData(self.model)
         self._gravity[:] = (0.0, 0.0, -_GRAVITY)
         mj.mj_step(self.model, data, round(_SETTLE_S / self.setup.step_s))
         return -float(data.qpos[2])
 
     def block(self) -> TiltedBlock:
-        """Another block."""
+        """Another block on this plate."""
         return TiltedBlock(self)
 
     def set_load(self, load: Load) -> None:
-        """What acts on the block that is stepped next."""
+        """Sets what acts on the block that is stepped next."""
         self._gravity[:] = load.pull
         along, across = load.friction
         self._friction[:, :3] = along, across, self._reach_m * 0.5 * (along + across)
@@ -177,7 +177,7 @@ class TiltedBlock:
         mj.mj_integratePos(self._plate.model, self.qpos, self.qvel, self._plate.setup.step_s)
 
     def step(self, load: Load) -> None:
-        """One time step under the load at its beginning."""
+        """Takes one time step under the load at its beginning."""
         plate = self._plate
         plate.set_load(load)
         self.data.qfrc_applied[-1] = load.turn * plate.inertia

@@ -46,7 +46,7 @@ class Twin:
                 self._bus.publish("truth/scene", self.scene(now_ns))
 
     def joint_state(self, now_ns: int) -> JointState:
-        """What the joints' sensors read."""
+        """The readings of the joints' sensors."""
         joints = self.world.joints()
         return JointState(
             stamp_ns=now_ns,
@@ -62,7 +62,7 @@ class Twin:
         plate, block = world.plate_pose(), world.block_pose()
         (qw, qx, qy, qz), (px, py, pz) = plate.quaternion, plate.pivot_m
         (x, y, z), (bw, bx, by, bz) = block.position, block.quaternion
-        # By position, in the order of the class: it is made a hundred times a second.
+        # The fields are given by position, in the order of the class: it is made a hundred times a second.
         return TwinScene(now_ns, qw, qx, qy, qz, px, py, pz, x, y, z, bw, bx, by, bz, world.mu_now)
 
     def _take_target(self, received: Received) -> None:

@@ -40,19 +40,17 @@ LOOK_S = LOOK_NS * 1e-9
 AHEAD_NS = LOOK_NS // 2
 """The arm's places are known for so much later than the end of the look under way: see `grip.PlateMotion`."""
 UNEVEN = 0.1
-"""By how much of their velocity the joints may answer differently to a sudden command."""
+"""The share of their velocity by which the joints may answer differently to a sudden command."""
 LETS_GO, GRIPS = 0.95, 0.93
 """Utilisation above which contact is simulated, and below which a resting block may become a part of the plate."""
 LEANING = 0.95
-"""The same two, times this, for a block that leans on the foam, whose force is known less exactly.
-
-With 0.8 instead, 24 sessions of 40 runs on steel had as many falls (3, not 4) and runs without a slip (28, not 29).
-"""
+"""The factor on LETS_GO and GRIPS for a block that leans on the foam, whose force is known less exactly. With 0.8
+instead, 24 sessions of 40 runs on steel had as many falls (3, not 4) and runs without a slip (28, not 29)."""
 RESTING = 0.99
 REST_S = 0.05
 QUIET_M = 1e-6
 QUIET_TURN = 1e-5
-"""At rest means: moved and turned less than this in each look of the last `REST_S`."""
+"""A block is at rest if it moved less than QUIET_M and turned less than QUIET_TURN in each look of the last REST_S."""
 SLIDE_M = 1e-3
 """A slide is at least so long; what comes to rest after one is a new contact with a new draw of friction."""
 STILL_RAD_S = 1e-4
@@ -117,7 +115,7 @@ class TwinWorld:
         """Looks since the plate's motion was taken note of, and how many of them may be left out."""
         self._read: tuple[FLOATS, FLOATS, FLOATS] | None = None
         self.lost = 0
-        """How often the block left the plate, or fell over, and was put back on its centre."""
+        """The number of times that the block left the plate, or fell over, and was put back on its centre."""
         self.place_block(0.0, 0.0, 0.0)
 
     # -- driving
@@ -192,7 +190,7 @@ class TwinWorld:
             self._steps_left -= 1
 
     def _take_motion(self) -> None:
-        """Takes note of how the plate has moved."""
+        """Notes how the plate has moved."""
         self._motion.take(self._moved.bodies, seconds=self._untaken * LOOK_S)
         self._untaken = 0
 
@@ -229,7 +227,7 @@ class TwinWorld:
 
     @property
     def friction_now(self) -> FrictionDraw:
-        """The truth: the friction of the present contact."""
+        """The true friction of the present contact."""
         return self._draw
 
     @property
@@ -239,7 +237,7 @@ class TwinWorld:
 
     @property
     def block_at_rest(self) -> bool:
-        """Whether the block lies still on the plate."""
+        """True if the block lies still on the plate."""
         return self._loose is None or self._quiet_s >= REST_S
 
     def joint_arrays(self) -> tuple[FLOATS, FLOATS, FLOATS]:
@@ -257,7 +255,7 @@ class TwinWorld:
         return Joints(tuple(position.tolist()), tuple(velocity.tolist()), tuple(effort.tolist()))
 
     def plate_pose(self) -> PlatePose:
-        """Where the plate is now."""
+        """The plate's pose now."""
         return plate_pose(self._moved.bodies_at(self._share()), pivot_above_plate_m=self.arm.pivot_above_plate_m)
 
     def plate_quaternion(self) -> Sequence[float]:
@@ -265,7 +263,7 @@ class TwinWorld:
         return self._moved.plate_quaternion_at(self._share())
 
     def block_pose(self) -> Pose:
-        """Where the block is on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
+        """The block's pose on the plate, as if its feet were hard (`standing`); at z = −1 m when there is none."""
         if self._loose is None or self._quiet_s >= REST_S or not self._looking:
             return self._seen
         ahead_s = (self._asked_ns - self._time_ns + self._steps_left * STEP_NS) * 1e-9
@@ -274,11 +272,11 @@ class TwinWorld:
     # -- within
 
     def _share(self) -> float:
-        """How much of the look under way lies before the time asked for."""
+        """The share of the look under way that lies before the time asked for."""
         return 1.0 - (self._time_ns - self._asked_ns) / LOOK_NS
 
     def _shoves(self, jerk_rad_s: Sequence[float]) -> bool:
-        """Whether a change of the joints' commanded velocities could make the block slip within one look.
+        """True if a change of the joints' commanded velocities could make the block slip within one look.
 
         In a tilt the joints' parts cancel in the pivot. They do so in the wanted motion; their servos are not all
         equally quick, so a share of their sum is allowed for.
@@ -294,7 +292,7 @@ class TwinWorld:
         return self._moved.speed_of_block(jerk_rad_s) + UNEVEN * apart > allowed_m_s
 
     def _look(self) -> None:
-        """What the block does, every `LOOK_S`: sticks, slides, comes to rest, leaves."""
+        """Decides every LOOK_S what the block does: it sticks, slides, comes to rest or leaves."""
         loose, self._left_out = self._loose, 0
         if loose is None:
             self._mind_grip()
@@ -309,14 +307,14 @@ class TwinWorld:
             self._resting = self._moved.halt(below_rad_s=STILL_RAD_S)
 
     def _stuck(self) -> bool:
-        """Whether the block stays where it is, on a plate that does not move."""
-        # What the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
+        """True if the block stays where it is, on a plate that does not move."""
+        # A block that the foam holds lies still beyond its friction, too: the foam is a spring that has come to rest.
         if self._held or not self.block_at_rest or any(self._leaning):
             return self._held or self.block_at_rest
         return self._utilisation(self._motion.needed(self._rel.position), self._hold) < RESTING
 
     def _mind_grip(self) -> None:
-        """A block that is a part of the plate: let go when it could slip."""
+        """Releases a block that is a part of the plate when it could slip."""
         if not self.block_present:
             return
         force = self._motion.needed(self._rel.position)
@@ -373,7 +371,7 @@ class TwinWorld:
         return used
 
     def _hold_by(self, friction: FrictionDraw) -> grip.Hold:
-        """How that friction holds the block where it lies now."""
+        """The hold of the block by that friction where it lies now."""
         yaw = self._rel.yaw_rad
         axis = self.friction.axis_rad + (yaw if self.friction.fixed_in == "object" else 0.0)
         friction = self._mechanism.at_rest(friction, self._rel.position, now_ns=self._time_ns)
@@ -387,7 +385,7 @@ class TwinWorld:
         self._engines.set_friction(draw)
 
     def _follow(self, block: BlockEngine) -> None:
-        """Takes note of where a loose block is, whether it lies still, and whether it can reach the foam."""
+        """Notes where a loose block is, whether it lies still, and whether it can reach the foam."""
         self._rel = block.pose_after(0.0)
         before, self._seen = self._seen, standing(self._rel, half_m=self.block.side_m / 2)
         moved = math.dist(before.position, self._seen.position)

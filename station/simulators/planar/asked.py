@@ -1,4 +1,4 @@
-"""A contact whose dearer fields are worked out when an effect asks for them: hardly any asks for all."""
+"""A contact whose costly fields are computed when an effect asks for them: hardly any effect asks for all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _put = object.__setattr__
 
 
 class Asked(Contact):
-    """Some fields of a `Contact`, and how to make the others at the first question."""
+    """Some fields of a `Contact`, and functions that make the others when they are first read."""
 
     __slots__ = ("_later",)
 
@@ -18,12 +18,12 @@ class Asked(Contact):
 
     @classmethod
     def of(cls, known: Mapping[str, Array | Bools], later: Mapping[str, Callable[[], Array | Bools]]) -> Asked:
-        """The fields `known`, and `later` what makes the rest."""
+        """Builds it from the fields `known`, and from `later`, the functions that make the rest."""
         return cls._made(known, lambda name: later[name]())
 
     @classmethod
     def like(cls, other: Contact, **changed: Array | Bools) -> Asked:
-        """Another contact with some fields changed; `dataclasses.replace` would ask for all of them."""
+        """Another contact with some fields changed; `dataclasses.replace` would compute all of them."""
         return cls._made(changed, lambda name: getattr(other, name))
 
     @classmethod
@@ -35,7 +35,7 @@ class Asked(Contact):
         return made
 
     def __getattr__(self, name: str) -> Array | Bools:
-        """Asked for a field that is not there yet."""
+        """Computes a field that is not there yet."""
         if name not in _FIELDS:
             raise AttributeError(name)
         value = self._later(name)

@@ -1,4 +1,4 @@
-"""What many runs are told: the plate's motion, where and how the block lies, and what it is. No effect is in here."""
+"""The commands of many runs: the plate's motion, the block's start pose, and its properties, without any effect."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Commands:
 
     @property
     def end_s(self) -> Array:
-        """When each run ends (n,)."""
+        """The end (n,), s, of each run."""
         return self.time_s[:, -1]
 
     @property
@@ -61,7 +61,7 @@ class Commands:
         return tilt_of(self.gravity)
 
     def rows(self, chosen: slice) -> Commands:
-        """Some of the runs, as views."""
+        """The chosen runs, as views."""
         own = {spec.name: getattr(self, spec.name)[chosen] for spec in fields(self) if spec.name not in _SHARED}
         return replace(self, **own)
 

@@ -28,7 +28,7 @@ class Support(NamedTuple):
 
 
 class LimitCurve:
-    """Friction of a model without its scatter."""
+    """The friction of a model without its scatter."""
 
     def __init__(self, model: Model, *, phases: tuple[bool, ...] = (False, True)) -> None:
         """`phases`: whether it is to be asked for blocks at rest (False), in motion (True), or both."""
@@ -39,12 +39,12 @@ class LimitCurve:
 
     @cached_property
     def in_motion(self) -> LimitCurve:
-        """The same for sliding blocks only, of which it may be round."""
+        """The limit curve for sliding blocks only, which may be round."""
         return LimitCurve(self._model, phases=(True,))
 
     @property
     def is_round(self) -> bool:
-        """Whether friction is the same in every direction."""
+        """True if friction is the same in every direction."""
         return not self._directed
 
     def value(self, contact: Contact | None, factor: Array) -> Array:
@@ -108,7 +108,7 @@ class _Watched(Contact):
 
 
 def asks_for_direction(term: Term, *, phases: tuple[bool, ...] = (False, True)) -> bool:
-    """Whether an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
+    """True if an effect's friction depends on the direction of sliding, at rest (False) or in motion (True).
 
     One that only looks at it says the same in all directions.
     """

@@ -1,4 +1,4 @@
-"""What acts on the block but friction: gravity, the turning plate, the foam and the effects' pushes; per mass.
+"""The load on the block besides friction: gravity, the turning plate, the foam and the effects' pushes, per mass.
 
 In P, with the block's place r and velocity v, the plate's rate ω and acceleration α:
 
@@ -40,7 +40,7 @@ class Pull(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where blocks are and how they move (a,): direction `way`, turned by `yaw`; who turns has a yaw rate."""
+    """Places and motion of blocks (a,): direction `way`, turned by `yaw`; a block that turns has a yaw rate."""
 
     x: Array
     y: Array
@@ -61,12 +61,12 @@ class Blocks:
     friction: Array
     shake: Array
     rest_from_s: Array
-    """When the present rest began; while sliding, when the rest before it did."""
+    """The time at which the present rest began; while sliding, that of the rest before it."""
     slid_from_s: Array
-    """When the present slide began; inf at rest."""
+    """The time at which the present slide began; inf at rest."""
 
     def select(self, chosen: Index) -> Blocks:
-        """Fewer of them."""
+        """The chosen blocks."""
         return Blocks(
             self.row[chosen],
             self.number[chosen],
@@ -146,12 +146,12 @@ class World:
         return x, y, -z
 
     def driven(self, contact: Contact, friction: Array) -> Array:
-        """What turns blocks (a,), rad/s², that slide against a friction (a,) per mass."""
+        """Angular acceleration (a,), rad/s², by spin and by the lever of a friction (a,) per mass, m/s²."""
         per_friction = self.model.lever(contact) / (SQUARE_GYRATION * contact.area_m2)
         return self.model.spin(contact) + friction * per_friction
 
     def border_m(self, row: Index, at: Motion) -> Array:
-        """From the square block's outermost corner to the foam (a,); inf without foam."""
+        """The distance (a,), m, of the square block's outermost corner from the foam; inf without foam."""
         if not self.walled:
             return np.full(len(row), np.inf)
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
@@ -175,7 +175,7 @@ class World:
         return -size * ux, -size * uy
 
     def contact(self, blocks: Blocks, time_s: Array, at: Motion, down: Down, border_m: Array | None = None) -> Contact:
-        """What the effects are told."""
+        """The contact that the effects are given."""
         stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
         run, mass, area, mount, temperature, humidity = blocks.own
         known = {

@@ -19,7 +19,7 @@ class Path:
 
     @property
     def wanted(self) -> bool:
-        """Whether anybody wants a place."""
+        """True if anybody wants a place."""
         return self._time_s.shape[1] > 0
 
     def creep(self, row: Index, creep: Creep, end_s: Array) -> None:

@@ -1,4 +1,4 @@
-"""How the plate really moves: the reported attitude, turned by the effects, as one table row per stretch of time.
+"""The true motion of the plate: the reported attitude, turned by the effects, as one table row per stretch of time.
 
 Between two knots gravity moves in P along a great circle: g(t) = g₀ cos Ωt + d sin Ωt.
 """
@@ -98,7 +98,7 @@ def gravity_at(stretch: Array, time_s: Array) -> Down:
 
 
 def _steps(commands: Commands) -> tuple[Array, Array]:
-    """For each stretch (n, k−1): whether the tilt rises (+1) or falls (−1), and when the present or last step began."""
+    """The tilt's direction (n, k−1), +1 or −1, and the begin of the present or last step, for each stretch."""
     change = np.diff(commands.tilt_rad, axis=1)
     sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
     count = sign.shape[1]

@@ -19,7 +19,7 @@ from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
 
 FINE_S = 0.05
-"""Knots nearer to each other than this are those of a recording."""
+"""Knots nearer to each other than this belong to a recording."""
 _APART_S = 0.25
 _APART_CREEPING_S = 0.125
 _WINDOW_S = 0.1
@@ -50,7 +50,7 @@ class Lying(NamedTuple):
     place: Array
 
     def select(self, chosen: Index) -> Lying:
-        """Fewer of them."""
+        """The chosen blocks."""
         since = self.from_s[chosen], self.rest_from_s[chosen]
         return Lying(self.row[chosen], self.number[chosen], *since, self.place[chosen])
 
@@ -66,13 +66,13 @@ class Crossing(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Creep:
-    """Nodes (a, c) of the way that blocks creep while at rest."""
+    """Nodes (a, c) of the creep of blocks at rest."""
 
     time_s: Array
     place: Array
 
     def at(self, chosen: Index, time_s: Array) -> Creep:
-        """The same at other times (b, w) of the chosen blocks (b,)."""
+        """The creep at other times (b, w) of the chosen blocks (b,)."""
         places = [self.place_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
         return Creep(time_s, np.stack(places, axis=1))
 
@@ -88,7 +88,7 @@ class Creep:
 
 
 class Rest:
-    """Looks for onsets in the runs of a world."""
+    """Finds onsets in the runs of a world."""
 
     def __init__(self, world: World, curve: LimitCurve) -> None:
         self._world, self._curve = world, curve
@@ -117,7 +117,7 @@ class Rest:
         return Grid(times, np.broadcast_to(number, times.shape))
 
     def _steepest(self, window: int) -> Grid:
-        """Of each window of knots the one with the steepest tilt, and with pushes the most abrupt one too."""
+        """The knot with the steepest tilt in each window of knots, and with pushes the most abrupt one too."""
         plate = self._world.plate
         n = len(self._world.commands)
         table = plate.table.reshape(Column.COUNT, n, -1)
@@ -179,7 +179,7 @@ class Rest:
         return downward + off
 
     def _hold(self, contact: Contact | None, blocks: Blocks) -> Array:
-        """What friction can hold (a,): the static limit, or the kinetic one where a slip was seen not to get away."""
+        """The friction (a,) that holds: the static limit, or the larger kinetic one in runs of which to `beware`."""
         limit = self._curve.value(contact, blocks.friction)
         wary = self._wary[blocks.row]
         if contact is None or not wary.any():
@@ -304,7 +304,7 @@ class Rest:
 
 
 def _root(at: Excess, low: Array, high: Array) -> tuple[Array, Array]:
-    """Where E passes zero between `low` and `high` (b,), and the direction there; by the Illinois rule.
+    """The zero of E between `low` and `high` (b,), and the direction there, by the Illinois rule.
 
     The upper end of the last bracket is returned, where E is not negative.
     """

@@ -1,4 +1,4 @@
-"""A recorded session again, with the planar simulator."""
+"""Repeats a recorded session with the planar simulator."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PlanarSession:
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
     ) -> Signals:
-        """As `Simulator.repeat` says."""
+        """Repeats the session as `Simulator.repeat` says."""
         return repeated(recorded, model, rig=rig, rng=rng)
 
 
@@ -36,7 +36,7 @@ class Simulate(Protocol):
     """Follows a batch of runs: `planar.simulate.simulate`, or another engine's that takes the same."""
 
     def __call__(self, commands: Commands, model: Model, *, time_s: ArrayLike, chances: Chances) -> Motions:
-        """As `planar.simulate.simulate`."""
+        """Follows the runs as `planar.simulate.simulate` does."""
         ...
 
 
@@ -62,7 +62,7 @@ def repeated(
 
 
 def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfig) -> Commands:
-    """What the runs were told: the attitude every 10 ms, and the specimen as its sample or else the rig file has it."""
+    """The commands of the runs: the attitude every 10 ms, and the specimen as its sample, or the rig file, has it."""
     size = rig.block.size_m
     samples = [run.sample for run in runs]
     times = [_knots_s(run) for run in runs]

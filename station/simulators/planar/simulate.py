@@ -1,4 +1,4 @@
-"""Many runs at once: rest until the onset, slide until the stop, and again, until the commands end."""
+"""Simulates many runs at once: each rests until the onset, slides until the stop, and again, until its commands end."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ONSET_M = 2e-5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Chances:
-    """What differs from run to run by chance.
+    """The random differences between runs.
 
     Attributes:
         friction: (n,) factor on the friction, lognormal with the median 1 and the model's scatter.
@@ -40,23 +40,23 @@ class Chances:
 
     @classmethod
     def none(cls, n: int) -> Chances:
-        """Nothing by chance."""
+        """No random differences."""
         return cls(friction=np.ones(n), shake=np.zeros(n))
 
     def rows(self, chosen: slice) -> Chances:
-        """Those of some of the runs."""
+        """The differences of the chosen runs."""
         return Chances(friction=self.friction[chosen], shake=self.shake[chosen])
 
     @classmethod
     def drawn(cls, n: int, *, scatter: float, rng: np.random.Generator) -> Chances:
-        """For n runs."""
+        """Draws them for n runs."""
         friction, shake = rng.standard_normal((2, n))
         return cls(friction=np.exp(scatter * friction), shake=shake)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Motions:
-    """What n blocks did.
+    """The motions of n blocks.
 
     Attributes:
         onset_s: (n,) the true time of the first onset from rest of a slip beyond `ONSET_M`; nan without one.
@@ -127,7 +127,7 @@ def _chunk(
 
 
 class _Batch:
-    """Some runs on their way, round after round."""
+    """Some runs in progress, round after round."""
 
     def __init__(self, world: World, curve: LimitCurve, path: Path) -> None:
         n = len(world.commands)
@@ -140,7 +140,7 @@ class _Batch:
         self._number = np.zeros(n, dtype=np.intp)
 
     def run(self) -> None:
-        """To the end of every run."""
+        """Follows all runs to their ends."""
         left = self._pushed_off()
         while len(left):
             left = self._round(left)
@@ -168,7 +168,7 @@ class _Batch:
         self._rest_from_s[stop.row[moved]] = stop.time_s[moved]
 
     def _round(self, row: Index) -> Index:
-        """One rest and one slide of the runs `row`; gives those that go on."""
+        """Follows one rest and one slide of the runs `row`; returns those that go on."""
         lying = Lying(row, self._number[row], self._now_s[row], self._rest_from_s[row], self.place[row])
         onset, creep = self._rest.crossing(lying)
         self.place[row] = onset.place

@@ -58,7 +58,7 @@ class Nodes(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """How slides ended (a,): run, time, stretch, and the place (a, 3)."""
+    """The ends of slides (a,): run, time, stretch, and the place (a, 3)."""
 
     row: Index
     time_s: Array
@@ -199,7 +199,7 @@ class Slide:
     def _rates(
         self, blocks: Blocks, time_s: Array, at: Motion, *, since: Array | None = None, like: _Rates | None = None
     ) -> _Rates:
-        """What changes how fast, at the beginning of a step or `since` (a,) s after it.
+        """The rates of change at the beginning of a step or `since` (a,) s after it.
 
         Who is slow, and h″, which hardly changes in a step, its later stages take from the first (`like`).
         """
@@ -306,7 +306,7 @@ def _kutta(at: Motion, stages: _Stages, step: Array) -> tuple[Motion, Array]:
 
 
 def _between(at: Motion, stages: _Stages, step: Array, doubtful: Index) -> tuple[Index, Array]:
-    """Which of the `doubtful` (b,) are held at a corner (c,), and the ways (c,) where the forces on them balance."""
+    """The `doubtful` (b,) that are held at a corner (c,), and the ways (c,) where the forces on them balance."""
     first, second, third = (stage.way[doubtful] for stage in stages)
     step = step[doubtful]
     early = first * second < 0
@@ -326,7 +326,7 @@ def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
 
 
 def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
-    """How far φ has moved `since` (a,) s ago towards where G vanishes."""
+    """The change of φ since `since` (a,) s ago towards where G vanishes."""
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)
     small = np.abs(decay) < 1e-6
@@ -335,7 +335,7 @@ def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Arra
 
 
 def _time_to_stop(speed: Array, change: Array, after: Array, step: Array) -> Array:
-    """When a parabola through the speed, its change and the (negative) speed after `step` passes zero."""
+    """The zero of a parabola through the speed, its change and the (negative) speed after `step`."""
     bend = (after - speed - change * step) / np.maximum(step * step, 1e-18)
     root = np.sqrt(np.maximum(change * change - 4.0 * bend * speed, 0.0))
     below = -change + root

@@ -21,9 +21,9 @@ from station.physics.contact import Array, Bools
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
 _BOUND_M_S = 1e-3
-"""With D below it ω is where drive and friction balance."""
+"""Below this D, ω is the rate at which drive and friction balance."""
 _MOST = 0.98
-"""Of q, for which there is such a balance."""
+"""The largest q for which there is such a balance."""
 _SMALL = 0.02
 
 
@@ -62,7 +62,7 @@ def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array,
 
 
 class Decays(NamedTuple):
-    """What the first stage's decay makes of a step (a,): z = −decay · step, half of it and whole.
+    """The decay of the first stage over a step (a,): z = −decay · step, half of it and whole.
 
     `kept` is eᶻ, `share` (eᶻ − 1) / z; `begin`, `middle`, `end` are the weights of the stages (1/6, 4/6, 1/6 at z = 0).
     """
@@ -78,7 +78,7 @@ class Decays(NamedTuple):
 
 
 def decays(first: Turning, step: Array) -> Decays:
-    """See `Decays`; where z is small, and the fractions would cancel, by Taylor's series."""
+    """The `Decays` of a step; where z is small, and the fractions would cancel, they are Taylor series."""
     z = np.minimum(-first.decay * step, -1e-12)
     small = z > -_SMALL
     w = np.where(small, -1.0, z)
@@ -118,7 +118,7 @@ def rate_at_full(first: Turning, second: Turning, way: Decays) -> Array:
 def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> tuple[Array, Array]:
     """The yaw rate (a,) after a step, and how far a rule of lower order is from it."""
     inner, last = _beside(second, first), _beside(third, first)
-    # Of the two rules only what follows from the stages differs.
+    # The two rules differ only in what follows from the stages.
     off = way.begin * first.drive + (way.middle - way.share) * inner + way.end * last
     rate = first.rate * way.kept + way.step * (off + way.share * inner)
     off = np.abs(way.step * off)
@@ -128,5 +128,5 @@ def rate_after(first: Turning, second: Turning, third: Turning, way: Decays) -> 
 
 
 def _beside(stage: Turning, first: Turning) -> Array:
-    """What a stage's change is beside the decay of the first."""
+    """The part of a stage's change besides the decay of the first stage."""
     return stage.drive + (first.decay - stage.decay) * stage.rate
