@@ -41,6 +41,7 @@ ELSEWHERE = {
     "apt-get install chrony": "changes the clock of this machine",
     "printf 'allow": "likewise",
     "deploy/test_in_arm64.sh": "emulates another processor for forty minutes",
+    "deploy/test_image.sh": "installs Debian and the station anew, as root",
 }
 """Lines that are read and not run, with the reason or the test that runs what they start."""
 
@@ -198,6 +199,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "pi-agent": _ours,
     "deploy.sh": _deploy,
     "test_in_arm64.sh": _script,
+    "test_image.sh": _script,
     "cp": _copied,
     "openssl": _in_a_shell,
     "make": _made,
