@@ -59,7 +59,7 @@ def test_the_plainest_variant_takes_no_path_beyond_the_baseline():
     plainest = next(one for one in variants(here) if one.name == PLAINEST)
     found = taken(plainest)
     assert (found.numpy, found.opencv, found.ipp, found.numba, found.threads) == ((), (), False, "generic", (1, 1))
-    assert found != here
+    assert found != here or not here.numpy  # under a variant itself there may be nothing left to take away
 
 
 def test_what_became_of_each_test_is_told(tmp_path: Path):
