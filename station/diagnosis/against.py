@@ -24,7 +24,7 @@ from station.diagnosis.inference.values import inexact, values_of
 from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Differs, Side, Value
-from station.diagnosis.search.belief import Belief, called
+from station.diagnosis.search.belief import Belief, called, sure
 from station.diagnosis.search.search import Search
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -56,7 +56,7 @@ class Beside:
     @property
     def probability(self) -> float:
         """Posterior probability that the two differ."""
-        return 1.0 / (1.0 + math.exp(-0.5 * max(min(self.odds, 700.0), -700.0)))
+        return sure(self.odds)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -91,8 +91,7 @@ def examined(
     if why:
         return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())
     rng = np.random.default_rng(seed)
-    # A simulator's numerical artefacts are sought in the simulator, not in the recording.
-    effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
+    effects = tuple(catalogue.values())
     evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = search(in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress), progress)
     progress("predicting each fold of the runs by the others")

@@ -58,9 +58,14 @@ def against_given(
             f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, "
             f"got {evidence.used()} in {name}: {notes}"
         )
-    effects = [effect for effect in catalogue.values() if effect.layer != "numerics"]
     start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
-    staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda said: progress(f"simulation: {said}"))
+    staged = in_stages(
+        evidence,
+        tuple(catalogue.values()),
+        start=start,
+        rng=rng,
+        progress=lambda said: progress(f"simulation: {said}"),
+    )
     found = search(staged, progress)
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
     progress("comparing recording and simulation")

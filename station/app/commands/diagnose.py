@@ -174,12 +174,13 @@ def diagnose_file(
             refuse_unknown(simulate, rig=config)
         tell("reading the recording")
         recorded = load_signals(reader)
+    setting = setting_of(config)
     with threadpool_limits(limits=1, user_api="blas"):
         found = examined(
             recorded,
             catalogue_of_table(config.physics if config else Table({})),
             name=str(path),
-            setting=setting_of(config),
+            setting=setting,
             seed=seed,
             folding=folding,
             jobs=jobs,
@@ -189,7 +190,6 @@ def diagnose_file(
     if simulate:
         if config is None or not isinstance(recorded, Signals):
             raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
-        setting = setting_of(config)
         answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
     answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)

@@ -30,7 +30,7 @@ def beliefs(found: Search) -> Belief:
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
     effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
     other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
-    places = [_sure(place.odds) for place in found.places]
+    places = [sure(place.odds) for place in found.places]
     other = max([other, *places])
     return Belief(effects=effects, classes=classes, places=places, other=other, none=_none(found.stages[0]))
 
@@ -40,8 +40,9 @@ def called(effect_id: str) -> str:
     return "other" if effect_id.startswith(PREFIX) else effect_id
 
 
-def _sure(odds: float) -> float:
-    return 1.0 / (1.0 + math.exp(-0.5 * min(odds, 700.0)))
+def sure(odds: float) -> float:
+    """The probability that belongs to twice the log odds."""
+    return 1.0 / (1.0 + math.exp(-0.5 * max(min(odds, 700.0), -700.0)))
 
 
 def _none(stage: Stage) -> float:

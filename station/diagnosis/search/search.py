@@ -132,6 +132,8 @@ def in_stages(
     If `begins` is given, fits begin where those of nearly the same runs ended: they end at the same maximum.
     """
     progress("fitting the plain model")
+    # A simulator's numerical artefacts are sought in the simulator, not in a recording.
+    effects = [effect for effect in effects if effect.layer != "numerics"]
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]

@@ -75,7 +75,7 @@ def searched(evidence: Evidence, like: Found | None = None) -> Found:
     A search must not begin where another ended: it would be spared the bad maxima that a rule is there for.
     """
     rng, start = np.random.default_rng(SEED), Model(mu_s=0.4)
-    effects = [effect for effect in catalogue().values() if effect.layer != "numerics"]
+    effects = tuple(catalogue().values())
     evidence = with_wander(evidence, start)
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None)
     found = search(staged, lambda _: None)
