@@ -75,7 +75,7 @@ def refuse_unknown(simulate: str, *, rig: RigConfig) -> None:
 
 
 def _elsewhere(diagnosis: Diagnosis, recorded: Signals, simulated: Signals, *, mu_s: float) -> Diagnosis:
-    """With the errors of a recording that another simulator made: there is a before, and no after."""
+    """Adds the errors of a recording that another simulator made: there is a before, and no after."""
     before: Errors = errors(recorded, simulated)
     table = {"engine": diagnosis.simulator, "before": before.summary(), "after": {}}
     fit = replace(diagnosis.fit, simulator_rerun=table)

@@ -94,7 +94,7 @@ def messages(records: bytes, *, wanted: Container[int] | None = None) -> list[Ra
 
 
 def _count(records: bytes) -> int:
-    """How many records a chunk has, as far as they fit together."""
+    """Counts the records of a chunk, as far as they fit together."""
     position, count = 0, 0
     while position + _RECORD.size <= len(records):
         position += _RECORD.size + _RECORD.unpack_from(records, position)[1]
