@@ -16,8 +16,8 @@ run: setup
 # longest files begin first.
 test: setup style
 	@$(MAKE) --no-print-directory -j 2 types test-alone
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_live_faults.py \
-	  tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
+	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_killed_processes.py \
+	  tests/system/test_live_faults.py tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
 
 test-alone: setup
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
