@@ -18,6 +18,7 @@ from station.app.processes import until_stopped
 
 NAME = "angles"
 HELP = "read the angle sensors and publish them"
+EXAMPLE = "station angles --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 
 NAME = "arm"
 HELP = "run the arm agent: driver and safety gate on the bus"
+EXAMPLE = "station arm --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

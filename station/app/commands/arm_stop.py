@@ -16,6 +16,7 @@ from station.app import assembly
 
 NAME = "arm stop"
 HELP = "emergency stop of the arm, over the bus"
+EXAMPLE = "station arm stop --rig rig.toml"
 _ANSWER_S = 3.0
 """In which the agent has to be found and to answer: it takes milliseconds when it is there."""
 

@@ -44,6 +44,7 @@ from station.simulators.mujoco.twin import Twin
 
 NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
+EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0

@@ -46,6 +46,7 @@ from station.signals.session import Signals
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+EXAMPLE = "station diagnose sim.mcap --report page.html --overlay seen.rrd --model model.toml --json"
 _TABLES = (".csv", ".parquet")
 PACKAGES = ("numpy", "scipy", "mujoco")
 

@@ -18,6 +18,7 @@ from station.recording.writer import Recording
 
 NAME = "record"
 HELP = "record what is on the bus, without running a session"
+EXAMPLE = "station record --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -29,6 +29,7 @@ from station.view.setup import Setup, Threshold, setup_from_poses, setup_of
 
 NAME = "replay"
 HELP = "show a recording (or a running session) in Rerun, or play it back onto the bus"
+EXAMPLE = "station replay sim.mcap"
 _POSES = 50_000
 _CONNECT_S = 1.0
 _AFTER_SLIP_S = 0.2

@@ -19,6 +19,7 @@ from station.recording.tables import read_samples, write_samples
 
 NAME = "samples"
 HELP = "print a session's samples with mean ± sd by direction; write CSV or Parquet"
+EXAMPLE = "station samples sim.mcap --csv samples.csv --parquet samples.parquet"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -22,6 +22,7 @@ from station.simulators.simulator import names
 
 NAME = "simulate"
 HELP = "simulate a recorded session again with a model of friction; write it as a recording"
+EXAMPLE = "station simulate sim.mcap --model model.toml --out again.mcap"
 _LISTED = 20
 
 

@@ -14,6 +14,7 @@ from station.simulators.mujoco.twin import Twin
 
 NAME = "twin"
 HELP = "simulate arm, plate and block (MuJoCo) on the bus"
+EXAMPLE = "station twin --rig rig.toml"
 SCENES_A_FRAME = 2
 """The synthetic camera takes its frames at the moments of scenes, so their rate is a multiple of the camera's."""
 
