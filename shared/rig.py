@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 from shared.config import Table, load_table, parse
+from shared.errors import UserError
+from shared.likely import unlikely
 
 PROCESSES = ("camera", "arm", "twin", "station")
 
@@ -153,16 +155,31 @@ class RigConfig:
 
 
 def load_rig(path: Path) -> RigConfig:
-    """Reads a rig file.
+    """Reads a rig file of the user's own.
+
+    Raises:
+        UserError: naming file, line and key of what is wrong, or of what was probably meant in another unit.
+    """
+    rig = rig_of_table(load_table(path))
+    mark = (rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect)
+    found = unlikely(
+        block_m=rig.block.size_m,
+        mass_kg=rig.block.mass_kg,
+        plate_m=rig.plate.side_m,
+        opening_m=rig.plate.opening_m,
+        mark_mm=mark,
+    )
+    for sentence in found:
+        raise UserError(f"{path}: {sentence}")
+    return rig
+
+
+def rig_of_table(table: Table) -> RigConfig:
+    """The rig of a table that was read already, such as the one inside a recording, whose sizes are not doubted.
 
     Raises:
         UserError: naming file, line and key of what is wrong.
     """
-    return rig_of_table(load_table(path))
-
-
-def rig_of_table(table: Table) -> RigConfig:
-    """The rig of a table that was read already, such as the one inside a recording; raises as `load_rig` does."""
     return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
 
 
