@@ -133,6 +133,8 @@ class RigConfig:
     """A rig file. `id` names the rig on the bus and has no default; `arm` and `twin` are read by the station."""
 
     id: str
+    planted: str = ""
+    """What a simulated rig conceals on purpose, in a sentence, which the diagnosis of its recordings repeats."""
     bus: BusConfig = field(default_factory=BusConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     mark: MarkConfig = field(default_factory=MarkConfig)

@@ -8,30 +8,30 @@ file with a random word, and the file's hash is told before the diagnosis begins
 from __future__ import annotations
 
 import hashlib
+import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import tomli_w
 
 from shared.clock import SIMULATION_EPOCH_NS
-from shared.config import Table
-from shared.rig import RigConfig
+from shared.config import Table, load_table
+from shared.rig import RigConfig, rig_of_table
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.retold_recording import write_retold
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.physics.catalogue import Catalogue, confused
-from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.recording.writer import Recording
 from station.simulators.simulator import simulator
 
-STRONG = 3.0
-"""Size of a drawn effect in typical sizes, each of which is plain to see by itself (station/physics/parameter.py)."""
+LARGER = 1.3
+"""Factor by which a drawn effect is at most larger than what its file says is shown: key and answer are not known."""
 
 PLAIN = Model(mu_s=0.36, scatter=0.06)
 """Steel on steel, as the paper found it, with the scatter between the runs of one direction."""
@@ -48,22 +48,15 @@ class Concealed:
 
 
 def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
-    """The plain model with one strong effect of the contact, drawn at random.
-
-    Effects that one constant friction would absorb are left out, and those that are the first terms of a series: the
-    answer to them is not one name.
-    """
-    able = [known[name] for name in sorted(known) if _can_be_named(known[name])]
+    """The plain model with one effect, drawn among those that a session of this length shows; so are size and sign."""
+    able = [known[name] for name in sorted(known) if known[name].demonstrated]
     effect = able[rng.integers(len(able))]
     values = effect.neutral()
-    size = effect.parameters[0]
-    sign = rng.choice([-1.0, 1.0]) if size.low < 0.0 else 1.0
-    values[size.name] = size.clipped(sign * STRONG * size.typical)
+    for size in effect.parameters:
+        sign = rng.choice([-1.0, 1.0]) if size.low < 0.0 else 1.0
+        if size.name in effect.demonstrated:
+            values[size.name] = size.clipped(sign * rng.uniform(1.0, LARGER) * effect.demonstrated[size.name])
     return PLAIN.with_term(Term(effect, values))
-
-
-def _can_be_named(effect: Effect) -> bool:
-    return effect.layer == "contact" and not effect.absorbed_by_mu and not effect.is_series
 
 
 def conceal(
@@ -88,8 +81,10 @@ def conceal(
 
 def firm_rig() -> RigConfig:
     """The simulated rig without what its file plants in it: the camera's mount does not sag."""
-    rig = assembly.rig_from(None)
-    return replace(rig, camera=replace(rig.camera, options=Table({**rig.camera.options.values, "sag_px": 0.0})))
+    table = load_table(assembly.simulated_rig_path())
+    values = tomllib.loads(table.text)
+    del values["planted"], values["camera"]["options"]["sag_px"]
+    return rig_of_table(Table(values, table.file, tomli_w.dumps(values)))
 
 
 def _session(rig: RigConfig, path: Path, *, samples: int, seed: int, on_sample: Callable[[int], None]) -> Path:

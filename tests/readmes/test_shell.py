@@ -30,6 +30,7 @@ from tests.readmes.reader import furnish, write_twenty_runs
 
 ELSEWHERE = {
     "station rig": "starts all processes of a rig: tests/system/test_rig.py",
+    "station demo": "a minute: tests/unit/app/test_demo.py runs a shorter one",
     "station twin": "runs until it is stopped: tests/system/test_rig.py",
     "station angles": "runs until it is stopped: tests/system/test_angle_comparison.py",
     "station arm stop": "needs an arm agent: tests/system/test_arm_process.py",
@@ -168,10 +169,10 @@ def _activated(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _made(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What make would do; the rig of `make run` is read by its parser, and run by tests/system/test_rig.py."""
+    """What make would do; the commands of `make run` are read by their parsers, and run by other tests."""
     done = subprocess.run(["make", "-n", *shlex.split(line)[1:]], cwd=ROOT, capture_output=True, text=True, check=True)
-    for rig in re.findall(r"\.venv/bin/(station rig .*)", done.stdout):
-        _parsed(rig, monkeypatch)
+    for command in re.findall(r"\.venv/bin/(station (?:rig|demo)[^|\n]*)", done.stdout):
+        _parsed(command, monkeypatch)
 
 
 def _installed(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
