@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +17,12 @@ PROCESSES = ("camera", "arm", "twin", "station")
 
 @dataclass(frozen=True, kw_only=True)
 class BusConfig:
-    """`[bus]`: the endpoint that each process listens on; the others connect to it. An empty one does not exist."""
+    """`[bus]`: the endpoint that each process listens on; the others connect to it. An empty one does not exist.
 
+    `insecure = true` allows endpoints beyond this machine without keys: whoever reaches them takes part.
+    """
+
+    insecure: bool = False
     camera: str = "tcp/127.0.0.1:7447"
     arm: str = "tcp/127.0.0.1:7448"
     twin: str = ""
@@ -38,6 +43,11 @@ class BusConfig:
         """The endpoint on which `process` listens: one or none."""
         value = getattr(self, process, "")
         return (value,) if value else ()
+
+    def open_to_network(self) -> tuple[str, ...]:
+        """The endpoints that others than this machine's programs reach without keys."""
+        all_of_them = (endpoint for process in PROCESSES for endpoint in self.endpoint(process))
+        return tuple(one for one in all_of_them if not one.startswith(("tls/", "quic/")) and not _on_loopback(one))
 
     def peers(self, process: str) -> tuple[str, ...]:
         """The endpoints to which `process` connects: those of the ones before it, so that every pair has one link."""
@@ -84,6 +94,14 @@ class MarkConfig:
 
     def __post_init__(self) -> None:
         _positive(self, "side_mm", "aspect")
+
+
+def _on_loopback(endpoint: str) -> bool:
+    host = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or endpoint.startswith("unix")
 
 
 _LEAST_CORNERS = 3
@@ -173,6 +191,11 @@ def load_rig(path: Path) -> RigConfig:
     )
     for sentence in found:
         raise UserError(f"{path}: {sentence}")
+    if not rig.bus.insecure and (reached := rig.bus.open_to_network()):
+        raise UserError(
+            f"{path}: expected keys for {', '.join(reached)}, which others on the network can reach: write tls/ and "
+            "make keys with `station keys new`, or take the risk with insecure = true in [bus]"
+        )
     return rig
 
 

@@ -220,6 +220,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "pytest": _tests,
     "python": _generator,
     ".": _activated,
+    "export": _shell_only_reads,
 }
 
 

@@ -171,7 +171,7 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
     clock = SystemClock()
     with ExitStack() as stack:
         stopped = stack.enter_context(until_stopped())
-        bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
+        bus = ZenohBus.of("station", rig, clock=clock)
         stack.callback(bus.close)
         bus.announce("station")
         _await_arm(bus, rig, clock=clock)

@@ -106,7 +106,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
     clock = SystemClock()
     with ExitStack() as stack:
         stop = stack.enter_context(stop_by_signal())
-        bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
+        bus = ZenohBus.of("station", rig, clock=clock)
         stack.callback(bus.close)
         bus.announce("station")
         await_processes(bus, rig)

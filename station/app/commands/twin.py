@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     if not rig.bus.twin:
         raise UserError('Expected an endpoint for the twin in the rig file, e.g. [bus] twin = "tcp/127.0.0.1:7449"')
     clock = SystemClock()
-    with ZenohBus(rig.id, listen=rig.bus.endpoint("twin"), connect=rig.bus.peers("twin"), clock=clock) as bus:
+    with ZenohBus.of("twin", rig, clock=clock) as bus:
         world = assembly.twin_world(rig, seed=options.seed, start_ns=clock.now_ns())
         twin = Twin(bus, world)
         print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)
