@@ -13,7 +13,7 @@ from station.app.deploy.verify import Arrival
 from station.app.planting import plant
 from station.diagnosis.result import FitQuality, Quality, Value
 from station.physics.catalogue import catalogue
-from tests.readmes.blocks import BLOCK, Block, blocks, blocks_of, pages
+from tests.readmes.blocks import BLOCK, ROOT, Block, blocks, blocks_of, pages
 from tests.unit.app.test_demo import effect, found
 
 KINDS = {"sh", "python", "toml", "text"}
@@ -82,3 +82,9 @@ def test_every_fence_belongs_to_a_block(path: Path) -> None:
     beside_blocks = BLOCK.sub("", f"{path.read_text(encoding='utf-8')}\n")
     assert "```" not in beside_blocks
     assert "~~~" not in beside_blocks
+
+
+@pytest.mark.parametrize("path", pages(), ids=lambda path: path.as_posix())
+def test_every_test_that_a_page_names_is_there(path: Path) -> None:
+    named = re.findall(r"\btests/[\w/]+\.py", path.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).is_file()] == []
