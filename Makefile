@@ -9,6 +9,8 @@ SEED ?= 1
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
+	@echo
+	$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
 # The types are checked beside the tests, as they keep only one core busy. Tests with processes, sockets and clocks of

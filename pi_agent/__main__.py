@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 
 from pi_agent import run_command
+from shared.arguments import Parser
 from shared.installed import version
 from shared.programs import exit_status
 from shared.system.desktop import outlive_terminal, print_all_letters
@@ -23,11 +23,9 @@ The camera's side of a rig: finds the block's marker in every frame and sends it
 COMMANDS = ("run", "track", "calibrate")
 
 
-def _parser(command: str) -> argparse.ArgumentParser:
+def _parser(command: str) -> Parser:
     """The parser; only the command in question reads its module, because tracking must start fast on a Pi."""
-    parser = argparse.ArgumentParser(
-        prog="pi-agent", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog="pi-agent", description=DESCRIPTION)
     parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="{run,track,calibrate}")
     run = commands.add_parser("run", help="run the camera agent (the default)", description=run_command.__doc__)

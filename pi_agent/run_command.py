@@ -57,8 +57,7 @@ def run(options: argparse.Namespace) -> int:
     rig, clock, folder = rig_of(options), SystemClock(), options.rig.parent
     calibration = load_calibration(folder / rig.camera.calibration) if rig.camera.calibration else None
     stop = _stop_on_signals()
-    listen, connect = rig.bus.endpoint("camera"), rig.bus.peers("camera")
-    with ZenohBus(rig.id, listen=listen, connect=connect, clock=clock) as bus:
+    with ZenohBus.of("camera", rig, clock=clock) as bus:
         camera = load_camera(CameraContext(rig=rig, bus=bus, clock=clock, folder=folder))
         Agent(rig, camera, bus, clock, calibration=calibration).run(stop)
     return 0

@@ -1,7 +1,8 @@
 """Keys for encrypted endpoints: `tls/ADDRESS:PORT` in `[bus]` means mutual TLS, and both ends must show a certificate.
 
-The folder that the environment variable REPOSE_KEYS names holds ca.pem (who signs the rig's certificates), cert.pem and
-key.pem (this machine's own; the certificate's alternative names hold the address or name that others connect to).
+The environment variable REPOSE_KEYS names the folder of keys: as `station keys new` writes it, with a folder for each
+process, or one process's own. That holds ca.pem (who signs the rig's certificates), cert.pem and key.pem, and
+rights.toml, which says whose certificates count as which process's. Without it all who have a certificate are equal.
 """
 
 from __future__ import annotations
@@ -11,37 +12,63 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from shared.bus_rights import ROLES, access_control
+from shared.config import load_table
 from shared.errors import UserError
+from shared.system.files import open_to_others
 
 VARIABLE = "REPOSE_KEYS"
+FILES = ("ca", "cert", "key")
+RIGHTS = "rights.toml"
 
 
-def tls_settings(endpoints: Sequence[str], environment: Mapping[str, str] = os.environ) -> dict[str, Any]:
-    """Zenoh's settings for these endpoints; empty when none of them is encrypted.
+def tls_settings(
+    endpoints: Sequence[str], *, rig_id: str = "", process: str = "", environment: Mapping[str, str] = os.environ
+) -> dict[str, Any]:
+    """Zenoh's settings for these endpoints and this process of the rig; empty when none of them is encrypted.
 
     Raises:
-        UserError: if one is and the keys are missing.
+        UserError: if one is and the keys are missing, or others than their owner may read the private one.
     """
     if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
         return {}
     folder = Path(environment.get(VARIABLE, "") or "keys").resolve()
-    files = {name: folder / f"{name}.pem" for name in ("ca", "cert", "key")}
-    for file in files.values():
-        if not os.access(file, os.R_OK):
-            raise UserError(
-                f"Expected the key file {file} for the encrypted endpoints in [bus], but it cannot be read: "
-                f"set {VARIABLE} to the folder of ca.pem, cert.pem and key.pem"
-            )
+    folder = folder / process if process and (folder / process).is_dir() else folder
+    files = {name: _readable(folder / f"{name}.pem") for name in FILES}
+    if open_to_others(files["key"]):
+        raise UserError(f"Expected a private key that its owner alone can read, got {files['key']}: chmod 600 it")
     own = {
         f"{end}_{kind}": str(files[name])
         for end in ("listen", "connect")
         for kind, name in (("certificate", "cert"), ("private_key", "key"))
     }
-    return {
-        "transport/link/tls": {
-            "root_ca_certificate": str(files["ca"]),
-            "enable_mtls": True,
-            "verify_name_on_connect": True,
-            **own,
-        }
-    }
+    tls = {"root_ca_certificate": str(files["ca"]), "enable_mtls": True, "verify_name_on_connect": True, **own}
+    return {"transport/link/tls": tls} | _rights(folder / RIGHTS, rig_id)
+
+
+def _readable(file: Path) -> Path:
+    if not os.access(file, os.R_OK):
+        raise UserError(
+            f"Expected the key file {file} for the encrypted endpoints in [bus], but it cannot be read: "
+            f"set {VARIABLE} to the folder that `station keys new` made, or to that of ca.pem, cert.pem and key.pem"
+        )
+    return file
+
+
+def _rights(file: Path, rig_id: str) -> dict[str, Any]:
+    return {"access_control": access_control(rig_id, members_in(file, rig_id))} if file.exists() else {}
+
+
+def members_in(file: Path, rig_id: str) -> dict[str, list[str]]:
+    """Whose certificates count as which process's, by role, from rights.toml.
+
+    Raises:
+        UserError: if the file is of another rig, or says something else.
+    """
+    table = load_table(file).values
+    members = table.get("members")
+    if not isinstance(members, dict) or not set(members) <= set(ROLES):
+        raise UserError(f"Expected [members] with lists for {', '.join(ROLES)} in {file}, got {sorted(table)}")
+    if table.get("rig") != rig_id:
+        raise UserError(f"Expected keys of rig '{rig_id}', but {file} is of rig '{table.get('rig')}'")
+    return {role: [str(name) for name in names] for role, names in members.items()}

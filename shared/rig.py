@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import ipaddress
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from shared.config import Table, load_table, parse
+from shared.errors import UserError
+from shared.likely import unlikely
 
 PROCESSES = ("camera", "arm", "twin", "station")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BusConfig:
-    """`[bus]`: the endpoint that each process listens on; the others connect to it. An empty one does not exist."""
+    """`[bus]`: the endpoint that each process listens on; the others connect to it. An empty one does not exist.
 
+    `insecure = true` allows endpoints beyond this machine without keys: whoever reaches them takes part.
+    """
+
+    insecure: bool = False
     camera: str = "tcp/127.0.0.1:7447"
     arm: str = "tcp/127.0.0.1:7448"
     twin: str = ""
@@ -36,6 +43,11 @@ class BusConfig:
         """The endpoint on which `process` listens: one or none."""
         value = getattr(self, process, "")
         return (value,) if value else ()
+
+    def open_to_network(self) -> tuple[str, ...]:
+        """The endpoints that others than this machine's programs reach without keys."""
+        all_of_them = (endpoint for process in PROCESSES for endpoint in self.endpoint(process))
+        return tuple(one for one in all_of_them if not one.startswith(("tls/", "quic/")) and not _on_loopback(one))
 
     def peers(self, process: str) -> tuple[str, ...]:
         """The endpoints to which `process` connects: those of the ones before it, so that every pair has one link."""
@@ -82,6 +94,14 @@ class MarkConfig:
 
     def __post_init__(self) -> None:
         _positive(self, "side_mm", "aspect")
+
+
+def _on_loopback(endpoint: str) -> bool:
+    host = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or endpoint.startswith("unix")
 
 
 _LEAST_CORNERS = 3
@@ -131,6 +151,8 @@ class RigConfig:
     """A rig file. `id` names the rig on the bus and has no default; `arm` and `twin` are read by the station."""
 
     id: str
+    planted: str = ""
+    """What a simulated rig conceals on purpose, in a sentence, which the diagnosis of its recordings repeats."""
     bus: BusConfig = field(default_factory=BusConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     mark: MarkConfig = field(default_factory=MarkConfig)
@@ -153,16 +175,36 @@ class RigConfig:
 
 
 def load_rig(path: Path) -> RigConfig:
-    """Reads a rig file.
+    """Reads a rig file of the user's own.
+
+    Raises:
+        UserError: naming file, line and key of what is wrong, or of what was probably meant in another unit.
+    """
+    rig = rig_of_table(load_table(path))
+    mark = (rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect)
+    found = unlikely(
+        block_m=rig.block.size_m,
+        mass_kg=rig.block.mass_kg,
+        plate_m=rig.plate.side_m,
+        opening_m=rig.plate.opening_m,
+        mark_mm=mark,
+    )
+    for sentence in found:
+        raise UserError(f"{path}: {sentence}")
+    if not rig.bus.insecure and (reached := rig.bus.open_to_network()):
+        raise UserError(
+            f"{path}: expected keys for {', '.join(reached)}, which others on the network can reach: write tls/ and "
+            "make keys with `station keys new`, or take the risk with insecure = true in [bus]"
+        )
+    return rig
+
+
+def rig_of_table(table: Table) -> RigConfig:
+    """The rig of a table that was read already, such as the one inside a recording, whose sizes are not doubted.
 
     Raises:
         UserError: naming file, line and key of what is wrong.
     """
-    return rig_of_table(load_table(path))
-
-
-def rig_of_table(table: Table) -> RigConfig:
-    """The rig of a table that was read already, such as the one inside a recording; raises as `load_rig` does."""
     return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
 
 

@@ -60,7 +60,7 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """A question with an answer; `server` is the process that answers."""
+    """A question with an answer; `server` is the process that answers, `asker` the one that may ask."""
 
     name: str
     request: type[m.Message]
@@ -68,6 +68,7 @@ class Service:
     traffic: Traffic
     server: Sender
     meaning: str
+    asker: Sender = "station"
 
 
 _TOPICS = (
@@ -100,10 +101,10 @@ _TOPICS = (
 )
 _SERVICES = (
     Service("arm/command", m.TiltCommand, m.ArmReply, COMMAND, "arm", "tilt the plate"),
-    Service("arm/stop", m.ArmStop, m.ArmReply, STOP, "arm", "emergency stop"),
+    Service("arm/stop", m.ArmStop, m.ArmReply, STOP, "arm", "emergency stop", asker="any"),
     Service("arm/lease", m.LeaseRequest, m.ArmReply, COMMAND, "arm", "have the arm, alone"),
-    Service("camera/clock", m.ClockPing, m.ClockPong, STATUS, "camera", "the camera agent's clock"),
-    Service("arm/clock", m.ClockPing, m.ClockPong, STATUS, "arm", "the arm agent's clock"),
+    Service("camera/clock", m.ClockPing, m.ClockPong, STATUS, "camera", "the camera agent's clock", asker="any"),
+    Service("arm/clock", m.ClockPing, m.ClockPong, STATUS, "arm", "the arm agent's clock", asker="any"),
     Service("camera/frames", m.FrameRequest, m.FrameReply, COMMAND, "camera", "full frames around an event"),
 )
 

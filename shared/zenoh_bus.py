@@ -26,9 +26,11 @@ from zenoh import ext
 from shared import topics, wire
 from shared.bus import Handler, Missed, MissHandler, Received, Recipe, ReplyHandler, Server
 from shared.bus_keys import tls_settings
+from shared.bus_rights import OBSERVER
 from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
+from shared.rig import RigConfig
 
 _LOG = logging.getLogger(__name__)
 _ALIVE = "@alive"
@@ -49,7 +51,7 @@ def _why(error: Exception) -> str:
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
 
 
-def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
+def _config(listen: Sequence[str], connect: Sequence[str], *, rig_id: str, process: str) -> zenoh.Config:
     settings: dict[str, Any] = {
         "mode": "peer",
         "listen/endpoints": list(listen),
@@ -66,7 +68,7 @@ def _config(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Config:
         "gateway": {"south": []},
         "timestamping/enabled": True,
         "transport/link/tx/lease": _LEASE_MS,
-        **tls_settings([*listen, *connect]),
+        **tls_settings([*listen, *connect], rig_id=rig_id, process=process),
     }
     config = zenoh.Config()
     for key, value in settings.items():
@@ -78,9 +80,15 @@ class ZenohBus:
     """A `Bus` for one rig. Close it, or use it as a context manager: otherwise the process hangs at its end."""
 
     def __init__(
-        self, rig_id: str, *, listen: Sequence[str] = (), connect: Sequence[str] = (), clock: Clock | None = None
+        self,
+        rig_id: str,
+        *,
+        listen: Sequence[str] = (),
+        connect: Sequence[str] = (),
+        clock: Clock | None = None,
+        process: str = OBSERVER,
     ) -> None:
-        """Opens the session.
+        """Opens the session of a process, whose keys are used where endpoints are encrypted.
 
         Raises:
             UserError: if the rig has no id or an endpoint cannot be listened on.
@@ -102,7 +110,7 @@ class ZenohBus:
         self.malformed: Counter[str] = Counter()
         """Payloads by topic or service that were no message, and were left out."""
         try:
-            self._session = zenoh.open(_config(listen, connect))
+            self._session = zenoh.open(_config(listen, connect, rig_id=rig_id, process=process))
         except zenoh.ZError as error:
             raise UserError(
                 f"Expected to listen on {', '.join(listen) or 'nothing'}, but Zenoh refused ({_why(error)}); "
@@ -112,6 +120,16 @@ class ZenohBus:
             f"{self._prefix}/{_ALIVE}/*", self._on_alive, history=True
         )
         self._entities.append(watcher)
+
+    @classmethod
+    def of(cls, process: str, rig: RigConfig, *, clock: Clock | None = None) -> ZenohBus:
+        """The bus of a process of a rig, on its endpoint in `[bus]`; a process without one only looks on.
+
+        Raises:
+            UserError: as the class does.
+        """
+        listen, connect = rig.bus.endpoint(process), rig.bus.peers(process)
+        return cls(rig.id, listen=listen, connect=connect, clock=clock, process=process)
 
     def __enter__(self) -> ZenohBus:
         """Returns the bus itself."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import ast
 import gc
 import importlib
@@ -12,15 +11,20 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+from shared.arguments import Parser
 from shared.installed import version
 from shared.programs import exit_status
 from shared.system.desktop import outlive_terminal, print_all_letters
 from shared.system.processes import follow_parent
 
-COMMANDS = Path(__file__).parent / "app" / "commands"
+FOLDER = Path(__file__).parent / "app" / "commands"
 _ABOUT = """\
 The laptop's side of Repose: a robot arm tilts a plate until a block slides, a camera watches the block, and the
-station measures friction from it. Without hardware, `station rig` runs the whole rig simulated."""
+station measures friction from it. Without hardware, `station rig` runs the whole rig simulated, and `station demo`
+shows how a concealed effect is found."""
+_STATUS = """\
+Exit status: 0: done; 1: done, with findings or a fault that is said; 2: a mistake in what was asked; 130: stopped by
+Ctrl-C. `station COMMAND --help` explains a command and ends with an example."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -30,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
     if follow_parent() or sys.stdout.isatty():
         outlive_terminal()
     words = sys.argv[1:] if arguments is None else arguments
-    files = {_constant(path, "NAME") or path.stem: path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
+    files = commands()
     if " ".join(words[:2]) in files:  # two-word commands such as `station arm plan`
         words = [" ".join(words[:2]), *words[2:]]
     return exit_status(" ".join(["station", *words[:1]]), lambda: _run(words, files))
@@ -38,20 +42,35 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(words: list[str], files: dict[str, Path]) -> int | None:
     """Reads the words and does what they ask; importing a command is part of it, as it may lack a package."""
-    parser = argparse.ArgumentParser(prog="station", description=_ABOUT, formatter_class=argparse.RawTextHelpFormatter)
+    parser = Parser(prog="station", description=_ABOUT, epilog=_STATUS)
     parser.add_argument("--version", action="version", version=f"station {version()}")
-    choices = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    choices = parser.add_subparsers(dest="command", metavar="COMMAND")
     modules: dict[str, ModuleType] = {}
+    asked = parser
     for name, path in files.items():
-        sub = choices.add_parser(
-            name, help=_constant(path, "HELP"), formatter_class=argparse.ArgumentDefaultsHelpFormatter
-        )
+        sub = choices.add_parser(name, help=_constant(path, "HELP"))
         if words and words[0] == name:
-            modules[name] = _imported(f"station.app.commands.{path.stem}")
+            asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
+            sub.epilog = f"Example:\n  {_constant(path, 'EXAMPLE')}"
             modules[name].add_arguments(sub)
-    options = parser.parse_args(words)
+    options, unknown = parser.parse_known_args(words)
+    if unknown:
+        asked.refuse(unknown)
+    if options.command is None:
+        parser.print_help()
+        return 0
     return modules[options.command].run(options)
+
+
+def examples() -> list[str]:
+    """The example in each command's help."""
+    return [_constant(path, "EXAMPLE") for path in commands().values()]
+
+
+def commands() -> dict[str, Path]:
+    """The file of each command by the command's name."""
+    return {_constant(path, "NAME"): path for path in sorted(FOLDER.glob("[a-z]*.py"))}
 
 
 def _imported(module: str) -> ModuleType:

@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError(f"Expected at least {FEWEST_FRAMES} --frames, got {options.frames}")
     rig, clock, folder = rig_of(options), SystemClock(), options.rig.parent
     lens = None if options.take else _lens(options.lens, board)
-    with ZenohBus(rig.id, listen=rig.bus.endpoint("camera"), connect=rig.bus.peers("camera"), clock=clock) as bus:
+    with ZenohBus.of("camera", rig, clock=clock) as bus:
         context = CameraContext(rig=rig, bus=bus, clock=clock, folder=folder)
         if options.take:
             return _take_pictures(load_camera(context), options.lens, options.take)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+from pathlib import Path
 
 if sys.platform == "win32":
     import msvcrt
@@ -80,3 +81,8 @@ else:
         while rest:
             rest = rest[file.write(rest) :]
         os.fsync(file.fileno())
+
+
+def open_to_others(path: Path) -> bool:
+    """True if others than its owner may read or write a file; Windows says so by other means, which are not asked."""
+    return sys.platform != "win32" and bool(path.stat().st_mode & 0o077)

@@ -38,7 +38,7 @@ def write_retold(
         out: the recording to write.
         rig: for the block's height.
         said: further metadata: what simulated it.
-        model_toml: the model, attached as model.toml.
+        model_toml: the model, attached as model.toml; empty: nothing says by which model it was simulated.
 
     Raises:
         UserError: if `out` exists or cannot be written.
@@ -69,7 +69,7 @@ def _provenance(reader: RecordingReader, rig: RigConfig, said: Mapping[str, str]
         extra={**{key: value for key, value in session.items() if key not in _OWN}, **said},
         attachments=(
             *(file for file in others if file.name != "model.toml"),
-            Attachment(name="model.toml", data=model_toml.encode()),
+            *([Attachment(name="model.toml", data=model_toml.encode())] if model_toml else []),
         ),
     )
 

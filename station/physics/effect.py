@@ -56,6 +56,8 @@ class Effect(ABC):
     separated_by: ClassVar[str]
     absorbed_by_mu: ClassVar[bool] = False
     """True if no data can tell the effect from another mu while everything that it depends on is constant."""
+    demonstrated: ClassVar[Values] = {}
+    """Sizes that 60 runs of the standard protocol show (`station demo --effect ID=VALUE`), where they show any."""
     is_series: ClassVar[bool] = False
     """True if the law is the first terms of a series, which leaves a part of anything that it stands for."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,6 +24,25 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "not installed"
     return found
+
+
+CHECKSUM = "sha256"
+"""The line of a metadata record that has the checksum of its others: MCAP has none for these records."""
+
+
+def sealed(values: Mapping[str, str]) -> dict[str, str]:
+    """The values of a metadata record with their checksum, the SHA-256 of their JSON with sorted keys."""
+    return {**values, CHECKSUM: _checksum(values)}
+
+
+def is_intact(record: Mapping[str, str]) -> bool:
+    """True if a record is as it was sealed, or never was: older recordings and other writers have no checksum."""
+    return CHECKSUM not in record or record[CHECKSUM] == _checksum(record)
+
+
+def _checksum(values: Mapping[str, str]) -> str:
+    others = {name: value for name, value in values.items() if name != CHECKSUM}
+    return hashlib.sha256(json.dumps(others, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True, kw_only=True)

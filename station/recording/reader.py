@@ -34,6 +34,7 @@ from shared.messages import AngleReading, Message, Sample
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
 from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.mcap_file import MAGIC
+from station.recording.provenance import CHECKSUM, is_intact
 from station.recording.writer import PARTIAL
 
 M = TypeVar("M", bound=Message)
@@ -330,7 +331,19 @@ class RecordingReader:
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
-        """The metadata records by name; of several with one name the last."""
+        """The metadata records by name, without their checksums; of several with one name the last."""
+        return {
+            name: {key: value for key, value in record.items() if key != CHECKSUM}
+            for name, record in self._metadata.items()
+        }
+
+    @cached_property
+    def changed_metadata(self) -> tuple[str, ...]:
+        """The metadata records that are not as they were written."""
+        return tuple(name for name, record in self._metadata.items() if not is_intact(record))
+
+    @cached_property
+    def _metadata(self) -> dict[str, dict[str, str]]:
         with self.path.open("rb") as file:
             found: dict[str, dict[str, str]] = {}
             for index in self._summary.metadata_indexes:

@@ -19,7 +19,7 @@ from shared.errors import UserError
 from shared.messages import ClockOffset, Message
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
 from station.recording.mcap_file import McapFile
-from station.recording.provenance import Attachment, Provenance
+from station.recording.provenance import Attachment, Provenance, sealed
 
 FLUSH_EVERY_S = 0.25
 """Half of what kill -9 may cost, so that a busy machine still keeps the promise of half a second."""
@@ -96,8 +96,8 @@ class Recording:
         self.close()
 
     def _describe(self, provenance: Provenance) -> None:
-        self._writer.add_metadata("session", provenance.session())
-        self._writer.add_metadata("versions", provenance.versions)
+        self.add_metadata("session", provenance.session())
+        self.add_metadata("versions", provenance.versions)
         for file in provenance.files():
             self.attach(file, stamp_ns=provenance.started_ns)
 
@@ -106,8 +106,8 @@ class Recording:
         self._writer.add_attachment(file.name, file.data, media_type=file.media_type, stamp_ns=stamp_ns)
 
     def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Adds a record of names and values; several of one name are kept, and the last one counts."""
-        self._writer.add_metadata(name, values)
+        """Adds a record of names and values with a checksum; several of one name are kept, and the last one counts."""
+        self._writer.add_metadata(name, sealed(values))
 
     def offset_ns(self, agent: str) -> int:
         """Station clock minus the agent's clock as last heard; 0 before that."""

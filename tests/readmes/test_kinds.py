@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from station.app.demonstration import PLAIN, Concealed, reveal
 from station.app.deploy.verify import Arrival
-from tests.readmes.blocks import BLOCK, Block, blocks, blocks_of, pages
+from station.app.planting import plant
+from station.diagnosis.result import FitQuality, Quality, Value
+from station.physics.catalogue import catalogue
+from tests.readmes.blocks import BLOCK, ROOT, Block, blocks, blocks_of, pages
+from tests.unit.app.test_demo import effect, found
 
 KINDS = {"sh", "python", "toml", "text"}
 """Each has its test_KIND.py, `text` this file."""
@@ -17,20 +23,44 @@ FORMULAS = ("pi_agent/cameras/README.md", "station/angles/README.md", "station/f
 NUMBER = r"[-+]?\d+\.?\d*"
 
 
+def arrival() -> str:
+    """The last line of `station deploy`."""
+    come = Arrival(
+        corners=2, found=2, rate_hz=9.5, p50_ms=1.5, p99_ms=2.5, offset_ms=0.5, sigma_ms=0.1, dropped=1, version="1",
+        fault="",
+    )  # fmt: skip
+    return f"Verified: {come}"
+
+
+def revealed() -> str:
+    """The reveal of `station demo`."""
+    known = catalogue()
+    model = plant(["kinetic_drop=0.3"], PLAIN, known)
+    concealed = Concealed(recording=Path("s.mcap"), key=Path("key.toml"), model=model, sha256="")
+    drop = replace(effect("kinetic_drop", "stribeck"), parameters={"drop": Value(value=0.341, sd=0.016, unit="1")})
+    quality = Quality(log_score=1.0, onset_rmse_deg=1.0, path_rmse_mm=1.0, coverage90=0.9, path_median_mm=3.91)
+    fit = replace(FitQuality.unknown(), before=quality, after=replace(quality, path_median_mm=0.08))
+    return "\n".join(reveal(concealed, replace(found(drop), fit=fit), known).lines)
+
+
+PRINTED = {"deploy/README.md": arrival, "README.md": revealed}
+
+
+def printed() -> list[Block]:
+    """The blocks of text that are no formulas."""
+    return [block for block in blocks("text") if block.readme not in FORMULAS]
+
+
 @pytest.mark.parametrize("block", blocks(), ids=lambda block: f"{block.readme}-{block.language}")
 def test_a_test_knows_its_kind(block: Block) -> None:
     assert block.language in KINDS, f"no test reads blocks of {block.language!r}, as in {block.readme}"
 
 
-def test_what_is_no_formula_is_printed_by_a_program() -> None:
-    """`station deploy` ends with the words of the line in the page, with numbers of its own."""
-    (block,) = [block for block in blocks("text") if block.readme not in FORMULAS]
-    printed = Arrival(
-        corners=2, found=2, rate_hz=9.5, p50_ms=1.5, p99_ms=2.5, offset_ms=0.5, sigma_ms=0.1, dropped=1, version="1",
-        fault="",
-    )  # fmt: skip
-    shown = block.text.strip().removeprefix("Verified: ").removesuffix(" …")
-    assert re.sub(NUMBER, "0", str(printed)).startswith(re.sub(NUMBER, "0", shown))
+@pytest.mark.parametrize("block", printed(), ids=lambda block: block.readme)
+def test_what_is_no_formula_is_printed_by_a_program(block: Block) -> None:
+    """A program ends with the words of these lines, with numbers of its own."""
+    expected = re.sub(NUMBER, "0", PRINTED[block.readme]())
+    assert expected.startswith(re.sub(NUMBER, "0", block.text.strip().removesuffix(" …")))
 
 
 @pytest.mark.parametrize(
@@ -52,3 +82,9 @@ def test_every_fence_belongs_to_a_block(path: Path) -> None:
     beside_blocks = BLOCK.sub("", f"{path.read_text(encoding='utf-8')}\n")
     assert "```" not in beside_blocks
     assert "~~~" not in beside_blocks
+
+
+@pytest.mark.parametrize("path", pages(), ids=lambda path: path.as_posix())
+def test_every_test_that_a_page_names_is_there(path: Path) -> None:
+    named = re.findall(r"\btests/[\w/]+\.py", path.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).is_file()] == []

@@ -23,11 +23,18 @@ import pytest
 
 from pi_agent.__main__ import main as pi_agent
 from pi_agent.calibration import command as calibration
+from station.__main__ import commands, examples
 from station.__main__ import main as station
 from tests.readmes.blocks import ROOT, blocks
 from tests.readmes.reader import furnish, write_twenty_runs
 
 ELSEWHERE = {
+    "station rig": "starts all processes of a rig: tests/system/test_rig.py",
+    "station demo": "a minute: tests/unit/app/test_demo.py runs a shorter one",
+    "station twin": "runs until it is stopped: tests/system/test_rig.py",
+    "station angles": "runs until it is stopped: tests/system/test_angle_comparison.py",
+    "station arm stop": "needs an arm agent: tests/system/test_arm_process.py",
+    "station deploy": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "station arm --rig": "runs until it is stopped: tests/system/test_arm_process.py",
     "station run --rig": "needs the other processes of a rig: tests/system/test_rig.py",
     "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
@@ -64,8 +71,10 @@ MADE = "--out --csv --parquet --report --overlay --model --keyout"
 
 
 def lines() -> list[tuple[str, str]]:
-    """README and line, without the comment at its end."""
-    return [(block.readme, re.sub(r"\s+#\s.*$", "", line)) for block in blocks("sh") for line in block.lines()]
+    """Page and line, without the comment at its end; the last page is the examples of `--help` that no README has."""
+    shown = [(block.readme, re.sub(r"\s+#\s.*$", "", line)) for block in blocks("sh") for line in block.lines()]
+    known = {line for _, line in shown}
+    return shown + [("--help", line) for line in examples() if line not in known]
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +125,8 @@ def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(calibration, "run", _nothing)
         assert pi_agent(words) == 0
         return
-    command = importlib.import_module(f"station.app.commands.{words[0].replace('-', '_')}")
+    file = commands().get(" ".join(words[:2])) or commands()[words[0]]
+    command = importlib.import_module(f"station.app.commands.{file.stem}")
     monkeypatch.setattr(command, "run", _nothing)
     assert station(words) == 0
 
@@ -159,10 +169,10 @@ def _activated(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _made(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What make would do; the rig of `make run` is read by its parser, and run by tests/system/test_rig.py."""
+    """What make would do; the commands of `make run` are read by their parsers, and run by other tests."""
     done = subprocess.run(["make", "-n", *shlex.split(line)[1:]], cwd=ROOT, capture_output=True, text=True, check=True)
-    for rig in re.findall(r"\.venv/bin/(station rig .*)", done.stdout):
-        _parsed(rig, monkeypatch)
+    for command in re.findall(r"\.venv/bin/(station (?:rig|demo)[^|\n]*)", done.stdout):
+        _parsed(command, monkeypatch)
 
 
 def _installed(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,6 +220,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "pytest": _tests,
     "python": _generator,
     ".": _activated,
+    "export": _shell_only_reads,
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import tomllib
@@ -12,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from shared.messages import Sample
 from station.__main__ import main
@@ -23,7 +21,6 @@ from station.app.study.beside import tables_of
 from station.app.study.compare import Row, pace_row, rows_of, verdicts_of
 from station.app.study.design import parts_of
 from station.app.study.essentials import LEFT_OUT
-from station.app.study.progress import EVERY_S, Told
 from station.app.study.rigs import rig_of, rig_text
 from station.friction.pairs import Session, pairs_of
 from station.friction.results import PairResult, analyse
@@ -182,20 +179,3 @@ def test_only_rows_that_differ_are_given_a_reason_and_table_iii_stands_beside_th
     counts = found[0].counts
     assert steel[:3] == ("steel on steel", "300", f"138 : {counts.unique}")
     assert wood[3] == f"55 : {found[1].counts.total}"
-
-
-def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
-    now = [0.0]
-    out = io.StringIO()
-    told = Told(Console(file=out, width=60), total=100, seconds=lambda: now[0])
-    told.at(10)
-    assert out.getvalue() == ""
-    now[0] = 2 * EVERY_S
-    told.at(25)
-    told.at(26)
-    assert out.getvalue() == "25 of 100 samples in 2 min, about 6 min left\n"
-    drawn = io.StringIO()
-    shown = Told(Console(file=drawn, force_terminal=True), total=100, seconds=lambda: now[0])
-    now[0] = 10 * EVERY_S
-    shown.at(50)
-    assert drawn.getvalue() == ""

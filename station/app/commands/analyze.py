@@ -40,6 +40,7 @@ from station.view import viewer
 NAME = "analyze"
 FIGURES_RRD = "figures.rrd"
 HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
+EXAMPLE = "station analyze sim.mcap --out report"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

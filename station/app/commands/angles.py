@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import sys
 
+from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
 from shared.zenoh_bus import ZenohBus
 from station.angles.instruments import Instruments
@@ -18,6 +19,7 @@ from station.app.processes import until_stopped
 
 NAME = "angles"
 HELP = "read the angle sensors and publish them"
+EXAMPLE = "station angles --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     """Runs until it is stopped."""
     rig = assembly.rig_from(args.rig)
     clock = SystemClock()
-    with ZenohBus(rig.id, listen=(), connect=rig.bus.peers(NAME), clock=clock) as bus, until_stopped() as stopped:
+    with ZenohBus.of(OBSERVER, rig, clock=clock) as bus, until_stopped() as stopped:
         instruments = Instruments(bus, rig.angles, clock=clock)
         bus.announce(NAME)
         print(f"The angle sources of rig '{rig.id}' are read: {', '.join(instruments.names)}.", flush=True)

@@ -13,6 +13,7 @@ from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 
 NAME = "arm"
 HELP = "run the arm agent: driver and safety gate on the bus"
+EXAMPLE = "station arm --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     rig = assembly.rig_from(options.rig)
     settings = assembly.arm_settings(rig)
     clock, requests = SystemClock(), loop.Requests()
-    with ZenohBus(rig.id, listen=rig.bus.endpoint("arm"), connect=rig.bus.peers("arm"), clock=clock) as bus:
+    with ZenohBus.of("arm", rig, clock=clock) as bus:
         agent = arm_agent(bus, settings)
         for direction in range(DIRECTIONS):  # solved now, not in the middle of the first tick that needs it
             agent.tilter.path(azimuth_of_direction(direction))

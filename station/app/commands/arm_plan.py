@@ -23,6 +23,7 @@ from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 
 NAME = "arm plan"
 HELP = "how far can the arm tilt in each direction, and where would it stand better?"
+EXAMPLE = "station arm plan --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

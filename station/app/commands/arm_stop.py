@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import time
 
+from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
 from shared.messages import ArmReply, ArmStop, Message
 from shared.zenoh_bus import ZenohBus
@@ -16,6 +17,7 @@ from station.app import assembly
 
 NAME = "arm stop"
 HELP = "emergency stop of the arm, over the bus"
+EXAMPLE = "station arm stop --rig rig.toml"
 _ANSWER_S = 3.0
 """In which the agent has to be found and to answer: it takes milliseconds when it is there."""
 
@@ -34,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     def answered(reply: Message | None) -> None:
         stopped.extend([True] * (isinstance(reply, ArmReply) and reply.accepted))
 
-    with ZenohBus(rig.id, connect=rig.bus.peers("observer"), clock=clock) as bus:
+    with ZenohBus.of(OBSERVER, rig, clock=clock) as bus:
         end = time.monotonic() + _ANSWER_S
         while not stopped and time.monotonic() < end:
             bus.request("arm/stop", ArmStop(clock.now_ns(), options.reason), answered, timeout_s=0.3)

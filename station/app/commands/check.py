@@ -21,6 +21,7 @@ from station.sampling.replay import DECISIONS, replay
 
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
+EXAMPLE = "station check sim.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -44,6 +44,7 @@ from station.simulators.mujoco.twin import Twin
 
 NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
+EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0
@@ -170,7 +171,7 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
     clock = SystemClock()
     with ExitStack() as stack:
         stopped = stack.enter_context(until_stopped())
-        bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
+        bus = ZenohBus.of("station", rig, clock=clock)
         stack.callback(bus.close)
         bus.announce("station")
         _await_arm(bus, rig, clock=clock)

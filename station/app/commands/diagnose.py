@@ -46,6 +46,7 @@ from station.signals.session import Signals
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+EXAMPLE = "station diagnose sim.mcap --report page.html --overlay seen.rrd --model model.toml --json"
 _TABLES = (".csv", ".parquet")
 PACKAGES = ("numpy", "scipy", "mujoco")
 
@@ -191,7 +192,8 @@ def diagnose_file(
         if config is None or not isinstance(recorded, Signals):
             raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
         answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
-    answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
+    notes = (*answer.notes, *planted_in(config))
+    answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
 
 
@@ -205,6 +207,11 @@ def setting_of(rig: RigConfig | None) -> Setting:
         block_side_m=rig.block.size_m[0],
         block_mass_kg=rig.block.mass_kg,
     )
+
+
+def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
+    """A note on what a simulated rig conceals on purpose, if its file says so."""
+    return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()
 
 
 def versions() -> dict[str, str]:

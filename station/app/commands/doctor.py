@@ -21,6 +21,7 @@ from station.recording.reader import digest, open_recording
 
 NAME = "doctor"
 HELP = "check a recording: rates, gaps, latency, losses, clocks, phases; exit status 1 when a rule is broken"
+EXAMPLE = "station doctor sim.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

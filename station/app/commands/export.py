@@ -28,6 +28,7 @@ from station.friction.pairs import pairs_of
 
 NAME = "export"
 HELP = "write measured friction for MuJoCo, Gazebo, Bullet, Drake, USD, JSON or CSV"
+EXAMPLE = "station export sim.mcap --format all --out models"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,6 +11,7 @@ from station.recording.reader import open_recording
 
 NAME = "import"
 HELP = "make a recording of measurements in another format (cube-tosses, …)"
+EXAMPLE = "station import cube-tosses tosses.parquet --out tosses.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -20,6 +20,7 @@ from station.physics.effect import Effect
 
 NAME = "plan"
 HELP = "plan the cheapest experiment that would tell effects apart"
+EXAMPLE = "station plan --separate contact_aging,wear"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

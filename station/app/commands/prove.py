@@ -32,6 +32,7 @@ from station.prove.workers import write_json
 
 NAME = "prove"
 HELP = "prove the diagnosis on recordings with concealed effects"
+EXAMPLE = "station prove"
 
 RIVALLED = 12
 """Nulls, singles and pairs that the rivals answer, of each so many: all of them would take longer than the rest."""

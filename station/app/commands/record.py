@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 
+from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly, recordings
@@ -18,6 +19,7 @@ from station.recording.writer import Recording
 
 NAME = "record"
 HELP = "record what is on the bus, without running a session"
+EXAMPLE = "station record --rig rig.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     stopped_by: list[str] = []
     with ExitStack() as stack:
         stopped = stack.enter_context(until_stopped())
-        bus = ZenohBus(rig.id, connect=rig.bus.peers("view"), clock=clock)
+        bus = ZenohBus.of(OBSERVER, rig, clock=clock)
         stack.callback(bus.close)
         origin = Provenance(rig_id=rig.id, started_ns=clock.now_ns(), rig_toml=rig.text)
         recording = Recording(path, provenance=origin, overwrite=options.overwrite)

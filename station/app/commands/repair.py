@@ -10,6 +10,7 @@ from station.recording.repair import repair, repair_folder
 
 NAME = "repair"
 HELP = "make a valid recording of one that broke off (FILE.mcap.partial) or is damaged"
+EXAMPLE = "station repair killed.mcap.partial"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

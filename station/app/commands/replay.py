@@ -9,6 +9,7 @@ import argparse
 from itertools import islice
 from pathlib import Path
 
+from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
 from shared.config import parse
 from shared.errors import UserError
@@ -29,6 +30,7 @@ from station.view.setup import Setup, Threshold, setup_from_poses, setup_of
 
 NAME = "replay"
 HELP = "show a recording (or a running session) in Rerun, or play it back onto the bus"
+EXAMPLE = "station replay sim.mcap"
 _POSES = 50_000
 _CONNECT_S = 1.0
 _AFTER_SLIP_S = 0.2
@@ -133,7 +135,7 @@ def _live(args: argparse.Namespace) -> int:
     clock = SystemClock()
     with (
         until_stopped() as stopped,
-        ZenohBus(rig.id, connect=rig.bus.peers("view"), clock=clock) as bus,
+        ZenohBus.of(OBSERVER, rig, clock=clock) as bus,
         LiveView(setup=setup_of(rig), port=args.port, expected=USUAL_TOPICS) as live,
     ):
         live.attach(bus)
@@ -162,7 +164,7 @@ def _play(reader: RecordingReader, args: argparse.Namespace) -> int:
     clock = SystemClock()
     with (
         until_stopped() as stopped,
-        ZenohBus(rig.id, listen=at.listen, connect=at.connect, clock=clock) as bus,
+        ZenohBus(rig.id, listen=at.listen, connect=at.connect, clock=clock, process=stand_ins[0]) as bus,
     ):
         player = playback.Playback(bus, clock=clock, stand_ins=stand_ins, commands=_commands(reader))
         bus.poll(_CONNECT_S)  # so that whoever listens is connected before the first message

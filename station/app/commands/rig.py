@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 from types import FrameType
 
+from shared.bus_rights import OBSERVER
 from shared.errors import UserError
 from shared.programs import how_to_call
 from shared.rig import RigConfig
@@ -25,6 +26,7 @@ from station.recording.writer import partial_path, refuse_existing
 
 NAME = "rig"
 HELP = "the whole simulated rig from one command"
+EXAMPLE = "station rig --samples 5"
 HELPERS = frozenset({"camera", "arm", "twin"})
 _START_S = 60.0
 """Helpers come up within 2 s, and on a machine that does ten things besides not within 4 s
@@ -97,7 +99,7 @@ def _start(module: str, *words: str) -> subprocess.Popen[bytes]:
 def await_helpers(rig: RigConfig, helpers: list[subprocess.Popen[bytes]]) -> None:
     """Waits until the helpers are on the bus; `station run` itself says who is missing after that."""
     end = time.monotonic() + _START_S
-    with ZenohBus(rig.id, connect=rig.bus.peers("observer")) as bus:
+    with ZenohBus.of(OBSERVER, rig) as bus:
         while not bus.alive() >= HELPERS and time.monotonic() < end:
             _require_running(helpers)
             bus.poll(0.05)

@@ -20,7 +20,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
@@ -30,6 +29,7 @@ from station.app.claim import claim_arm, session_name
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
+from station.app.progress import counted
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
 from station.recording.beside import RecordingBeside, can_write_beside
@@ -39,6 +39,7 @@ from station.sampling.plan import Plan
 
 NAME = "run"
 HELP = "run a session and record it"
+EXAMPLE = "station run --lockstep --samples 500 --seed 1 --out sim.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,8 +77,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
     with ExitStack() as stack:
         recording = Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
         recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
-        progress = stack.enter_context(_progress(console))
-        task = progress.add_task("samples", total=plan.samples)
+        tell = stack.enter_context(counted(console, total=plan.samples))
         lockstep = Lockstep(
             rig,
             plan,
@@ -87,7 +87,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             tilter=tilter,
         )
         stop = stack.enter_context(stop_by_signal())
-        outcome = lockstep.run(on_sample=lambda count: progress.update(task, completed=count), stop=stop)
+        outcome = lockstep.run(on_sample=tell, stop=stop)
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
@@ -105,7 +105,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
     clock = SystemClock()
     with ExitStack() as stack:
         stop = stack.enter_context(stop_by_signal())
-        bus = ZenohBus(rig.id, listen=rig.bus.endpoint("station"), connect=rig.bus.peers("station"), clock=clock)
+        bus = ZenohBus.of("station", rig, clock=clock)
         stack.callback(bus.close)
         bus.announce("station")
         await_processes(bus, rig)
@@ -123,23 +123,9 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
             on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
             owner=owner,
         )
-        progress = stack.enter_context(_progress(console))
-        task = progress.add_task("samples", total=plan.samples)
-        fault = session.run(on_tick=lambda: progress.update(task, completed=session.samples))
+        tell = stack.enter_context(counted(console, total=plan.samples))
+        fault = session.run(on_tick=lambda: tell(session.samples))
     return _close(path, fault)
-
-
-def _progress(console: Console) -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=console,
-        refresh_per_second=2,  # drawn ten times a second, the bar would take a hundredth of a simulated session
-        transient=True,
-        redirect_stdout=False,
-    )
 
 
 def _close(path: Path, fault: str) -> int:

@@ -1,7 +1,9 @@
 """Simulates a recorded session again: the same commands, each run from its recorded pose, with a model of friction.
 
 The model is a TOML file, such as `station diagnose` writes: mu_s in the table [friction], and a table such as
-[effects.contact_aging] with its parameters for each effect. The result is a recording like the one that was measured.
+[effects.contact_aging] with its parameters for each effect. Without one it is the friction that the recording shows.
+Effects are added with --plant, such as --plant kinetic_drop=0.3; `station effects` lists them. The result is a
+recording like the one that was measured.
 """
 
 from __future__ import annotations
@@ -12,23 +14,37 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import tomli_w
 
 from shared.messages import Sample
 from station.app import simulating
+from station.app.planting import plain_model, plant
 from station.app.retold_recording import write_retold
+from station.physics.catalogue import catalogue_of_table
+from station.physics.model import table_of_model
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.simulators.simulator import names
 
 NAME = "simulate"
 HELP = "simulate a recorded session again with a model of friction; write it as a recording"
+EXAMPLE = "station simulate sim.mcap --model model.toml --out again.mcap"
 _LISTED = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("file", type=Path, help="the recorded session (.mcap)")
-    parser.add_argument("--model", type=Path, required=True, metavar="MODEL.toml", help="friction and effects")
+    parser.add_argument(
+        "--model", type=Path, metavar="MODEL.toml", help="friction and effects; without it the friction as recorded"
+    )
+    parser.add_argument(
+        "--plant",
+        action="append",
+        default=[],
+        metavar="ID=VALUE",
+        help="add an effect, or change one parameter of it with ID.PARAMETER=VALUE; may be repeated",
+    )
     parser.add_argument("--simulator", default="planar", help=f"one of {', '.join(names())}")
     parser.add_argument("--out", type=Path, required=True, metavar="SIM.mcap", help="the recording to write")
     parser.add_argument("--rig", type=Path, help="rig file; the one in the recording is the default")
@@ -41,14 +57,16 @@ def run(args: argparse.Namespace) -> int:
     """Simulates, writes, and says how far the onsets are apart."""
     reader = open_recording(args.file)
     rig = simulating.rig_of(reader, path=args.rig)
-    model = simulating.model_of(args.model, rig=rig)
     recorded = load_signals(reader)
+    model = simulating.model_of(args.model, rig=rig) if args.model else plain_model(recorded.samples)
+    model = plant(args.plant, model, catalogue_of_table(rig.physics))
     rng = None if args.seed is None else np.random.default_rng(args.seed)
     simulated = simulating.simulator_of(args.simulator).repeat(recorded, model, rig=rig, rng=rng)
     said = {"simulated_from": args.file.name, "simulator": args.simulator}
     if args.seed is not None:
         said["simulation_seed"] = str(args.seed)
-    text = args.model.read_text(encoding="utf-8")
+    as_given = args.model and not args.plant
+    text = args.model.read_text(encoding="utf-8") if as_given else tomli_w.dumps(table_of_model(model))
     count = write_retold(reader, simulated, args.out, rig=rig, said=said, model_toml=text)
     print("\n".join(difference(recorded.samples, simulated.samples)))
     print(f"{args.out}: {count} messages, {len(simulated.samples)} runs simulated by {args.simulator}")

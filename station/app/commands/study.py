@@ -36,6 +36,7 @@ from station.recording.provenance import versions
 
 NAME = "study"
 HELP = "repeat the paper's study in simulation and compare"
+EXAMPLE = "station study --out study"
 BYTES_PER_SAMPLE = 600_000
 
 

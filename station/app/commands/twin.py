@@ -14,6 +14,7 @@ from station.simulators.mujoco.twin import Twin
 
 NAME = "twin"
 HELP = "simulate arm, plate and block (MuJoCo) on the bus"
+EXAMPLE = "station twin --rig rig.toml"
 SCENES_A_FRAME = 2
 """The synthetic camera takes its frames at the moments of scenes, so their rate is a multiple of the camera's."""
 
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     if not rig.bus.twin:
         raise UserError('Expected an endpoint for the twin in the rig file, e.g. [bus] twin = "tcp/127.0.0.1:7449"')
     clock = SystemClock()
-    with ZenohBus(rig.id, listen=rig.bus.endpoint("twin"), connect=rig.bus.peers("twin"), clock=clock) as bus:
+    with ZenohBus.of("twin", rig, clock=clock) as bus:
         world = assembly.twin_world(rig, seed=options.seed, start_ns=clock.now_ns())
         twin = Twin(bus, world)
         print(f"The twin of rig '{rig.id}' is on the bus at {rig.bus.twin}.", flush=True)

@@ -21,6 +21,8 @@ from station.app.deploy.systems import DEPLOY
 
 PACKAGES = ("pi_agent", "shared")
 KEYS = ("ca.pem", "cert.pem", "key.pem")
+RIGHTS = "rights.toml"
+"""Which keys count as which process's: `station keys new` writes it, other makers of keys do not."""
 UNIT = "pi-agent.service"
 
 
@@ -51,7 +53,7 @@ def build_release(rig: RigConfig, *, folder: Path, code: Path, keys: Path | None
     """
     files = {**_code_files(code), "rig.toml": rig.text.encode(), UNIT: unit_text(root).encode()}
     files |= _companions(rig, folder)
-    files |= {f"keys/{name}": _read(keys / name) for name in KEYS} if keys else {}
+    files |= {f"keys/{name}": _read(keys / name) for name in _names_of_keys(keys)} if keys else {}
     files["deploy.pyz"] = tool_archive()
     version = _version(code)
     content = hashlib.sha256()
@@ -96,6 +98,10 @@ def send(release: Release, site: Path | None, sink: IO[bytes]) -> None:
             archive.addfile(member, io.BytesIO(content))
         if site is not None:
             archive.add(site, "site")
+
+
+def _names_of_keys(keys: Path) -> tuple[str, ...]:
+    return (*KEYS, RIGHTS) if (keys / RIGHTS).exists() else KEYS
 
 
 def _code_files(code: Path) -> dict[str, bytes]:

@@ -22,9 +22,9 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
+from station.app.progress import Told
 from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import LEFT_OUT, Essentials
-from station.app.study.progress import Told
 from station.app.study.rigs import rig_of
 from station.prove.workers import THREADS, bar
 from station.recording.reader import open_recording

@@ -25,6 +25,7 @@ class ObjectAnisotropy(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = PARAMETERS
     confounded_with: ClassVar[tuple[str, ...]] = ("plate_anisotropy", "uneven_contact")
     separated_by: ClassVar[str] = "the block turned between runs, so that its yaw varies against the plate"
+    demonstrated: ClassVar[Values] = {"cos2": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

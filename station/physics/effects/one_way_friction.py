@@ -46,6 +46,7 @@ class OneWayFriction(Effect):
     separated_by: ClassVar[str] = (
         "the plate turned by 180° in its mount: the grain turns with it, the level error does not"
     )
+    demonstrated: ClassVar[Values] = {"cos1": 0.3}
 
     def idle(self, contact: Contact) -> frozenset[str]:
         """The nap's frame, if the block always has the same heading on the plate: its nap and the plate's are one."""

@@ -42,6 +42,7 @@ class Presliding(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("camera_sag", "solver_creep")
     separated_by: ClassVar[str] = "fiducials fixed to the plate, and runs that go back to level before the onset"
+    demonstrated: ClassVar[Values] = {"elastic_m": 0.0003}
 
     def seen(self, view: View, values: Values) -> Array | None:
         """See the module."""

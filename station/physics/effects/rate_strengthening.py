@@ -42,6 +42,7 @@ class RateStrengthening(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "lens_distortion", "friction_patch")
     separated_by: ClassVar[str] = "the same speed at another place: starts spread over the plate and several tilt rates"
+    demonstrated: ClassVar[Values] = {"per_e_fold": 0.06}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

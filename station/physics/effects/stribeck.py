@@ -42,6 +42,7 @@ class Stribeck(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("kinetic_drop", "viscous", "rate_strengthening")
     separated_by: ClassVar[str] = "slow slides: fine tilt steps around the onset, so that speeds below v_s are seen"
+    demonstrated: ClassVar[Values] = {"drop": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

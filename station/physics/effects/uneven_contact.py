@@ -49,6 +49,7 @@ class UnevenContact(Effect):
     separated_by: ClassVar[str] = (
         "the yaw rate against the speed of sliding, with the block turned by 180° between runs"
     )
+    demonstrated: ClassVar[Values] = {"x_m": 0.0015}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

@@ -35,6 +35,7 @@ class Viscous(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "a wide range of speeds (coarser tilt steps, longer slides), and a second mass"
+    demonstrated: ClassVar[Values] = {"drag_n_s_m": 0.06}
 
     def idle(self, contact: Contact) -> frozenset[str]:
         """The exponent, if all runs have one mass: it and the drag are then one number."""

@@ -30,6 +30,7 @@ class Wear(Effect):
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("contact_aging",)
     separated_by: ClassVar[str] = "a return to one reference direction every few runs, with dwell drawn at random"
+    demonstrated: ClassVar[Values] = {"fall": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""

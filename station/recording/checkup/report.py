@@ -22,7 +22,7 @@ class Report:
     """What a recording is like. `recorder` is what the recorder counted (recorded, dropped, missed, duplicates).
 
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
-    `malformed` are payloads by topic that are no message of it.
+    `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.
     """
 
     path: str
@@ -38,6 +38,7 @@ class Report:
     attachments: tuple[str, ...]
     unknown: tuple[str, ...]
     malformed: dict[str, int]
+    changed_metadata: tuple[str, ...] = ()
 
     def stream(self, topic: str) -> StreamHealth | None:
         """The line of one topic, or None when it does not occur."""
@@ -79,6 +80,7 @@ def examine(reader: RecordingReader) -> Report:
         compression=reader.compressions,
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
+        changed_metadata=reader.changed_metadata,
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None),
         malformed=dict(reader.malformed),
     )

@@ -117,6 +117,8 @@ def _provenance(report: Report) -> Iterator[Finding]:
             yield Finding(
                 "provenance", f"expected the metadata '{name}', found none: where does the recording come from?"
             )
+    for name in report.changed_metadata:
+        yield Finding("provenance", f"expected the metadata '{name}' as it was written, but its checksum is another's")
     if report.mode != "import" and "rig.toml" not in report.attachments:
         yield Finding("provenance", "expected the rig file as attachment rig.toml, found none")
 

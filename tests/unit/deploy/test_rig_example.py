@@ -31,7 +31,7 @@ READ_BY = {
     "simulator.mujoco": MujocoSettings,
 }
 """Tables that a part of the software reads by itself; the others are in RigConfig."""
-NOT_OF_A_REAL_RIG = {"twin", "text"}
+NOT_OF_A_REAL_RIG = {"planted", "twin", "text"}
 """`[twin]` is for simulated rigs; `text` is the file itself."""
 
 

@@ -189,6 +189,24 @@ def test_losses_and_origin_are_named(tmp_path: Path) -> None:
     assert "2 were dropped (camera/image)" in broken["dropped"]
 
 
+def test_metadata_that_was_changed_is_named_and_still_read(tmp_path: Path) -> None:
+    """One changed letter: MCAP has no checksum for these records, and the rig's name would be another's."""
+    path = recorded(tmp_path / "a.mcap", unchanged)
+    rig = session.provenance().rig_id.encode()
+    content = path.read_bytes()
+    assert open_recording(path).changed_metadata == ()
+    path.write_bytes(
+        content.replace(
+            b"rig_id" + len(rig).to_bytes(4, "little") + rig, b"rig_id" + len(rig).to_bytes(4, "little") + rig[::-1]
+        )
+    )
+    reader = open_recording(path)
+    assert reader.metadata["session"]["rig_id"] == session.provenance().rig_id[::-1]
+    assert reader.changed_metadata == ("session",)
+    said = [str(finding) for finding in findings(examine(reader))]
+    assert any("metadata 'session' as it was written" in sentence for sentence in said), said
+
+
 def test_the_figures_are_the_recordings(tmp_path: Path) -> None:
     report = examine(open_recording(recorded(tmp_path / "a.mcap", frames_lost)))
     corners = report.stream("camera/corners")

@@ -9,10 +9,11 @@ from types import ModuleType
 import pytest
 
 from shared.errors import UserError
+from shared.messages import Sample
 from station.app.commands import repair, samples
 from station.recording.reader import digest, open_recording
 from station.recording.repair import copy_without
-from station.recording.tables import read_samples
+from station.recording.tables import read_samples, write_samples
 from station.recording.writer import Recording, partial_path
 from tests.unit.recording import session
 
@@ -45,6 +46,22 @@ def test_the_truth_changes_no_word(tmp_path: Path, capsys: pytest.CaptureFixture
         said.append(capsys.readouterr().out)
     assert said[0] == said[1]
     assert digest(open_recording(path)) in said[0]
+
+
+def test_of_many_samples_the_ends_are_shown_and_all_on_demand(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    many = tmp_path / "many.csv"
+    write_samples([Sample(run=1000 + run, onset_angle_rad=0.3) for run in range(30)], many)
+    assert call(samples, many) == 0
+    few = capsys.readouterr().out
+    shown = [run for run in range(30) if str(1000 + run) in few]
+    assert shown == [*range(10), *range(20, 30)]
+    assert "10 more" in few
+    assert call(samples, many, "--all") == 0
+    everything = capsys.readouterr().out
+    assert all(str(1000 + run) in everything for run in range(30))
+    assert "more" not in everything
 
 
 def test_no_samples_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,12 +51,12 @@ def free_port() -> int:
 
 
 def test_plain_endpoints_need_no_keys():
-    assert tls_settings(["tcp/127.0.0.1:7447"], {}) == {}
+    assert tls_settings(["tcp/127.0.0.1:7447"], environment={}) == {}
 
 
 def test_missing_keys_are_one_sentence(tmp_path: Path):
     with pytest.raises(UserError, match=r"ca\.pem for the encrypted endpoints .* set REPOSE_KEYS"):
-        tls_settings(["tls/127.0.0.1:7447"], {"REPOSE_KEYS": str(tmp_path)})
+        tls_settings(["tls/127.0.0.1:7447"], environment={"REPOSE_KEYS": str(tmp_path)})
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="no openssl here: apt-get install openssl")

@@ -1,0 +1,51 @@
+"""Command lines: a parser that shows defaults where there are any, and proposes what may have been meant."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+
+class WithDefaults(argparse.RawDescriptionHelpFormatter):
+    """Help that states an option's default, except where there is none to state (no value, a switch, an empty text).
+
+    Descriptions and epilogs keep their lines: examples stand in them.
+    """
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        told = action.help or ""
+        has_default = bool(action.option_strings) and action.default is not argparse.SUPPRESS
+        if not has_default or action.default in (None, False, "", []) or callable(action.default):
+            return told
+        return told if "%(default)" in told else f"{told} (default: %(default)s)"
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that takes no abbreviated options, which would change their meaning when an option is added."""
+
+    def __init__(self, **options: Any) -> None:
+        """Takes what `argparse.ArgumentParser` takes."""
+        ours: dict[str, Any] = {"formatter_class": WithDefaults, "allow_abbrev": False}
+        super().__init__(**(ours | options))
+
+    def refuse(self, words: Iterable[str]) -> NoReturn:
+        """Ends the program (2) over words that no option takes; names the nearest options."""
+        known = [name for action in self._actions for name in action.option_strings]
+        hints = (nearest(word.partition("=")[0], known) for word in words if word.startswith("-"))
+        self.error(f"unrecognized arguments: {' '.join(words)}{next((hint for hint in hints if hint), '')}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            if hint := nearest(str(value), [str(one) for one in action.choices or ()]):
+                raise argparse.ArgumentError(action, f"expected a known word, got {value!r}{hint}") from error
+            raise
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The question whether the nearest known word was meant; empty if none is near."""
+    near = difflib.get_close_matches(word, list(known), n=1)
+    return f"; did you mean {near[0]}?" if near else ""

@@ -1,0 +1,81 @@
+"""Sizes that no rig has: slips of unit in a rig file, told with the value that was probably meant.
+
+Only the user's own file is asked. The rig inside a recording describes what was measured, whatever it says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+BLOCK_M = (0.001, 1.0)
+"""Sides of a block, m: a camera sees no smaller mark, and no arm of a bench tilts a larger one."""
+
+PLATE_M = (0.01, 3.0)
+"""Sides of a plate and of its opening, m: from a slide of a microscope to a table."""
+
+DENSITY_KG_M3 = (100.0, 25_000.0)
+"""From balsa and foam (some 100 kg/m³) to osmium (22 590 kg/m³)."""
+
+LEAST_MARK_MM = 1.0
+"""Side of a mark, mm: at 6 px/mm a smaller one has fewer pixels than its corners need."""
+
+ROUNDED = 1.01
+"""Share of a side that a mark may be longer: files say 10 mm for a block of 9.95 mm."""
+
+SLIPS = (1e-3, 1e3, 1e-2, 1e2)
+"""Factors by which units are mistaken: mm for m, m for mm, cm for m, m for cm."""
+
+Range = tuple[float, float]
+
+
+def unlikely(
+    *, block_m: tuple[float, float, float], mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range
+) -> Iterator[str]:
+    """Sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
+
+    Args:
+        block_m: length, width and height of the block.
+        mass_kg: its mass.
+        plate_m: side of the plate.
+        opening_m: diameter of the foam's opening.
+        mark_mm: the two sides of the mark.
+    """
+    for side in block_m:
+        yield from _outside("[block] size_m", side, BLOCK_M, "m")
+    yield from _outside("[plate] side_m", plate_m, PLATE_M, "m")
+    yield from _outside("[plate] opening_m", opening_m, PLATE_M, "m")
+    yield from _density(block_m, mass_kg)
+    yield from _mark(mark_mm, sorted(1e3 * side for side in block_m[:2]))
+
+
+def _density(block_m: tuple[float, float, float], mass_kg: float) -> Iterator[str]:
+    volume = math.prod(block_m)
+    likely = (DENSITY_KG_M3[0] * volume, DENSITY_KG_M3[1] * volume)
+    if not likely[0] <= mass_kg <= likely[1]:
+        yield (
+            f"expected a block of {DENSITY_KG_M3[0]:g} to {DENSITY_KG_M3[1]:g} kg/m³, got {mass_kg / volume:.3g} kg/m³ "
+            f"from [block] mass_kg = {mass_kg:g} and its size_m{_meant(mass_kg, likely)}"
+        )
+
+
+def _mark(mark_mm: Range, room_mm: list[float]) -> Iterator[str]:
+    least, most = sorted(mark_mm)
+    if least < LEAST_MARK_MM:
+        yield from _outside("[mark] side_mm", least, (LEAST_MARK_MM, room_mm[-1]), "mm")
+    elif least > ROUNDED * room_mm[0] or most > ROUNDED * room_mm[1]:
+        yield (
+            f"expected a mark that fits on its block of {room_mm[0]:g} mm × {room_mm[1]:g} mm, got [mark] side_mm = "
+            f"{mark_mm[0]:g}{_meant(mark_mm[0], (LEAST_MARK_MM, room_mm[0]))}"
+        )
+
+
+def _outside(key: str, value: float, likely: Range, unit: str) -> Iterator[str]:
+    if not likely[0] <= value <= likely[1]:
+        yield f"expected {key} of {likely[0]:g} to {likely[1]:g} {unit}, got {value:g}{_meant(value, likely)}"
+
+
+def _meant(value: float, likely: Range) -> str:
+    near = (value * slip for slip in SLIPS)
+    found = next((one for one in near if likely[0] <= one <= likely[1]), None)
+    return "" if found is None else f"; did you mean {found:.6g}?"

@@ -1,0 +1,91 @@
+"""Lists the effects of the catalogue: what each does, its parameters with their units and typical sizes.
+
+With ids it says of each its law and source, its bounds, what it is confounded with and what separates it. An effect of
+your own is one more file in a folder that your rig file names under [physics].
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from shared import config
+from shared.arguments import nearest
+from shared.errors import UserError
+from shared.rig import load_rig
+from station.physics.catalogue import Catalogue, catalogue_of_table
+from station.physics.effect import Effect
+from station.physics.parameter import Parameter
+
+NAME = "effects"
+HELP = "list the effects that a diagnosis knows: laws, parameters, typical sizes"
+EXAMPLE = "station effects kinetic_drop"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("ids", nargs="*", metavar="ID", help="effects to explain; without any, all are listed")
+    parser.add_argument("--rig", type=Path, help="rig file with effects of your own")
+    parser.add_argument("--json", action="store_true", help="print them as JSON")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Lists or explains; 0."""
+    known = catalogue_of_table(load_rig(options.rig).physics if options.rig else config.Table({}))
+    effects = [_named(name, known) for name in options.ids] or list(known.values())
+    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+    if options.json:
+        print(json.dumps([_described(effect) for effect in effects], indent=1))
+    elif options.ids:
+        for effect in effects:
+            console.print(_explained(effect), markup=False)
+    else:
+        console.print(_listed(effects))
+        console.print("Explain one:  station effects ID    Plant one:  station demo --effect ID=VALUE", markup=False)
+    return 0
+
+
+def _named(name: str, known: Catalogue) -> Effect:
+    if name not in known:
+        raise UserError(f"Expected an effect's id, got '{name}'{nearest(name, known)}")
+    return known[name]
+
+
+def _listed(effects: list[Effect]) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for column in ("effect", "what it is", "acts in", "parameters, with the size that is plain to see"):
+        table.add_column(column)
+    for effect in sorted(effects, key=lambda one: (one.layer, one.id)):
+        table.add_row(effect.id, effect.title, effect.layer, ", ".join(map(_sized, effect.parameters)))
+    return table
+
+
+def _sized(parameter: Parameter) -> str:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    return f"{parameter.name} (shape)" if parameter.is_shape else f"{parameter.name} {parameter.typical:g}{unit}"
+
+
+def _explained(effect: Effect) -> str:
+    lines = [f"{effect.id}: {effect.title}", f"  law: {effect.law}", f"  source: {effect.source}"]
+    for one in effect.parameters:
+        null = "a shape" if one.is_shape else f"null {one.null:g}, typical {one.typical:g}"
+        lines.append(f"  {one.name} ({one.unit}): {one.low:g} … {one.high:g}, {null}")
+    if effect.confounded_with:
+        lines.append(f"  confounded with: {', '.join(effect.confounded_with)}")
+    return "\n".join([*lines, f"  separated by: {effect.separated_by}"])
+
+
+def _described(effect: Effect) -> dict[str, Any]:
+    told = ("id", "title", "law", "source", "layer", "family", "separated_by")
+    parameters = [
+        {name: getattr(one, name) for name in ("name", "unit", "low", "high", "typical", "null")}
+        for one in effect.parameters
+    ]
+    confounded = list(effect.confounded_with)
+    return {name: getattr(effect, name) for name in told} | {"parameters": parameters, "confounded_with": confounded}

@@ -1,0 +1,143 @@
+"""A demonstration: a session with a concealed effect, its diagnosis, and whether that was right.
+
+The session is one of the simulated rig, whose camera is mounted firmly here. The planar simulator, which has the laws
+of the catalogue, repeats its commands with one effect that is drawn at random or given. What was drawn goes into a key
+file with a random word, and the file's hash is told before the diagnosis begins.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from shared.clock import SIMULATION_EPOCH_NS
+from shared.config import Table, load_table
+from shared.rig import RigConfig, rig_of_table
+from station.app import assembly, recordings
+from station.app.lockstep import Lockstep
+from station.app.retold_recording import write_retold
+from station.diagnosis.result import Diagnosis, EffectFound
+from station.physics.catalogue import Catalogue, confused
+from station.physics.model import Model, Term, table_of_model
+from station.recording.arrays import load_signals
+from station.recording.reader import open_recording
+from station.recording.writer import Recording
+from station.simulators.simulator import simulator
+
+LARGER = 1.3
+"""Factor by which a drawn effect is at most larger than what its file says is shown: key and answer are not known."""
+
+PLAIN = Model(mu_s=0.36, scatter=0.06)
+"""Steel on steel, as the paper found it, with the scatter between the runs of one direction."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Concealed:
+    """The recording, the model that is in it, and the hash of the key file that says so."""
+
+    recording: Path
+    key: Path
+    model: Model
+    sha256: str
+
+
+def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
+    """The plain model with one effect, drawn among those that a session of this length shows; so are size and sign."""
+    able = [known[name] for name in sorted(known) if known[name].demonstrated]
+    effect = able[rng.integers(len(able))]
+    values = effect.neutral()
+    for size in effect.parameters:
+        sign = rng.choice([-1.0, 1.0]) if size.low < 0.0 else 1.0
+        if size.name in effect.demonstrated:
+            values[size.name] = size.clipped(sign * rng.uniform(1.0, LARGER) * effect.demonstrated[size.name])
+    return PLAIN.with_term(Term(effect, values))
+
+
+def conceal(
+    model: Model, folder: Path, *, samples: int, seed: int, on_sample: Callable[[int], None] = lambda _: None
+) -> Concealed:
+    """Makes the session in `folder`, seals the key, and writes the session again with the model in it.
+
+    Raises:
+        UserError: if the folder holds a demonstration already, or cannot be written.
+    """
+    rig, rng = firm_rig(), np.random.default_rng(seed)
+    key = folder / "key.toml"
+    word = rng.bytes(16).hex()
+    plain = _session(rig, folder / "plain.mcap", samples=samples, seed=seed, on_sample=on_sample)
+    key.write_text(tomli_w.dumps({"about": {"word": word}} | table_of_model(model)), encoding="utf-8")
+    reader, out = open_recording(plain), folder / "session.mcap"
+    simulated = simulator("planar").repeat(load_signals(reader), model, rig=rig, rng=rng)
+    write_retold(reader, simulated, out, rig=rig, said={}, model_toml="")
+    plain.unlink()
+    return Concealed(recording=out, key=key, model=model, sha256=hashlib.sha256(key.read_bytes()).hexdigest())
+
+
+def firm_rig() -> RigConfig:
+    """The simulated rig without what its file plants in it: the camera's mount does not sag."""
+    table = load_table(assembly.simulated_rig_path())
+    values = tomllib.loads(table.text)
+    del values["planted"], values["camera"]["options"]["sag_px"]
+    return rig_of_table(Table(values, table.file, tomli_w.dumps(values)))
+
+
+def _session(rig: RigConfig, path: Path, *, samples: int, seed: int, on_sample: Callable[[int], None]) -> Path:
+    plan = assembly.plan_from(None, samples=samples, seed=seed)
+    origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
+    with Recording(path, provenance=origin, flush_every_s=10.0) as recording:
+        Lockstep(rig, plan, recording=recording).run(on_sample=on_sample)
+    return path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Revealed:
+    """Whether the concealed effect was named first, or in a class that cannot be told apart; in sentences."""
+
+    right: bool
+    lines: tuple[str, ...]
+
+
+def reveal(concealed: Concealed, found: Diagnosis, known: Catalogue) -> Revealed:
+    """What was concealed, what was found, and how much better unseen runs are predicted."""
+    (term,) = concealed.model.terms
+    said = [one for one in found.effects if one.id in found.names]
+    named = bool(said) and term.effect.id in said[0].class_ids
+    near = bool(said) and said[0].id in confused(known, term.effect.id)
+    verdict = "Right." if named and len(said) == 1 else "Right, with a further name." if named else _wrong(said, near)
+    lines = [
+        f"Concealed: {term.effect.title}: {_values(term)}",
+        f"Found:     {'; '.join(_found(one) for one in said) or 'nothing that is sure enough to be named'}",
+        *_improvement(found),
+        verdict,
+    ]
+    return Revealed(right=named, lines=tuple(lines))
+
+
+def _wrong(said: list[EffectFound], near: bool) -> str:
+    if not said:
+        return "Missed: the effect was not named."
+    return f"Wrong{', by a name that is easily confused with it' if near else ''}."
+
+
+def _values(term: Term) -> str:
+    changed = {name: value for name, value in term.values.items() if value != 0.0}
+    return ", ".join(f"{name} = {value:.3g}" for name, value in changed.items())
+
+
+def _found(effect: EffectFound) -> str:
+    values = ", ".join(f"{name} = {value}" for name, value in effect.parameters.items())
+    title = effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
+    return f"{title}, probability {effect.probability:.2f}: {values}"
+
+
+def _improvement(found: Diagnosis) -> list[str]:
+    before, after = found.fit.before.path_median_mm, found.fit.after.path_median_mm
+    if not np.isfinite([before, after]).all():
+        return []
+    return [f"Held-out runs: median error of a simulated slide {before:.2f} mm before, {after:.2f} mm after"]

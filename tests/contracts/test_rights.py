@@ -1,0 +1,133 @@
+"""Who may do what with a rig's keys: every role, and everyone without rights, against every topic and every service."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from shared.bus_rights import ROLES, sent_by
+from shared.config import Table
+from shared.messages import Message
+from shared.rig import RigConfig, rig_of_table
+from shared.topics import ANGLE_PREFIX, SERVICES, TOPICS, topic
+from shared.zenoh_bus import ZenohBus
+from station.app import authority
+from tests.system.ports import free_port
+
+pytestmark = [pytest.mark.timeout(120)]
+SETTLE_S = 1.5
+"""In which links stand and declarations arrive, on a busy machine too; what is awaited is waited for longer."""
+PATIENCE_S = 20.0
+OUTSIDERS = ("revoked camera", "expired station", "stranger")
+
+
+def rig_on(*ports: int) -> RigConfig:
+    at = dict(zip(("camera", "arm"), (f"tls/127.0.0.1:{port}" for port in ports), strict=True))
+    return rig_of_table(Table({"id": "rights", "bus": at}))
+
+
+@dataclass(frozen=True)
+class Agents:
+    """Camera and arm agent, which hear everything and serve every service, whoever's it is."""
+
+    rig: RigConfig
+    buses: tuple[ZenohBus, ...]
+    heard: set[str] = field(default_factory=set[str])
+    asked: set[str] = field(default_factory=set[str])
+
+    def attend(self) -> None:
+        for bus in self.buses:
+            bus.subscribe("**", lambda received: self.heard.add(received.topic))
+            for name in SERVICES:
+                bus.serve(name, partial(self._answer, name))
+
+    def _answer(self, name: str, _: Message) -> Message:
+        self.asked.add(name)
+        return SERVICES[name].reply()
+
+    def poll(self) -> None:
+        for bus in self.buses:
+            bus.poll(0.05)
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folders of keys: `good` as it is now, and one for each who has lost his rights or never had any."""
+    folder, rig = tmp_path_factory.mktemp("keys"), rig_on(1, 2)
+    authority.new_authority(rig, folder / "good")
+    shutil.copytree(folder / "good" / "camera", folder / "revoked camera")
+    assert authority.revoke(rig, folder / "good", "camera") == "camera.2"
+    authority.new_authority(rig, folder / "foreign")
+    (folder / "foreign" / "station").rename(folder / "stranger")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(authority, "VALID_DAYS", -0.5)
+        authority.new_authority(rig, folder / "old")
+        shutil.copytree(folder / "good" / "authority", folder / "old" / "authority", dirs_exist_ok=True)
+        shutil.rmtree(folder / "old" / "station")
+        authority.issue(rig, folder / "old", "station", "station.1")
+    (folder / "old" / "station").rename(folder / "expired station")
+    return folder
+
+
+@pytest.fixture
+def agents(keys: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Agents]:
+    rig = rig_on(free_port(), free_port())
+    monkeypatch.setenv("REPOSE_KEYS", str(keys / "good"))
+    with ZenohBus.of("camera", rig) as camera, ZenohBus.of("arm", rig) as arm:
+        both = Agents(rig, (camera, arm))
+        both.attend()
+        yield both
+
+
+def rights_of(who: str) -> tuple[set[str], set[str]]:
+    """The topics that somebody may send and the services that he may ask."""
+    if who in OUTSIDERS:
+        return set(), set()
+    sent = {f"{ANGLE_PREFIX}imu" if name == f"{ANGLE_PREFIX}*" else name for name in sent_by(who)}
+    return sent, {name for name, service in SERVICES.items() if service.asker in (who, "any")}
+
+
+@pytest.mark.parametrize("who", [*ROLES, *OUTSIDERS])
+def test_each_is_heard_on_what_is_its_own_and_on_nothing_else(
+    who: str, keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent, askable = rights_of(who)
+    at = (*agents.rig.bus.endpoint("camera"), *agents.rig.bus.endpoint("arm"))
+    monkeypatch.setenv("REPOSE_KEYS", str(keys / who if who in OUTSIDERS else keys / "good" / who))
+    with ZenohBus("rights", connect=at) as other:
+        begin = time.monotonic()
+        while (waited := time.monotonic() - begin) < PATIENCE_S:
+            if waited > SETTLE_S and sent <= agents.heard and askable <= agents.asked:
+                break
+            for name in (*TOPICS, f"{ANGLE_PREFIX}imu"):
+                other.publish(name, topic(name).message())
+            for name, service in SERVICES.items():
+                other.request(name, service.request(), lambda _: None, timeout_s=0.3)
+            agents.poll()
+            other.poll(0.05)
+    assert agents.heard == sent
+    assert agents.asked == askable
+
+
+def test_a_camera_agent_cannot_stand_in_for_the_station(
+    keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What counts is the certificate, not the name under which a process announces itself."""
+    monkeypatch.setenv("REPOSE_KEYS", str(keys / "good" / "camera"))
+    arm = agents.buses[1]
+    with ZenohBus("rights", connect=agents.rig.bus.endpoint("arm"), process="station") as other:
+        for name in ("station", "camera"):
+            other.announce(name)
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end and "camera" not in arm.alive():
+            agents.poll()
+        other.request("arm/command", SERVICES["arm/command"].request(), lambda _: None, timeout_s=1.0)
+        agents.poll()
+        assert arm.alive() == {"camera"}
+    assert "arm/command" not in agents.asked

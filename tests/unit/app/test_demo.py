@@ -1,0 +1,109 @@
+"""`station demo`: what is concealed, sealed, found and revealed."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from station.__main__ import main
+from station.app.demonstration import PLAIN, Concealed, drawn, firm_rig, reveal
+from station.app.planting import plant
+from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Value
+from station.physics.catalogue import catalogue
+from station.recording.reader import open_recording
+
+KNOWN = catalogue()
+
+
+def test_the_whole_story(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["demo", "--effect", "kinetic_drop=0.3", "--samples", "32", "--seed", "5", "--out", str(tmp_path)]
+    assert main(words) == 0
+    said, folder = capsys.readouterr().out, tmp_path / "5"
+    sealed = re.search("sha256 ([0-9a-f]{64})", said)
+    assert sealed
+    assert sealed[1] == hashlib.sha256((folder / "key.toml").read_bytes()).hexdigest()
+    assert said.index(sealed[1]) < said.index("Prediction of unseen runs") < said.index("Concealed:")
+    assert tomllib.loads((folder / "key.toml").read_text("utf-8"))["effects"] == {"kinetic_drop": {"drop": 0.3}}
+    assert "Right." in said
+    assert (folder / "report.html").stat().st_size > 10_000
+    # Nothing in the recording says what is concealed.
+    session = open_recording(folder / "session.mcap")
+    assert "model.toml" not in session.attachments
+    assert b"kinetic_drop" not in b"".join(session.attachments.values())
+    assert "kinetic_drop" not in str(session.metadata)
+    # What has been sealed is not sealed again.
+    assert main(words) == 2
+
+
+def test_draws_differ_and_are_as_large_as_is_shown() -> None:
+    drawings = [drawn(KNOWN, np.random.default_rng(seed)).terms for seed in range(60)]
+    assert {term.effect.id for (term,) in drawings} == {one.id for one in KNOWN.values() if one.demonstrated}
+    for (term,) in drawings:
+        for name, least in term.effect.demonstrated.items():
+            assert abs(term.values[name]) >= least
+    assert drawn(KNOWN, np.random.default_rng(3)) == drawn(KNOWN, np.random.default_rng(3))
+
+
+def test_nothing_else_is_planted() -> None:
+    rig = firm_rig()
+    assert "sag_px" not in rig.camera.options.values
+    assert not rig.planted
+    assert "sag" not in rig.text, "nor in the recording's copy of the file"
+
+
+def found(*effects: EffectFound) -> Diagnosis:
+    nothing = Value(value=0.4, sd=0.01, unit="1")
+    return Diagnosis(
+        recording="session.mcap", total_runs=60, used_runs=60, held_out_runs=60, simulator="planar", mu_s=nothing,
+        scatter=0.05, global_p=1e-6, verdict="supported", located=(), effects=effects, other_probability=0.0,
+        none_probability=0.0, fit=FitQuality.unknown(), next_experiment=None, candidates_tried=1, candidates=(),
+        untestable={}, numerics=(), notes=(), model={},
+    )  # fmt: skip
+
+
+def effect(name: str, *others: str) -> EffectFound:
+    return EffectFound(
+        id=name, title=KNOWN[name].title, class_ids=(name, *others), probability=0.99, verdict="supported",
+        parameters={}, separated_by="",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("effects", "last", "right"),
+    [
+        ((effect("stribeck"),), "Right.", True),
+        ((effect("kinetic_drop", "stribeck"),), "Right.", True),
+        ((effect("stribeck"), effect("wear")), "Right, with a further name.", True),
+        ((effect("viscous"),), "Wrong, by a name that is easily confused with it.", False),
+        ((effect("wear"),), "Wrong.", False),
+        ((), "Missed: the effect was not named.", False),
+        ((replace(effect("stribeck"), verdict="not supported"),), "Missed: the effect was not named.", False),
+    ],
+)
+def test_right_or_wrong_it_is_said(effects: tuple[EffectFound, ...], last: str, right: bool) -> None:
+    concealed = Concealed(
+        recording=Path("s.mcap"), key=Path("key.toml"), model=plant(["stribeck=0.3"], PLAIN, KNOWN), sha256=""
+    )
+    revealed = reveal(concealed, found(*effects), KNOWN)
+    assert (revealed.lines[-1], revealed.right) == (last, right)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--effect", "kinetic_drp=0.3"], "did you mean kinetic_drop?"),
+        (["--effect", "wear=0.2", "--effect", "viscous=0.1"], "Expected one effect"),
+        (["--effect", "wear=0.2", "--samples", "0"], "Expected --samples to be 1 or more"),
+    ],
+)
+def test_what_cannot_be_shown_is_said(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["demo", "--out", str(tmp_path), *words]) == 2
+    assert said in capsys.readouterr().err

@@ -1,0 +1,41 @@
+"""`station effects`: the whole catalogue in a list, and each effect in its own words."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from station.__main__ import main
+from station.physics.catalogue import catalogue
+
+KNOWN = catalogue()
+
+
+def test_the_list_has_every_effect_with_its_parameters(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects"]) == 0
+    said = capsys.readouterr().out
+    for effect in KNOWN.values():
+        assert effect.id in said
+        assert all(one.name in said for one in effect.parameters)
+
+
+def test_an_effect_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "stribeck"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    effect = KNOWN["stribeck"]
+    for words in (effect.law, effect.source, effect.separated_by, *effect.confounded_with):
+        assert " ".join(words.split()) in said
+
+
+def test_as_json_it_is_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {one["id"] for one in told} == set(KNOWN)
+    drop = next(one for one in told if one["id"] == "kinetic_drop")
+    assert drop["parameters"] == [{"name": "drop", "unit": "1", "low": 0.0, "high": 0.6, "typical": 0.1, "null": 0.0}]
+
+
+def test_an_unknown_one_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "stribek"]) == 2
+    assert "got 'stribek'; did you mean stribeck?" in capsys.readouterr().err

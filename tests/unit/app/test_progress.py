@@ -1,0 +1,37 @@
+"""Progress on a terminal and elsewhere."""
+
+from __future__ import annotations
+
+import io
+
+from rich.console import Console
+
+from station.app.progress import EVERY_S, Told, counted
+
+
+def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
+    now = [0.0]
+    out = io.StringIO()
+    told = Told(Console(file=out, width=60), total=100, seconds=lambda: now[0])
+    told.at(10)
+    assert out.getvalue() == ""
+    now[0] = 2 * EVERY_S
+    told.at(25)
+    told.at(26)
+    assert out.getvalue() == "25 of 100 samples in 20 s, about 60 s left\n"
+    now[0] = 240.0
+    told.at(50)
+    assert out.getvalue().endswith("50 of 100 samples in 4 min, about 4 min left\n")
+    drawn = io.StringIO()
+    shown = Told(Console(file=drawn, force_terminal=True), total=100, seconds=lambda: now[0])
+    now[0] = 10 * EVERY_S
+    shown.at(50)
+    assert drawn.getvalue() == ""
+
+
+def test_a_bar_is_drawn_on_a_terminal_only() -> None:
+    for terminal in (True, False):
+        out = io.StringIO()
+        with counted(Console(file=out, force_terminal=terminal, width=60), total=4) as tell:
+            tell(2)
+        assert ("2/4" in out.getvalue()) == terminal

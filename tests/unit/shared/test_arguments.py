@@ -1,0 +1,57 @@
+"""The parser of both programs: defaults where there are any, no abbreviations, and what may have been meant."""
+
+from __future__ import annotations
+
+import pytest
+
+from shared.arguments import Parser, nearest
+
+
+@pytest.fixture
+def parser() -> Parser:
+    made = Parser(prog="program", description="About.\n\nMore.", epilog="Example:\n  program go 3")
+    made.add_argument("place")
+    made.add_argument("--samples", type=int, default=5, help="how many runs")
+    made.add_argument("--rig", help="rig file")
+    made.add_argument("--quick", action="store_true", help="hurry")
+    made.add_argument("--mu", type=float, default=0.4, help="friction, not %(default)s if known")
+    made.add_argument("--fold", action="store_const", const=nearest, default=nearest, help="search anew")
+    return made
+
+
+def test_help_states_the_defaults_that_there_are(parser: Parser) -> None:
+    told = parser.format_help()
+    assert "how many runs (default: 5)" in told
+    assert "not 0.4 if known" in told
+    for none in ("None", "False", "function"):
+        assert none not in told
+    assert told.endswith("Example:\n  program go 3\n")
+
+
+def test_an_abbreviation_is_no_option(parser: Parser) -> None:
+    assert parser.parse_known_args(["here", "--samp", "3"])[1] == ["--samp", "3"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--sampels", "3"], "unrecognized arguments: --sampels 3; did you mean --samples?"),
+        (["--sampels=3"], "unrecognized arguments: --sampels=3; did you mean --samples?"),
+        (["--zzzzzz"], "unrecognized arguments: --zzzzzz\n"),
+        (["more"], "unrecognized arguments: more\n"),
+    ],
+)
+def test_it_proposes_an_option(parser: Parser, words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        parser.refuse(words)
+    assert said in capsys.readouterr().err
+
+
+def test_it_proposes_a_command(capsys: pytest.CaptureFixture[str]) -> None:
+    parser = Parser(prog="program")
+    commands = parser.add_subparsers()
+    commands.add_parser("replay")
+    for word, said in (("rpelay", "did you mean replay?"), ("zzz", "choose from")):
+        with pytest.raises(SystemExit, match="2"):
+            parser.parse_args([word])
+        assert said in capsys.readouterr().err
