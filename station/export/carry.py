@@ -43,8 +43,8 @@ def carry(*roots: Any) -> Carried:
         needed.add(root.__module__, root.__name__)
     names = _names(needed)
     parts = [_part(source, needed, names) for source in needed.in_order()]
-    imports = sorted(found.text(names[key]) for key, found in needed.foreign.items())
-    return Carried("\n\n\n".join(parts), tuple(imports), names)
+    text = re.sub(r"\n{4,}", "\n\n\n", "\n\n".join(part for part in parts if part)).strip()
+    return Carried(text, _imports(needed, names), names)
 
 
 class _Needed:
@@ -92,6 +92,8 @@ class _Needed:
             self.definitions.setdefault(module, {})[found] = None
             nodes = list(found.without(self.left_out(found)))
             self._asked |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+            # Words in a table, such as the names of an effect's methods, may be asked for by getattr.
+            self._asked |= {str(node.value) for node in nodes if isinstance(node, ast.Constant)}
             names = {node.id for node in nodes if isinstance(node, ast.Name)} - set(found.names)
             waiting += [(module, each) for each in sorted(names) if self._is_new(module, each)]
 
@@ -133,6 +135,22 @@ def _names(needed: _Needed) -> dict[Place, str]:
     return names
 
 
+def _imports(needed: _Needed, names: Mapping[Place, str]) -> tuple[str, ...]:
+    """The import statements, one for each module."""
+    found = {(one, names[key]) for key, one in needed.foreign.items()}
+    whole = sorted(f"import {one.module}" + _alias(one.module, name) for one, name in found if not one.name)
+    modules = sorted({one.module for one, _ in found if one.name})
+    taken = {
+        module: sorted(one.name + _alias(one.name, name) for one, name in found if one.name and one.module == module)
+        for module in modules
+    }
+    return (*whole, *(f"from {module} import {', '.join(parts)}" for module, parts in taken.items()))
+
+
+def _alias(what: str, name: str) -> str:
+    return "" if name == what else f" as {name}"
+
+
 def _end_of(found: Import) -> Place:
     """Where what an import takes from our modules is defined."""
     further = source_of(found.module).find(found.name)
@@ -153,7 +171,7 @@ def _part(source: Source, needed: _Needed, names: Mapping[Place, str]) -> str:
 
 def _spaced(chosen: Sequence[Definition], texts: Sequence[str]) -> Iterator[str]:
     for one, text in zip(chosen, texts, strict=True):
-        yield text if isinstance(one.nodes[0], ast.Assign | ast.AnnAssign) else f"\n{text}\n"
+        yield text if isinstance(one.nodes[0], ast.Assign | ast.AnnAssign) else f"\n\n{text}\n\n"
 
 
 def _text(source: Source, one: Definition, left_out: Sequence[Member], names: Mapping[Place, str]) -> str:

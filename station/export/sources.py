@@ -65,12 +65,6 @@ class Import:
         """True if the imported code travels with the file."""
         return self.module.partition(".")[0] in _OWN
 
-    def text(self, alias: str) -> str:
-        """The statement that binds `alias`."""
-        what = self.name or self.module
-        said = f"import {what}" + ("" if alias == what else f" as {alias}")
-        return f"from {self.module} {said}" if self.name else said
-
 
 class Source:
     """A module's text, its definitions and its imports by the names that they bind."""

@@ -53,8 +53,9 @@ class Law:
     def __post_init__(self) -> None:
         """At rest the moment of what turns a block acts by itself: its factor on friction is left out there."""
         turning = (*self.model.acting("spin"), *self.model.acting("lever"))
-        self._still = replace(self.model, terms=tuple(term for term in self.model.terms if term not in turning))
-        self._way = 0.0
+        others = tuple(term for term in self.model.terms if term not in turning)
+        self._still = replace(self.model, terms=others) if turning else self.model
+        self._way, self._held = 0.0, 0.0
 
     @classmethod
     def drawn(cls, model: Model, watch: Watch, rng: np.random.Generator) -> Law:
@@ -110,9 +111,13 @@ class Law:
         if self.watch.moving:
             held = self.strength * float(self.model.friction(state)[0])
             return float(load @ unit(np.array([way]))[0]) - held * normal
-        held, slip = threshold(self.model, state, np.array([math.atan2(load[1], load[0])]))
-        self._way = float(slip[0])
-        return math.hypot(*load) - self.strength * float(held[0]) * normal
+        self._held, self._way = self._threshold(self.model, state, load)
+        return math.hypot(*load) - self._held * normal
+
+    def _threshold(self, model: Model, state: Contact, load: Array) -> tuple[float, float]:
+        """The largest load over N that holds against one in this direction, and the direction of the slip, rad."""
+        held, slip = threshold(model, state, np.array([math.atan2(load[1], load[0])]))
+        return self.strength * float(held[0]), float(slip[0])
 
     # --- what acts --------------------------------------------------------------------------------------------------
 
@@ -120,9 +125,8 @@ class Law:
         load, normal, pushed = pull
         direction = math.atan2(load[1], load[0])
         state = self.watch.contact(way_rad=direction, gravity=gravity)
-        held, _ = threshold(self._still, state, np.array([direction]))
         turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load))
-        mu = self.strength * float(held[0])
+        mu = self._held if self._still is self.model else self._threshold(self._still, state, load)[0]
         return Action(mu, gravity - now.gravity + pushed, turn, False, load, normal)
 
     def _sliding(self, now: Moment, pull: tuple[Array, float, Array], gravity: Array, step_s: float) -> Action:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,12 +20,12 @@ class Bench(Protocol):
     step_s: float
 
     def advance(self, gravity: Array) -> Array:
-        """One step under gravity (3,), m/s², in the plate's frame; gives the block's x, y (m) and yaw (rad) after it."""
+        """One step under gravity (3,), m/s², in the plate's frame; gives the block's x, y (m) and yaw (rad) then."""
         ...
 
 
 class Ramp(NamedTuple):
-    """The plate is held at `from_rad` for `held_s`, and then tilts at `rate_rad_s` for `seconds`, down to `down_rad`."""
+    """A plate that is held at `from_rad` for `held_s`, and then tilts at `rate_rad_s` for `seconds` towards `down_rad`."""
 
     down_rad: float
     from_rad: float
@@ -44,14 +45,21 @@ class Ramp(NamedTuple):
         )
 
 
-def tilt_test(bench: Bench, ramp: Ramp) -> Array:
-    """Rows of time (s), tilt (rad), x, y (m) and yaw (rad), one after each step."""
+def tilt_test(bench: Bench, ramp: Ramp, *, enough_m: float = math.inf) -> Array:
+    """Rows of time (s), tilt (rad), x, y (m) and yaw (rad), one a step, until the block has gone `enough_m`.
+
+    They begin with the ramp: while the plate is held, a block settles into its contact.
+    """
     count = round((ramp.held_s + ramp.seconds) / bench.step_s)
     rows = list[list[float]]()
     for number in range(count):
         place = bench.advance(ramp.gravity(number * bench.step_s))
         time_s = (number + 1) * bench.step_s
+        if time_s < ramp.held_s:
+            continue
         rows.append([time_s, ramp.tilt_rad(time_s), *place.tolist()])
+        if math.hypot(place[0] - rows[0][2], place[1] - rows[0][3]) > enough_m:
+            break
     return np.array(rows)
 
 
@@ -64,9 +72,14 @@ def onset(path: Array) -> float:
     return float(seen[0] - (gone[seen[0]] - SEEN_M) / (gone[seen[0]] - gone[seen[0] - 1]))
 
 
-def show(bench: Bench, ramp: Ramp) -> None:
-    """Prints when the block starts, and where it is at the end."""
-    path = tilt_test(bench, ramp)
-    tilt, gone = math.degrees(np.interp(onset(path), np.arange(len(path)), path[:, 1])), path[-1, 2:4] - path[0, 2:4]
-    print(f"down to {math.degrees(ramp.down_rad):4.0f} degrees: seen to slide at {tilt:.3f} degrees of tilt,", end=" ")
-    print(f"{1e3 * math.hypot(*gone):.2f} mm away at {math.degrees(path[-1, 1]):.2f} degrees")
+def show(make: Callable[[], Bench], *, about_rad: float) -> None:
+    """Tilts a new block from `make` in each of four directions past `about_rad`, and prints when it starts."""
+    for down in range(0, 360, 90):
+        ramp = Ramp(math.radians(down), max(about_rad - 0.1, 0.0), math.radians(4), 10.0)
+        path = tilt_test(make(), ramp, enough_m=0.02)
+        tilt = math.degrees(np.interp(onset(path), np.arange(len(path)), path[:, 1]))
+        gone_mm = 1e3 * math.hypot(*(path[-1, 2:4] - path[0, 2:4]))
+        end = math.degrees(path[-1, 1])
+        print(
+            f"down {down:3d} degrees: slides at {tilt:.2f} degrees of tilt, {gone_mm:.1f} mm away at {end:.1f} degrees"
+        )
