@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -129,9 +130,8 @@ def _run(file: ExportedFile, chosen: Sequence[Ramp]) -> list[Array]:
         Path(folder, file.name).write_text(file.text, encoding="utf-8")
         asked = {"path": [folder, *sys.path], "module": Path(file.name).stem, "ramps": [list(ramp) for ramp in chosen]}
         words = [sys.executable, "-I", "-c", _CHILD]
-        done = subprocess.run(
-            words, input=json.dumps(asked), cwd=folder, capture_output=True, encoding="utf-8", check=False, timeout=_LONGEST_S
-        )  # fmt: skip
+        told: dict[str, Any] = {"input": json.dumps(asked), "encoding": "utf-8", "timeout": _LONGEST_S}
+        done = subprocess.run(words, cwd=folder, capture_output=True, check=False, **told)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
             raise UserError(f"Expected {file.name} to run in its engine, but it ended with: {last}")

@@ -25,7 +25,7 @@ class Bench(Protocol):
 
 
 class Ramp(NamedTuple):
-    """A plate that is held at `from_rad` for `held_s`, and then tilts at `rate_rad_s` for `seconds` towards `down_rad`."""
+    """A plate is held at `from_rad` for `held_s`, and then tilts at `rate_rad_s` for `seconds` towards `down_rad`."""
 
     down_rad: float
     from_rad: float

@@ -36,9 +36,9 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
         f"Friction of a block as {named_model.stem} says it, for Drake.",
         "friction = Friction(plant, Law(MODEL, Watch()), plate=…, block=…) with two bodies of a discrete, final plant "
         "whose coefficient between them is MODEL.mu_s; before each Simulator.AdvanceTo give friction.force(context, "
-        "step_s=…, gravity=…) to plant.get_applied_spatial_force_input_port().FixValue(context, [force]). gravity (3,), "
-        "m/s², is the world's. Give Watch what you know: Watch({'mass_kg': 0.02, 'run': 3}).",
-        "The TAMSI approximation with a small stiction tolerance, and small spheres as feet (see DrakeBench and SCENE), "
+        "step_s=…, gravity=…) to plant.get_applied_spatial_force_input_port().FixValue(context, [force]). gravity "
+        "(3,), m/s², is the world's. Give Watch what you know: Watch({'mass_kg': 0.02, 'run': 3}).",
+        "The TAMSI approximation with a small stiction tolerance, and small spheres as feet (see DrakeBench and SCENE) "
         "are part of it: with Drake's own settings a block starts more than a degree early, and with SAP one on small "
         "feet hops while it slides.",
     ]

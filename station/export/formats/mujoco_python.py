@@ -34,8 +34,9 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
     how = [
         f"Friction of a block as {named_model.stem} says it, for MuJoCo.",
         'Friction(m, Law(MODEL, Watch()), plate="plate", block="object").install() in your program, for the bodies of '
-        "those names in your MjModel m; then step as ever (compile models before). The plate may move (by joints, not as a mocap body, which has "
-        "no velocity in a contact) or gravity may turn. Give Watch what you know: Watch({'mass_kg': 0.02, 'run': 3}).",
+        "those names in your MjModel m; then step as ever (compile models before). The plate "
+        "may move (by joints, not as a mocap body, which has no velocity in a contact) or gravity may turn. Give "
+        "Watch what you know: Watch({'mass_kg': 0.02, 'run': 3}).",
         "Take the <option> and the <pair> of SCENE into your own scene: with MuJoCo's defaults a block starts many "
         "degrees early.",
     ]
@@ -63,7 +64,7 @@ class Friction:
         mj.set_mjcb_passive(self)
 
     def __call__(self, model: Any, data: Any) -> None:
-        """Asks the law, adds its force and torque to this step, and sets the next step's friction; only in its model."""
+        """Asks the law, adds its force and torque to this step, and sets the next step's friction; for its model."""
         if model is not self._model:
             return
         turn = data.xmat[self._plate].reshape(3, 3)
