@@ -15,11 +15,12 @@ def write_files(files: Sequence[ExportedFile], folder: Path, *, overwrite: bool)
     Raises:
         UserError: if one is there and may not be replaced, or the folder cannot be written to.
     """
-    for file in files:
-        path = folder / file.name
-        if path.exists() and not overwrite:
-            raise UserError(f"Expected to write {path}, but it is there; give --overwrite, or another folder to --out")
     try:
+        there = [path for path in (folder / file.name for file in files) if path.exists()]
+        if there and not overwrite:
+            raise UserError(
+                f"Expected to write {there[0]}, but it is there; give --overwrite, or another folder to --out"
+            )
         folder.mkdir(parents=True, exist_ok=True)
         for file in files:
             (folder / file.name).write_text(file.text, encoding="utf-8")

@@ -59,12 +59,13 @@ class _Needed:
 
     def add(self, module: str, name: str) -> None:
         """Adds a name of a module, and all that follows from it."""
-        waiting = [(module, name)]
+        waiting, asked = [(module, name)], -1
         while waiting:
-            before = len(self._asked)
-            self._take(*waiting.pop(), waiting)
-            if len(self._asked) > before:  # members that were left out may be needed now
-                waiting += [(one, each.names[0]) for one, known in self.definitions.items() for each in known]
+            while waiting:
+                self._take(*waiting.pop(), waiting)
+            if asked != len(self._asked):  # members that were left out may be needed now, and need more
+                asked = len(self._asked)
+                waiting = [(one, each.names[0]) for one, known in self.definitions.items() for each in known]
 
     def left_out(self, definition: Definition) -> list[Member]:
         """The members of a class that nothing asks for."""

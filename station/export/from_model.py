@@ -66,7 +66,7 @@ def _acts_beyond(model: Model, term: Term) -> bool:
     alone = replace(model, terms=(term,))
     if term.effect.is_null(term.values):
         return False
-    if term.effect.acts_through() != {"friction"}:
+    if term.effect.acts_through() - {"friction"}:
         return True
     return any(np.ptp(alone.friction(_anywhere(way))) > _EQUAL * model.mu_s for way in _WAYS[::12])
 

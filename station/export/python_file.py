@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from station.export.carried import corrections, tilt_test
+from station.export.carried.law import law_of_run
 from station.export.carried.states import contact
 from station.export.carry import Carried, carry, commented
 from station.export.exported import ExportedFile
@@ -16,6 +17,7 @@ from station.physics.model import Model, Term
 
 _OFFERED = (
     contact,
+    law_of_run,
     corrections.true_gravity,
     corrections.seen_corners,
     corrections.stamp_s,
@@ -86,7 +88,7 @@ def _kinds(term: Term) -> Iterator[type]:
 
 
 def _summary(model: Model) -> Iterator[str]:
-    yield f"mu_s {model.mu_s:.6g}, scatter from run to run {model.scatter:.3g} (Law.drawn draws it), and"
+    yield f"mu_s {model.mu_s:.6g}, scatter from run to run {model.scatter:.3g} (law_of_run draws it for one run), and"
     for term in model.terms:
         numbers = ", ".join(f"{name} {value:.6g}" for name, value in term.values.items())
         yield f"{term.effect.id} ({numbers}): {term.effect.law}"

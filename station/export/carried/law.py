@@ -42,7 +42,7 @@ class Action(NamedTuple):
 class Law:
     """A model at work on one block, in one run.
 
-    `strength` is this run's factor on friction and `shake` its share of shaking: see `drawn`.
+    `strength` is this run's factor on friction and `shake` its share of shaking: see `law_of_run`.
     """
 
     model: Model
@@ -56,12 +56,6 @@ class Law:
         others = tuple(term for term in self.model.terms if term not in turning)
         self._still = replace(self.model, terms=others) if turning else self.model
         self._way, self._held = 0.0, 0.0
-
-    @classmethod
-    def drawn(cls, model: Model, watch: Watch, rng: np.random.Generator) -> Law:
-        """A run with its own friction and its own shaking, drawn as the model scatters."""
-        strength, shake = rng.standard_normal(2)
-        return cls(model, watch, strength=math.exp(model.scatter * strength), shake=float(shake))
 
     def act(self, now: Moment, *, step_s: float) -> Action:
         """What acts from `now` on for `step_s`; call it once a step, in the order of time."""
@@ -147,3 +141,9 @@ class Law:
         """Angular acceleration by spin, and by the lever of a friction per mass, m/s²."""
         lever = float(self.model.lever(state)[0]) / (SQUARE_GYRATION * float(state.area_m2[0]))
         return float(self.model.spin(state)[0]) + friction * lever
+
+
+def law_of_run(model: Model, watch: Watch, rng: np.random.Generator) -> Law:
+    """The law of one run, with friction and shaking of its own, drawn as the model scatters."""
+    strength, shake = rng.standard_normal(2)
+    return Law(model, watch, strength=math.exp(model.scatter * strength), shake=float(shake))
