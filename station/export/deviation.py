@@ -32,6 +32,7 @@ BELOW_RAD = math.radians(2)
 AFTER_S, FOLLOWED_S = 0.6, 0.25
 _STEEPEST_RAD = math.radians(80)
 _LONGEST_S = 500
+_SHORT_S = 0.01
 
 _CHILD = """
 import importlib, json, sys
@@ -55,7 +56,7 @@ with open("paths.json", "w") as out:  # an engine may print what it likes
 class Deviation:
     """By how much the engine's onset is late (degrees), its path (mm) and its turn (degrees) are off, in a direction.
 
-    `gone_mm` and `turned_deg` are how far our own block has gone and turned.
+    `gone_mm` and `turned_deg` are how far our own block has gone and turned, `speed_mm_s` is how fast it is then.
     """
 
     down_deg: float
@@ -64,6 +65,12 @@ class Deviation:
     turn_deg: float
     gone_mm: float
     turned_deg: float
+    speed_mm_s: float
+
+    @property
+    def path_ms(self) -> float:
+        """The time, ms, in which our own block goes as far as the paths are apart."""
+        return 1e3 * self.path_mm / self.speed_mm_s
 
 
 def deviations(file: ExportedFile, model: Model, directions: Sequence[float]) -> list[Deviation]:
@@ -110,18 +117,19 @@ def _deviation(ramp: Ramp, path: Array, ours: Array) -> Deviation:
         turn_deg=math.degrees(apart[2]),
         gone_mm=1e3 * math.hypot(*own[1][:2]),
         turned_deg=math.degrees(own[1][2]),
+        speed_mm_s=1e3 * math.hypot(*(own[1] - _seen(ours, followed_s=FOLLOWED_S - _SHORT_S)[1])[:2]) / _SHORT_S,
     )
 
 
-def _seen(path: Array) -> tuple[float, Array]:
-    """The tilt at the onset, and how far x, y and yaw (3,) have come a while after it."""
+def _seen(path: Array, *, followed_s: float = FOLLOWED_S) -> tuple[float, Array]:
+    """The tilt at the onset, and how far x, y and yaw (3,) have come `followed_s` after it."""
     row, step_s = onset(path), path[1, 0] - path[0, 0]
     rows = np.arange(len(path))
 
     def at(number: float, column: int) -> float:
         return float(np.interp(number, rows, path[:, column], right=math.nan))
 
-    end = row + FOLLOWED_S / step_s
+    end = row + followed_s / step_s
     return at(row, 1), np.array([at(end, column) - path[0, column] for column in (2, 3, 4)])
 
 

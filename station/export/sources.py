@@ -126,9 +126,20 @@ def _described(statements: list[ast.stmt], number: int) -> tuple[ast.stmt, ...]:
 
 
 def _bound(node: ast.stmt) -> tuple[str, ...]:
-    """The names that a statement defines; none for an import."""
+    """The names that a statement defines, also one with branches; none for an import that stands alone."""
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        return ()
+    if isinstance(node, ast.If | ast.Try):
+        within = [each for part in ast.walk(node) if part is not node for each in _bound_here(part)]
+        return tuple(dict.fromkeys(within))
+    return _bound_here(node)
+
+
+def _bound_here(node: ast.AST) -> tuple[str, ...]:
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         return (node.name,)
+    if isinstance(node, ast.Import | ast.ImportFrom):
+        return tuple(each.asname or each.name.partition(".")[0] for each in node.names)
     targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
     return tuple(each.id for target in targets for each in ast.walk(target) if isinstance(each, ast.Name))
 
@@ -160,7 +171,15 @@ def _collect(node: ast.AST, local: frozenset[str], found: list[ast.Name]) -> Non
         _collect(child, local, found)
 
 
-def _locals(node: ast.AST) -> frozenset[str]:
-    names = {each.arg for each in ast.walk(node) if isinstance(each, ast.arg)}
-    names |= {each.id for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
+def _locals(scope: ast.AST) -> frozenset[str]:
+    """The names that a function or a comprehension binds itself; what is nested in it has its own."""
+    arguments = getattr(scope, "args", None)
+    names = {each.arg for each in ast.walk(arguments) if isinstance(each, ast.arg)} if arguments else set[str]()
+    waiting = list(ast.iter_child_nodes(scope))
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        if not isinstance(node, (*_FUNCTIONS, *_COMPREHENSIONS)):
+            waiting.extend(ast.iter_child_nodes(node))
     return frozenset(names)

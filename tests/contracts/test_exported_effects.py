@@ -20,6 +20,7 @@ from station.physics.catalogue import catalogue
 from station.physics.contact import Contact, View
 from station.physics.effect import HOOKS, Effect
 from station.physics.model import Model, Term, model_of_table
+from station.physics.parameter import Parameter
 from tests.contracts.effect_states import contacts, views
 from tests.readmes.blocks import blocks
 from tests.unit.export.apart import apart
@@ -101,10 +102,11 @@ def all_terms(folder: Path) -> tuple[Term, ...]:
 
 def off_null(effect: Effect) -> dict[str, float]:
     """Values at which the whole law acts."""
-    return {
-        one.name: one.clipped(one.neutral + 0.5 * one.typical) if not one.is_shape else one.clipped(0.9 * one.starts[-1])
-        for one in effect.parameters
-    }
+    return {one.name: one.clipped(0.9 * one.starts[-1] if one.is_shape else _some(one)) for one in effect.parameters}
+
+
+def _some(one: Parameter) -> float:
+    return one.neutral + 0.5 * one.typical
 
 
 @pytest.fixture(scope="module")
