@@ -14,11 +14,15 @@ import pytest
 
 from station.export import export_model, model_formats
 from station.export.carried.states import contact
+from station.export.carried.tilt_test import SEEN_M
 from station.export.deviation import Deviation, deviations
 from station.export.from_model import NamedModel
 from station.physics.model import Model
+from station.simulators.planar.commands import ramps
+from station.simulators.planar.simulate import simulate
 from tests.recovery.engines import engines
 from tests.recovery.engines.tilt import onset
+from tests.unit.export.apart import apart
 from tests.unit.export.models import CREEPS, TEXTS, TURNS, file_of, model_of
 
 MODULES = {"numpy": "numpy", "mujoco-python": "mujoco", "pybullet": "pybullet", "drake": "pydrake"}
@@ -108,3 +112,49 @@ def _held(model: Model, down_rad: float) -> float:
     """The smallest h / cos: what an ellipse holds against a pull, found on a fine grid."""
     off = np.linspace(-1.4, 1.4, 20001)
     return float((model.friction(contact(way_rad=down_rad + off)) / np.cos(off)).min())
+
+
+TILTING_PLATE = """
+import mujoco, numpy as np
+import tried_mujoco as file
+
+scene = file.SCENE.replace('<body name="plate">', '<body name="plate"><joint name="tilt" axis="0 1 0"/>')
+mujoco.set_mjcb_passive(None)
+m = mujoco.MjModel.from_xml_string(scene)
+d = mujoco.MjData(m)
+m.body_gravcomp[m.body("plate").id] = 1.0
+friction = file.Friction(m, file.Law(file.MODEL, file.Watch()), plate="plate", block="object")
+friction.install()
+ramp = file.Ramp(0.0, START, 0.035, 3.0)
+tilt, object = m.joint("tilt").qposadr[0], m.body("object").id
+mujoco.mj_resetData(m, d)
+d.qpos[tilt] = START
+turn = np.array([np.cos(START / 2), 0.0, np.sin(START / 2), 0.0])
+free = m.body("object").jntadr[0]
+d.qpos[m.jnt_qposadr[free] + 3 : m.jnt_qposadr[free] + 7] = turn
+seen = None
+while d.time < 3.0 and seen is None:
+    d.qpos[tilt] = ramp.tilt_rad(d.time)
+    d.qvel[m.joint("tilt").dofadr[0]] = ramp.rate_rad_s if d.time > ramp.held_s else 0.0
+    mujoco.mj_step(m, d)
+    plate = d.xmat[m.body("plate").id].reshape(3, 3)
+    x = float((plate.T @ d.xpos[object])[0])
+    if d.time < ramp.held_s:
+        start = x
+    elif x - start > file.SEEN_M:
+        seen = ramp.tilt_rad(d.time)
+print(seen)
+"""
+
+
+def test_a_plate_that_tilts_in_the_world_is_as_good_as_gravity_that_turns(tmp_path: Path):
+    """Ageing and a grain: the callback finds the plate's frame, the block's place in it, and the time at rest."""
+    model = model_of(TEXTS["static_and_kinetic"] + "\n" + TEXTS["grain"])
+    file = file_of("tried", model, "mujoco-python")
+    start = simulate(ramps([0, 40], [0, 1.4]), model).onset_rad[0] - 0.04
+    seen = float(apart(tmp_path, [file], TILTING_PLATE.replace("START", repr(float(start)))))
+    knots = [0.0, 0.3, 3.0]
+    stamps = np.arange(0.3, 3.0, 1e-3)
+    moved = simulate(ramps(knots, [start, start, start + 0.035 * 2.7]), model, time_s=stamps)
+    ours = float(np.interp(SEEN_M, moved.path[0, :, 0], start + 0.035 * (stamps - 0.3)))
+    assert math.degrees(seen - ours) == pytest.approx(0, abs=0.03)
