@@ -40,7 +40,7 @@ _HEAD = (
 
 _CORNERS = (
     "it turns as the engine's contact lets it, and the four corners of a box resist turning 2.4 times as much as an "
-    "even sole: it may start later, and turn less"
+    "even sole: it starts at another tilt (by up to 0.8 degrees where that was tried), and turns otherwise"
 )
 CORNERS: Mapping[str, str] = MappingProxyType({"spin": _CORNERS, "lever": _CORNERS})
 """What an engine makes of a turning block that touches its plate by four corners (ρ = L / √2, not L / √12)."""
