@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from shared.config import load_table
+from shared.config import Table, load_table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.attached import attached_rig, effects_left_out
@@ -38,14 +38,14 @@ def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
     return rig
 
 
-def model_of(path: Path, *, rig: RigConfig) -> Model:
-    """The model of a model.toml, with the rig's own effects at hand.
+def model_of(path: Path, *, rig: RigConfig | None) -> Model:
+    """The model of a model.toml, with the rig's own effects at hand if there is one.
 
     Raises:
         UserError: if the file or an effect's folder cannot be read, or says something impossible.
     """
     try:
-        return model_of_table(load_table(path).values, catalogue_of_table(rig.physics))
+        return model_of_table(load_table(path).values, catalogue_of_table(rig.physics if rig else Table({})))
     except UserError as error:
         raise UserError(f"{path}: {error}") if str(path) not in str(error) else error from None
 

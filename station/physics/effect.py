@@ -119,6 +119,10 @@ class Effect(ABC):
         """The hash of the id."""
         return hash(self.id)
 
+    def __repr__(self) -> str:
+        """The expression that makes an equal effect."""
+        return f"{type(self).__name__}()"
+
     # --- about the effect -----------------------------------------------------------------------------------------
 
     def neutral(self) -> dict[str, float]:

@@ -141,6 +141,10 @@ class ByRun:
         place = np.minimum(np.searchsorted(self.run, contact.run), len(self.run) - 1)
         return np.where(self.run[place] == contact.run, self.value[place], np.nan)
 
+    def __repr__(self) -> str:
+        """The expression that makes an equal covariate, with NumPy as np."""
+        return f"ByRun(np.array({self.run.tolist()}), np.array({self.value.tolist()}, float))"
+
 
 class Unnamed(Effect):
     """The base of all smooth terms."""
@@ -174,6 +178,11 @@ class Smooth(Unnamed):
         super().__init__(covariate, words, size=form.size, typical=0.05, unit="1", most=1.0)
         self.form, self.at, self.by_run = form, at, by_run
 
+    def __repr__(self) -> str:
+        """The expression that makes an equal term."""
+        at = f"frozenset({sorted(self.at)})"
+        return f"Smooth({self.covariate!r}, {self.form!r}, at={at}, by_run={self.by_run!r})"
+
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """The factor (n,) on friction."""
         read = self.by_run or READ[self.covariate]
@@ -204,6 +213,10 @@ class SmoothPush(Unnamed):
         self.direction: Direction = direction
         size, words = PUSHES[direction]
         super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
+
+    def __repr__(self) -> str:
+        """The expression that makes an equal term."""
+        return f"SmoothPush({self.direction!r})"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
         """The push (n, 3), m/s², in P."""

@@ -9,6 +9,7 @@ nothing here knows fails.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import re
 import shlex
 import shutil
@@ -197,6 +198,23 @@ def _shell_only_reads(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     _in_a_shell(f"bash -n -c {shlex.quote(line)}", monkeypatch)
 
 
+def _python(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that an earlier line has exported runs as it stands; all others are the generators'."""
+    made = Path(shlex.split(line)[1])
+    if made.parts[0] != "export":
+        _generator(line, monkeypatch)
+        return
+    engine = ENGINES[made.stem.rpartition("_")[2]]
+    if importlib.util.find_spec(engine) is None:
+        pytest.skip(f"no {engine} here: pip install --group engines")
+    done = subprocess.run([sys.executable, str(made)], capture_output=True, text=True, check=True)
+    assert done.stdout.count("degrees of tilt") == 4
+
+
+ENGINES = {"numpy": "numpy", "mujoco": "mujoco", "pybullet": "pybullet", "drake": "pydrake"}
+"""What an exported file needs, by the end of its name."""
+
+
 def _generator(line: str, _monkeypatch: pytest.MonkeyPatch) -> None:
     """The line is a form to fill in: each of its options is one; tests/unit makes cases with it."""
     words = [sys.executable, *shlex.split(line)[1:3], "--help"]
@@ -218,7 +236,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "apt-get": _shell_only_reads,
     "printf": _shell_only_reads,
     "pytest": _tests,
-    "python": _generator,
+    "python": _python,
     ".": _activated,
     "export": _shell_only_reads,
 }

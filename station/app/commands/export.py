@@ -1,4 +1,6 @@
-"""Writes measured friction for simulators: MuJoCo, Gazebo, Bullet, Drake, USD physics, or as plain JSON and CSV.
+"""Writes friction for simulators: what was measured as scenes, a model of `station diagnose` as code.
+
+Measured friction goes to MuJoCo, Gazebo, Bullet, Drake, USD physics, or plain JSON and CSV.
 
 Every surface pair gets files of its own in the folder of --out: a small scene with plate and object that the simulator
 loads as it stands, with the friction in it to be copied elsewhere. Simulators combine the coefficients of two materials
@@ -6,7 +8,12 @@ each in its own way (the larger, the smaller, mean, harmonic mean, product); the
 the measured value. What a format cannot say (one-way friction, scatter, directions) stands in the file as a comment and
 is printed. station/export/README.md has the figures: how far each simulator's tilt test is from the measurement.
 
-Exit status: 0; 1 when a pair could not be exported (a sentence says why); 2 for a mistake in what was asked.
+A model (model.toml, as `station diagnose --model` writes it) becomes a file of Python that runs it in an engine without
+this package: numpy, mujoco-python, pybullet, drake. Where friction by direction is all that it says, the scenes above
+say it, too. With --compare each file is run in its engine, and its distance from our own simulation is printed.
+
+Exit status: 0; 1 when a pair could not be exported, or a model not in all
+formats that --format all stands for (a sentence says why); 2 for a mistake in what was asked.
 """
 
 from __future__ import annotations
@@ -18,8 +25,10 @@ from pathlib import Path
 import numpy as np
 
 from shared.errors import UserError
+from station.app import exported_model
+from station.app.exporting import tell_unsaid, write_files
 from station.app.sessions import read_session
-from station.export import ExportedFile, Format, export, export_formats
+from station.export import Format, ModelFormat, export, export_formats, model_formats
 from station.export.from_samples import pair_of_slides
 from station.export.materials import RULES, shared_materials
 from station.export.measured import MeasuredPair
@@ -27,55 +36,79 @@ from station.export.reading import read_pairs
 from station.friction.pairs import pairs_of
 
 NAME = "export"
-HELP = "write measured friction for MuJoCo, Gazebo, Bullet, Drake, USD, JSON or CSV"
+HELP = "write measured friction, or a model, for MuJoCo, Gazebo, Bullet, Drake, USD, NumPy, JSON or CSV"
 EXAMPLE = "station export sim.mcap --format all --out models"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    formats = "; ".join(f"{name}: {each.HELP}" for name, each in sorted(export_formats().items()))
+    formats, of_model = (_described(known) for known in (export_formats(), model_formats()))
     parser.add_argument(
         "files",
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="limit_curves.json of `station analyze`, friction_pairs.json of an earlier export, recordings (.mcap), or "
-        "tables of samples (.csv, .parquet)",
+        help="limit_curves.json of `station analyze`, friction_pairs.json of an earlier export, recordings (.mcap), "
+        "tables of samples (.csv, .parquet), or one model.toml of `station diagnose`",
     )
     parser.add_argument(
         "--format",
-        default="json",
         metavar="FORMAT[,FORMAT]",
-        help=f"one or more, parted by commas, or 'all'. {formats}".replace("%", "%%"),
+        help=f"one or more, parted by commas, or 'all'. Measured friction (default json): {formats}. "
+        f"A model (default {exported_model.DEFAULT}): {of_model}".replace("%", "%%"),
     )
     parser.add_argument("--out", type=Path, default=Path("export"), metavar="FOLDER", help="where the files go")
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there")
     parser.add_argument("--seed", type=int, default=1, help="seed of the fits' checks")
+    parser.add_argument("--rig", type=Path, help="rig file that names folders of effects of your own, for a model")
+    parser.add_argument(
+        "--compare", action="store_true", help="run a model's files in their engines; print how far they are from ours"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Exports; 0 when every pair could be, 1 when not."""
-    formats = _formats(options.format)
+    if any(path.suffix == ".toml" for path in options.files):
+        return _export_model(options)
+    formats = _formats(options.format or "json")
     pairs, refused = _measured(options.files, seed=options.seed)
     for sentence in refused:
         print(sentence)
     if not pairs:
         raise UserError(f"Expected friction to export in {_listed(options.files)}, but there is none")
     files = {each.NAME: export(pairs, each) for each in formats}
-    _write([file for of_format in files.values() for file in of_format], options.out, overwrite=options.overwrite)
-    _tell(files)
+    write_files([file for of_format in files.values() for file in of_format], options.out, overwrite=options.overwrite)
+    tell_unsaid(files)
     if len(pairs) > 1:
         _tell_shared(pairs)
     return 1 if refused else 0
 
 
+def _described(known: Mapping[str, Format | ModelFormat]) -> str:
+    return "; ".join(f"{name}: {each.HELP}" for name, each in sorted(known.items()))
+
+
+def _export_model(options: argparse.Namespace) -> int:
+    files: list[Path] = options.files
+    if len(files) > 1:
+        raise UserError(f"Expected one model.toml and nothing beside it, got {_listed(files)}")
+    names = _names(options.format or exported_model.DEFAULT, exported_model.known_formats())
+    return exported_model.run(
+        files[0], names, out=options.out, rig=options.rig, overwrite=options.overwrite, compare=options.compare
+    )
+
+
 def _formats(words: str) -> list[Format]:
     known = export_formats()
+    names = _names(words, sorted(known))
+    return [known[name] for name in (sorted(known) if "all" in names else names)]
+
+
+def _names(words: str, known: Sequence[str]) -> list[str]:
     names = list(dict.fromkeys(word.strip() for word in words.split(",")))
-    chosen = sorted(known) if "all" in names else names
-    if unknown := [name for name in chosen if name not in known]:
-        raise UserError(f"Expected --format to be 'all' or of {', '.join(sorted(known))}, got '{unknown[0]}'")
-    return [known[name] for name in chosen]
+    if unknown := [name for name in names if name not in (*known, "all")]:
+        raise UserError(f"Expected --format to be 'all' or of {', '.join(known)}, got '{unknown[0]}'")
+    return names
 
 
 # --- reading ----------------------------------------------------------------------------------------------------------
@@ -98,36 +131,6 @@ def _measured(paths: Sequence[Path], *, seed: int) -> tuple[list[MeasuredPair], 
 
 def _listed(paths: Sequence[Path]) -> str:
     return ", ".join(str(path) for path in paths)
-
-
-# --- writing and telling ----------------------------------------------------------------------------------------------
-
-
-def _write(files: Sequence[ExportedFile], folder: Path, *, overwrite: bool) -> None:
-    for file in files:
-        path = folder / file.name
-        if path.exists() and not overwrite:
-            raise UserError(f"Expected to write {path}, but it is there; give --overwrite, or another folder to --out")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for file in files:
-            (folder / file.name).write_text(file.text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"Expected to write to the folder {folder}, but that failed: {error.strerror}") from error
-    print("\n".join(str(folder / file.name) for file in files))
-
-
-def _tell(files: Mapping[str, Sequence[ExportedFile]]) -> None:
-    """What each pair's formats cannot say: each sentence once, with the formats that it is about."""
-    about: dict[str, dict[str, dict[str, None]]] = {}
-    for name, of_format in files.items():
-        for file in of_format:
-            for sentence in file.unsaid:
-                about.setdefault(file.pair, {}).setdefault(sentence, {})[name] = None
-    for pair, sentences in about.items():
-        print(f"\n{pair}: what the files cannot say")
-        for sentence, names in sentences.items():
-            print(f"- {', '.join(names)}: {sentence}")
 
 
 def _tell_shared(pairs: Sequence[MeasuredPair]) -> None:

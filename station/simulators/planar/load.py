@@ -18,6 +18,7 @@ import numpy as np
 from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
+from station.physics.room import room_m
 from station.physics.sole import SQUARE_GYRATION
 from station.simulators.planar.asked import Asked
 from station.simulators.planar.commands import Commands
@@ -157,9 +158,7 @@ class World:
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
 
     def _free_m(self, row: Index, x: Array, y: Array, yaw: Array) -> Array:
-        (cosine, sine), half = cos_sin(yaw), self.half_m[row]
-        along, across = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
-        return self.commands.border_m - np.hypot(along + half, across + half)
+        return room_m(self.commands.border_m, self.half_m[row], (x, y, yaw))
 
     def _foam(self, border_m: Array, blocks: Blocks, at: Motion) -> tuple[Array, Array]:
         """The foam's push towards the plate's centre."""

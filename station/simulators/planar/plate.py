@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from station.physics.circle import cos_sin
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.model import Model
+from station.physics.turned import seen_turned
 from station.simulators.planar.commands import STEADY_RAD_S, Commands, tilt_of
 
 Index = NDArray[np.intp]
@@ -77,16 +78,12 @@ class Plate:
         return table.reshape(Column.COUNT, -1)
 
     def _turned(self, model: Model, gravity: Array, end: int) -> Array:
-        """Gravity (n, k−1, 3) in the plate as it truly stands: R_true = R exp[r×], so that g_true = exp[−r×] g."""
+        """Gravity (n, k−1, 3) in the plate as it truly stands."""
         commands = self.commands
         shape = gravity.shape[:2]
         time_s = commands.time_s[:, end : end + shape[1]]
         contact = _level_contact(commands, gravity.reshape(-1, 3), time_s, self.steps)
-        turn = model.attitude(contact).reshape(gravity.shape)
-        angle = np.linalg.norm(turn, axis=-1, keepdims=True)
-        axis = turn / np.where(angle > 0, angle, 1.0)
-        along = np.sum(axis * gravity, axis=-1, keepdims=True)
-        return gravity * np.cos(angle) - np.cross(axis, gravity) * np.sin(angle) + axis * along * (1.0 - np.cos(angle))
+        return seen_turned(gravity, model.attitude(contact).reshape(gravity.shape))
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:

@@ -220,7 +220,7 @@ class Slide:
         some = np.flatnonzero(slow) if since is not None else _NONE
         if since is not None and len(some):
             stiffness = ahead + h.bend * normal
-            turn = _relaxed(stiffness[some], aside[some], at.speed[some], since[some])
+            turn = relaxed(stiffness[some], aside[some], at.speed[some], since[some])
             cosine[some], sine[some] = _turned_by(turn, cosine[some], sine[some])
             ahead[some] = x[some] * cosine[some] + y[some] * sine[some]
             moved = np.zeros(len(slow))
@@ -325,8 +325,11 @@ def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
     return cosine * by_cosine - sine * by_sine, sine * by_cosine + cosine * by_sine
 
 
-def _relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
-    """The change of φ since `since` (a,) s ago towards where G vanishes."""
+def relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
+    """The change of φ (a,) in the `since` (a,) s from now on, towards where G = `aside` vanishes.
+
+    `stiffness` is −dG/dφ = T·e + h″ N, and `speed` v (a,).
+    """
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)
     small = np.abs(decay) < 1e-6

@@ -1,0 +1,149 @@
+"""What a model makes of one block at each step: a coefficient of friction, a force per mass and a turning.
+
+Engines know friction that opposes the motion, mu N. A limit curve h(φ) also pulls sideways, by −h′(φ) N across the
+way: that, the pushes and what the plate's true attitude adds to gravity make up the force. At rest the coefficient is
+the largest load over N that the curve holds in the load's direction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from station.export.carried.watch import GOES_M_S, Moment, Watch
+from station.physics.contact import Array, Contact
+from station.physics.dissipation import support, threshold
+from station.physics.effect import unit
+from station.physics.model import Model
+from station.physics.sole import SQUARE_GYRATION
+from station.physics.turned import seen_turned
+from station.simulators.planar.slide import relaxed
+
+
+class Action(NamedTuple):
+    """What acts on the block until the next step.
+
+    `mu` is for an engine's friction, `force` (3,), m/s², in P, comes on top of the engine's gravity; `turn`, rad/s², is
+    about the plate's normal. `load` (2,) and `normal` (m/s²) are the whole pull along the plate, and across it.
+    """
+
+    mu: float
+    force: Array
+    turn: float
+    moving: bool
+    load: Array
+    normal: float
+
+
+@dataclass
+class Law:
+    """A model at work on one block, in one run.
+
+    `strength` is this run's factor on friction and `shake` its share of shaking: see `law_of_run`.
+    """
+
+    model: Model
+    watch: Watch
+    strength: float = 1.0
+    shake: float = 0.0
+
+    def __post_init__(self) -> None:
+        """At rest the moment of what turns a block acts by itself: its factor on friction is left out there."""
+        turning = (*self.model.acting("spin"), *self.model.acting("lever"))
+        others = tuple(term for term in self.model.terms if term not in turning)
+        self._still = replace(self.model, terms=others) if turning else self.model
+        self._way, self._held = 0.0, 0.0
+
+    def act(self, now: Moment, *, step_s: float) -> Action:
+        """What acts from `now` on for `step_s`; call it once a step, in the order of time."""
+        self.watch.take(now)
+        gravity = self._true_gravity(now)
+        load, normal, pushed = self._load(gravity, shake=self.shake if not self.watch.moving else max(self.shake, 0.0))
+        was_moving = self.watch.moving
+        if not self.watch.slides(excess=self._excess(load, normal, gravity)):
+            return self._at_rest(now, (load, normal, pushed), gravity)
+        if not was_moving:
+            load, normal, pushed = self._load(gravity, shake=max(self.shake, 0.0))
+        return self._sliding(now, (load, normal, pushed), gravity, step_s)
+
+    def creep(self) -> Array:
+        """The velocity (2,), m/s, in P, at which the model lets a block at rest creep."""
+        gravity = self._true_gravity(self.watch.last)
+        return self.model.creep(self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity))[0]
+
+    # --- the load ---------------------------------------------------------------------------------------------------
+
+    def _true_gravity(self, now: Moment) -> Array:
+        if not self.model.acting("attitude"):
+            return now.gravity
+        level = self.watch.contact(way_rad=math.atan2(now.gravity[1], now.gravity[0]))
+        return seen_turned(now.gravity, self.model.attitude(level)[0])
+
+    def _load(self, gravity: Array, *, shake: float) -> tuple[Array, float, Array]:
+        """Pull along the plate (2,), normal force per mass, and what pulls beside true gravity (3,); all m/s²."""
+        state = self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity)
+        pushed = self.model.push(state)[0]
+        if self.model.acting("shaking"):
+            pushed = pushed + shake * self.model.shaking(state)[0] * np.append(unit(state.down_rad)[0], 0.0)
+        total = gravity + pushed
+        return total[:2], max(-float(total[2]), 0.0), pushed
+
+    def _way_of(self, gravity: Array) -> float:
+        """The direction of the slide; at rest that of the load."""
+        now = self.watch.last
+        if not self.watch.moving:
+            return math.atan2(gravity[1], gravity[0])
+        return math.atan2(now.velocity[1], now.velocity[0]) if now.speed_m_s > GOES_M_S else self._way
+
+    def _excess(self, load: Array, normal: float, gravity: Array) -> float:
+        """By how much the load exceeds friction, m/s²: of a block at rest, or along the way of one that slides."""
+        way = self._way_of(gravity)
+        state = self.watch.contact(way_rad=way, gravity=gravity)
+        if self.watch.moving:
+            held = self.strength * float(self.model.friction(state)[0])
+            return float(load @ unit(np.array([way]))[0]) - held * normal
+        self._held, self._way = self._threshold(self.model, state, load)
+        return math.hypot(*load) - self._held * normal
+
+    def _threshold(self, model: Model, state: Contact, load: Array) -> tuple[float, float]:
+        """The largest load over N that holds against one in this direction, and the direction of the slip, rad."""
+        held, slip = threshold(model, state, np.array([math.atan2(load[1], load[0])]))
+        return self.strength * float(held[0]), float(slip[0])
+
+    # --- what acts --------------------------------------------------------------------------------------------------
+
+    def _at_rest(self, now: Moment, pull: tuple[Array, float, Array], gravity: Array) -> Action:
+        load, normal, pushed = pull
+        direction = math.atan2(load[1], load[0])
+        state = self.watch.contact(way_rad=direction, gravity=gravity)
+        turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load))
+        mu = self._held if self._still is self.model else self._threshold(self._still, state, load)[0]
+        return Action(mu, gravity - now.gravity + pushed, turn, False, load, normal)
+
+    def _sliding(self, now: Moment, pull: tuple[Array, float, Array], gravity: Array, step_s: float) -> Action:
+        load, normal, pushed = pull
+        way = np.array([self._way_of(gravity)])
+        state = self.watch.contact(way_rad=float(way[0]), gravity=gravity)
+        here, slope, bend = (self.strength * part for part in support(self.model, state, way))
+        ahead, aside = load @ unit(way)[0], load @ unit(way + np.pi / 2)[0]
+        # The direction of a slow block settles faster than a step lasts: the step has the force of its end.
+        turn = relaxed(ahead + bend * normal, aside - slope * normal, np.array([now.speed_m_s]), np.array([step_s]))
+        self._way = float((way + turn)[0])
+        mu = float((here + turn * (slope + 0.5 * turn * bend))[0])
+        sideways = -float((slope + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
+        force = gravity - now.gravity + pushed + np.append(sideways, 0.0)
+        return Action(mu, force, self._turn(state, mu * normal), True, load, normal)
+
+    def _turn(self, state: Contact, friction: float) -> float:
+        """Angular acceleration by spin, and by the lever of a friction per mass, m/s²."""
+        lever = float(self.model.lever(state)[0]) / (SQUARE_GYRATION * float(state.area_m2[0]))
+        return float(self.model.spin(state)[0]) + friction * lever
+
+
+def law_of_run(model: Model, watch: Watch, rng: np.random.Generator) -> Law:
+    """The law of one run, with friction and shaking of its own, drawn as the model scatters."""
+    strength, shake = rng.standard_normal(2)
+    return Law(model, watch, strength=math.exp(model.scatter * strength), shake=float(shake))

@@ -1,0 +1,33 @@
+"""What a model says and an engine cannot, as sentences: for the file's comment and for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from station.physics.effect import HOOKS
+from station.physics.model import Model
+
+LEFT_OUT = {
+    "friction": "its friction by state",
+    "push": "its force on the block",
+    "spin": "its turning of the block",
+    "lever": "its turning of the block by friction",
+    "attitude": "its turn of the plate",
+    "delay_s": "its delay of the camera's stamps",
+    "creep": "its motion of a block at rest, for which an engine has no force",
+    "seen": "its shift of the camera's picture",
+    "shaking": "its random push, drawn anew for each run",
+}
+"""What is missing where the method of that name cannot be said."""
+
+
+def unsaid_of_model(model: Model, *, engine: str, says: frozenset[str], doubts: Mapping[str, str]) -> list[str]:
+    """A sentence for each effect of which an engine's code leaves something out, or makes something else."""
+    said: list[str] = []
+    for effect in (term.effect for term in model.terms if not term.effect.is_null(term.values)):
+        hooks = [hook for hook in HOOKS if hook in effect.acts_through()]
+        missing = [LEFT_OUT[hook] for hook in hooks if hook not in says]
+        if missing:
+            said.append(f"{engine} leaves out of {effect.id}: {', '.join(missing)}.")
+        said += [f"{effect.id} in {engine}: {doubts[hook]}." for hook in hooks if hook in doubts]
+    return said

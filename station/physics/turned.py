@@ -1,0 +1,18 @@
+"""Vectors as a plate sees them that stands turned from where it is reported."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.physics.contact import Array
+
+
+def seen_turned(vector: Array, turn: Array) -> Array:
+    """Vectors (…, 3) in P as a plate sees them that is turned on by rotation vectors (…, 3), rad, in P.
+
+    R_true = R exp[r×], so that what is v in the reported plate is exp[−r×] v in the true one (Rodrigues' formula).
+    """
+    angle = np.linalg.norm(turn, axis=-1, keepdims=True)
+    axis = turn / np.where(angle > 0, angle, 1.0)
+    along = np.sum(axis * vector, axis=-1, keepdims=True)
+    return vector * np.cos(angle) - np.cross(axis, vector) * np.sin(angle) + axis * along * (1.0 - np.cos(angle))
