@@ -7,7 +7,11 @@ import platform
 import re
 import sys
 from collections import Counter
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
+
+from shared.errors import UserError
 
 DISTRIBUTION = "repose-friction"
 """The name on the package index; pyproject.toml has it, too, and a test compares them."""
@@ -44,6 +48,22 @@ def sentence_of(missing: ModuleNotFoundError) -> str | None:
     if "platform_machine" in requirement:
         sentence += f" (it comes only where it has a wheel; this is {platform.machine()})"
     return sentence
+
+
+@contextmanager
+def missing_said() -> Generator[None]:
+    """Turns the absence of a package that an extra brings into a user's mistake; it is a decorator, too.
+
+    Raises:
+        UserError: with the sentence that says what to install.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as missing:
+        sentence = sentence_of(missing)
+        if sentence is None:
+            raise
+        raise UserError(sentence) from missing
 
 
 def to_install(extra: str) -> str:

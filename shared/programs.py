@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shared.errors import UserError
-from shared.installed import sentence_of
+from shared.installed import missing_said
 from shared.system.desktop import from_here
 
 
@@ -26,15 +26,10 @@ def exit_status(name: str, action: Callable[[], int | None]) -> int:
     Whoever read the output (head, less) may have had enough of it (0), and Ctrl-C ends it without a traceback (130).
     """
     try:
-        return int(action() or 0)
+        with missing_said():
+            return int(action() or 0)
     except UserError as error:
         print(f"{name}: {error}", file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as missing:
-        sentence = sentence_of(missing)
-        if sentence is None:
-            raise
-        print(f"{name}: {sentence}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # Nothing more may be written, not even at the end.

@@ -19,4 +19,20 @@ def require_writable(path: Path, *, what: str) -> None:
         if not was_there:
             path.unlink()
     except OSError as error:
-        raise UserError(f"Expected to write the {what} to {path}, but that failed: {error.strerror}") from error
+        raise _unwritable(path, what, error) from error
+
+
+def write_text(path: Path, text: str, *, what: str) -> None:
+    """Writes a text as UTF-8.
+
+    Raises:
+        UserError: if there can be no such file.
+    """
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise _unwritable(path, what, error) from error
+
+
+def _unwritable(path: Path, what: str, error: OSError) -> UserError:
+    return UserError(f"Expected to write the {what} to {path}, but that failed: {error.strerror}")

@@ -30,10 +30,19 @@ def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:
     if path.suffixes[-2:] == [".mcap", ".partial"]:
         raise UserError(f"Expected a finished recording, but {path} was broken off; run: station repair {path}")
     samples = read_samples(path)
-    for sample in samples:
-        _check(sample, path)
     own = geometry_of(path) if path.suffix == ".mcap" else None
-    return Session(samples, own or spare, str(path))
+    return session_of(samples, geometry=own or spare, source=str(path))
+
+
+def session_of(samples: Sequence[Sample], *, geometry: CameraGeometry | None, source: str) -> Session:
+    """The samples as a session of that name.
+
+    Raises:
+        UserError: if an angle is none in radians.
+    """
+    for sample in samples:
+        _check(sample, source)
+    return Session(samples, geometry, source)
 
 
 def read_sessions(
@@ -82,15 +91,15 @@ def geometry_of(path: Path) -> CameraGeometry | None:
     return None
 
 
-def _check(sample: Sample, path: Path) -> None:
+def _check(sample: Sample, source: str) -> None:
     for spec in fields(sample):
         value = getattr(sample, spec.name)
         numbers = value if isinstance(value, tuple) else (value,)
         if any(isinstance(number, float) and math.isinf(number) for number in numbers):
-            raise UserError(f"{path}, run {sample.run}: expected a finite {spec.name}, got {value}")
+            raise UserError(f"{source}, run {sample.run}: expected a finite {spec.name}, got {value}")
     angle = sample.onset_angle_rad
     if not (0 <= angle < math.pi / 2 and (angle > 0 or sample.censored)):
         raise UserError(
-            f"{path}, run {sample.run}: expected onset_angle_rad between 0 and {math.pi / 2:.3f}, got {angle:g}; "
+            f"{source}, run {sample.run}: expected onset_angle_rad between 0 and {math.pi / 2:.3f}, got {angle:g}; "
             "are these degrees?"
         )

@@ -38,25 +38,40 @@ _STYLE: dict[str, Any] = {
 Draw = Callable[[Pair], Figure]
 
 
+def picture(draw: Draw, pair: Pair) -> bytes:
+    """A figure as the bytes of a PNG."""
+    with _style():
+        return _png(draw(pair))
+
+
 def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
     """Writes a figure as STEM.png and STEM.pdf; gives the PNG's bytes.
 
     Raises:
         UserError: if the folder cannot be written to.
     """
-    with mpl.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
+    with _style():
         figure = draw(pair)
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
+        png = _png(figure)
         # The layout is found; finding it again for the second file would take as long as drawing.
         figure.set_layout_engine("none")
         try:
-            (folder / f"{stem}.png").write_bytes(picture.getvalue())
+            (folder / f"{stem}.png").write_bytes(png)
             # Without the date, so that equal data give equal files.
             figure.savefig(folder / f"{stem}.pdf", metadata={"CreationDate": None})
         except OSError as error:
             raise UserError(f"Expected to write figures to {folder}, but that failed: {error.strerror}") from error
-    return picture.getvalue()
+    return png
+
+
+def _style() -> Any:
+    return mpl.rc_context(_STYLE)  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
+
+
+def _png(figure: Figure) -> bytes:
+    made = io.BytesIO()
+    figure.savefig(made, format="png")
+    return made.getvalue()
 
 
 def degrees_beside(axes: Any) -> None:

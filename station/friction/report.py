@@ -67,9 +67,9 @@ def html_report(
     samples = sum(len(result.pair.samples) for result in results)
     files = f"{len(sources)} files" if len(sources) > 1 else "1 file"
     lead = f"{samples} samples of {len(results)} surface pair{'s' * (len(results) > 1)} from {files}: "
-    parts = [_table(table) for table in first]
-    parts += [_conclusions(result.pair.name, conclusions(result)) for result in results]
-    parts += [_table(table) for table in tables(results)]
+    parts = [html_table(table) for table in first]
+    parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
+    parts += [html_table(table) for table in tables(results)]
     parts += [_figures(result.pair.name, pictures.get(result.pair.name, ())) for result in results]
     return _PAGE.substitute(
         title="Static friction by direction",
@@ -78,12 +78,14 @@ def html_report(
     )
 
 
-def _conclusions(name: str, notes: Sequence[Note]) -> str:
+def html_conclusions(name: str, notes: Sequence[Note]) -> str:
+    """A pair's sentences as a list under its name; findings are marked."""
     items = "\n".join(f'<li class="{_CLASS[note.finding]}">{escape(note.text)}</li>' for note in notes)
     return f"<h2>{escape(name)}</h2>\n<ul>\n{items}\n</ul>"
 
 
-def _table(table: ReportTable) -> str:
+def html_table(table: ReportTable) -> str:
+    """A table with its title and note."""
     head = "".join(f"<th>{escape(column)}</th>" for column in table.columns)
     rows = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
@@ -94,10 +96,11 @@ def _table(table: ReportTable) -> str:
 
 
 def _figures(name: str, pictures: Sequence[Picture]) -> str:
-    return "\n".join([f"<h2>Figures: {escape(name)}</h2>", *(_figure(name, picture) for picture in pictures)])
+    return "\n".join([f"<h2>Figures: {escape(name)}</h2>", *(html_figure(name, picture) for picture in pictures)])
 
 
-def _figure(name: str, picture: Picture) -> str:
+def html_figure(name: str, picture: Picture) -> str:
+    """A pair's figure with its caption, the image inside."""
     data = base64.b64encode(picture.png).decode("ascii")
     words = escape(f"{name}: {picture.kind.caption}")
     return (

@@ -9,27 +9,15 @@ recording like the one that was measured.
 from __future__ import annotations
 
 import argparse
-import math
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-import tomli_w
-
-from shared.messages import Sample
-from station.app import simulating
-from station.app.planting import plain_model, plant
-from station.app.retold_recording import write_retold
-from station.physics.catalogue import catalogue_of_table
-from station.physics.model import table_of_model
-from station.recording.arrays import load_signals
-from station.recording.reader import open_recording
+from station.app.front.simulation import simulate
+from station.app.onset_differences import difference
 from station.simulators.simulator import names
 
 NAME = "simulate"
 HELP = "simulate a recorded session again with a model of friction; write it as a recording"
 EXAMPLE = "station simulate sim.mcap --model model.toml --out again.mcap"
-_LISTED = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,50 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulates, writes, and says how far the onsets are apart."""
-    reader = open_recording(args.file)
-    rig = simulating.rig_of(reader, path=args.rig)
-    recorded = load_signals(reader)
-    model = simulating.model_of(args.model, rig=rig) if args.model else plain_model(recorded.samples)
-    model = plant(args.plant, model, catalogue_of_table(rig.physics))
-    rng = None if args.seed is None else np.random.default_rng(args.seed)
-    simulated = simulating.simulator_of(args.simulator).repeat(recorded, model, rig=rig, rng=rng)
-    said = {"simulated_from": args.file.name, "simulator": args.simulator}
-    if args.seed is not None:
-        said["simulation_seed"] = str(args.seed)
-    as_given = args.model and not args.plant
-    text = args.model.read_text(encoding="utf-8") if as_given else tomli_w.dumps(table_of_model(model))
-    count = write_retold(reader, simulated, args.out, rig=rig, said=said, model_toml=text)
-    print("\n".join(difference(recorded.samples, simulated.samples)))
-    print(f"{args.out}: {count} messages, {len(simulated.samples)} runs simulated by {args.simulator}")
+    simulated = simulate(
+        args.file, args.model, plant=args.plant, simulator=args.simulator, rig=args.rig, seed=args.seed
+    )
+    count = simulated.write(args.out)
+    print("\n".join(difference(simulated.recorded.signals.samples, simulated.every_sample)))
+    print(f"{args.out}: {count} messages, {len(simulated.every_sample)} runs simulated by {args.simulator}")
     print(f"Look at it:  station replay {args.out}")
     return 0
-
-
-def difference(recorded: Sequence[Sample], simulated: Sequence[Sample]) -> list[str]:
-    """Lines that say how far simulated onsets are from recorded ones: run by run if few, else the farthest."""
-    again = {sample.run: sample for sample in simulated}
-    pairs = [(sample, again[sample.run]) for sample in recorded if sample.run in again]
-    both = [(was, now) for was, now in pairs if not was.censored and not now.censored]
-    lines = ["run   recorded  simulated  simulated − recorded (onset, degrees)"] if both else []
-    ranked = sorted(both, key=lambda pair: -abs(_apart_deg(*pair)))[:_LISTED]
-    lines += [_line(was, now) for was, now in sorted(ranked, key=lambda pair: pair[0].run)]
-    if len(both) > _LISTED:
-        lines.append(f"(the {_LISTED} farthest apart of {len(both)} runs)")
-    if both:
-        apart = np.array([_apart_deg(*pair) for pair in both])
-        rms = math.sqrt(float(np.mean(apart**2)))
-        lines.append(f"Onsets of {len(both)} runs: mean difference {apart.mean():+.3f}°, root mean square {rms:.3f}°")
-    held = sum(now.censored and not was.censored for was, now in pairs)
-    slipped = sum(was.censored and not now.censored for was, now in pairs)
-    if held or slipped:
-        lines.append(f"{held} runs slid in the recording only, {slipped} in the simulation only")
-    return lines or ["No run has an onset to compare"]
-
-
-def _apart_deg(was: Sample, now: Sample) -> float:
-    return math.degrees(now.onset_angle_rad - was.onset_angle_rad)
-
-
-def _line(was: Sample, now: Sample) -> str:
-    first, second = math.degrees(was.onset_angle_rad), math.degrees(now.onset_angle_rad)
-    return f"{was.run:3d} {first:10.3f} {second:10.3f} {_apart_deg(was, now):+10.3f}"

@@ -22,7 +22,8 @@ from rich.console import Console
 
 from shared.errors import UserError
 from shared.system.processes import usable_processors
-from station.app.commands.analyze import present, printed, write_results
+from station.app.analysing import in_words, printed
+from station.app.analysis_files import write_results
 from station.app.sessions import read_sessions
 from station.app.study import paper
 from station.app.study.beside import as_json, tables_of
@@ -68,10 +69,12 @@ def run(options: argparse.Namespace) -> int:
     sessions = read_sessions(sorted(part.path for part in parts), jobs=jobs)
     rng = np.random.default_rng(options.seed)
     results = with_limit_curves(analyse(pairs_of(sessions), rng=rng), rng=rng)
-    present(results, sessions)
+    for part in in_words(results, sessions):
+        console.print(part)
     rows, verdicts = (pace_row(sessions), *rows_of(results)), verdicts_of(results)
     beside = tables_of(rows, verdicts, results)
-    write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
+    written = write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
+    print("\n".join(written))
     about = {
         "date": f"{datetime.now().astimezone():%Y-%m-%d}",
         "samples": options.samples,

@@ -9,7 +9,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
-from station.app.commands.simulate import difference
+from station.app.onset_differences import difference
 from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader, digest, open_recording
 

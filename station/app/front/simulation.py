@@ -1,0 +1,141 @@
+"""A recorded session simulated again: the same commands, each run from its recorded pose, with a model of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from rich.console import RenderableType
+
+from shared.installed import missing_said
+from shared.messages import Sample
+from shared.rig import RigConfig
+from station.app import simulating
+from station.app.front.page import fragment
+from station.app.front.recording import FilePath, Recording, opened, path_of
+from station.app.front.table import Table
+from station.app.onset_differences import difference, in_sum
+from station.app.planting import plain_model
+from station.app.planting import plant as planted
+from station.app.retold_recording import write_retold
+from station.diagnosis.report import html
+from station.physics.catalogue import catalogue_of_table
+from station.physics.model import Model, model_of_table, table_of_model
+from station.signals.session import Signals
+from station.simulators.recorded_runs import poses_of
+from station.simulators.rerun import errors
+
+
+@missing_said()
+def simulate(
+    recording: Recording | FilePath,
+    model: FilePath | Mapping[str, Any] | None = None,
+    *,
+    plant: Sequence[str] = (),
+    simulator: str = "planar",
+    rig: FilePath | None = None,
+    seed: int | None = None,
+) -> Simulated:
+    """Simulates a recorded session again, as `station simulate` does.
+
+    Args:
+        recording: a recording, or the path of one.
+        model: the path of a model.toml, or its tables: {"friction": {"mu_s": 0.35}}, or the `model` of a diagnosis;
+            None: the median friction of the recorded runs.
+        plant: effects to add, such as "kinetic_drop=0.3" or "stribeck.speed_m_s=0.05".
+        simulator: "planar" or "mujoco".
+        rig: the path of a rig file; None: the one inside the recording.
+        seed: draws scatter, shaking and the corners' noise; None: nothing is left to chance.
+
+    Raises:
+        UserError: if a file or a model cannot be read, or the recording lacks what a simulation needs.
+    """
+    recorded = opened(recording)
+    config = recorded.rig(rig)
+    chosen, text = _model(model, config) if model is not None else _plain(recorded)
+    if plant:
+        chosen = planted(plant, chosen, catalogue_of_table(config.physics))
+        text = tomli_w.dumps(table_of_model(chosen))
+    rng = None if seed is None else np.random.default_rng(seed)
+    signals = simulating.simulator_of(simulator).repeat(recorded.signals, chosen, rig=config, rng=rng)
+    said = {"simulated_from": Path(recorded.name).name, "simulator": simulator}
+    if seed is not None:
+        said["simulation_seed"] = str(seed)
+    return Simulated(recorded, signals, rig=config, said=said, model_toml=text)
+
+
+def _model(model: FilePath | Mapping[str, Any], rig: RigConfig) -> tuple[Model, str]:
+    """The model and its text as model.toml."""
+    if isinstance(model, Mapping):
+        return model_of_table(model, catalogue_of_table(rig.physics)), tomli_w.dumps(dict(model))
+    path = path_of(model, expected="the path of a model.toml or its tables")
+    return simulating.model_of(path, rig=rig), path.read_text(encoding="utf-8")
+
+
+def _plain(recorded: Recording) -> tuple[Model, str]:
+    model = plain_model(recorded.signals.samples)
+    return model, tomli_w.dumps(table_of_model(model))
+
+
+class Simulated(Recording):
+    """A recorded session in simulation: the tables of a `Recording`, as the simulator made them.
+
+    `recorded` is the recording that it repeats. Tables of what is not simulated (the commands, say) are the recorded
+    ones.
+    """
+
+    def __init__(
+        self, recorded: Recording, signals: Signals, *, rig: RigConfig, said: Mapping[str, str], model_toml: str
+    ) -> None:
+        """Takes what was simulated; `said` and `model_toml` go into the recording that `write` makes."""
+        super().__init__(recorded.reader)
+        self.recorded = recorded
+        self.signals = signals
+        self.every_sample = signals.samples
+        self._rig, self._said, self._model_toml = rig, said, model_toml
+
+    @property
+    def name(self) -> str:
+        """The simulator, and the path of the recording."""
+        return f"{self._said['simulator']} simulation of {self.recorded.name}"
+
+    @cached_property
+    def differences(self) -> Table:
+        """A row for each run: its onset (degrees, simulated − recorded), and how far apart the paths are (mm).
+
+        `path_mm` is the root mean square distance over the frames from the recorded onset to the run's end. Both are
+        nan where there is nothing to compare.
+        """
+        found = errors(self.recorded.signals, self.signals)
+        own = {"run": found.run, "onset_deg": found.onset_deg, "path_mm": found.path_mm}
+        return self._table("differences", own)
+
+    def write(self, path: FilePath) -> int:
+        """Writes it as a recording (.mcap); gives the number of messages.
+
+        Raises:
+            UserError: if the file exists or cannot be written.
+        """
+        out = Path(path)
+        return write_retold(
+            self.reader, self.signals, out, rig=self._rig, said=self._said, model_toml=self._model_toml
+        )  # fmt: skip
+
+    def _shown(self) -> Sequence[RenderableType]:
+        return [f"{self.name}:", *difference(*self._both)]
+
+    @property
+    def _both(self) -> tuple[Sequence[Sample], Sequence[Sample]]:
+        return self.recorded.signals.samples, self.every_sample
+
+    def _repr_html_(self) -> str:
+        """The same with a figure, for a notebook."""
+        from station.app.front.figures import again  # noqa: PLC0415  # matplotlib is slow to load
+
+        paths = poses_of(self.recorded.signals), poses_of(self.signals)
+        lines = [self.name, *in_sum(*self._both)]
+        return fragment(*map(html.paragraph, lines), again(*self._both, paths))

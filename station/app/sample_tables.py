@@ -1,0 +1,62 @@
+"""A session's samples, and their mean by direction, as tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from rich.markup import escape
+from rich.table import Table
+
+from shared.messages import Sample
+from station.recording.summary import by_direction
+
+ENDS = 10
+"""Rows at each end of a long table: what fits on a screen together with the table by direction."""
+
+
+def samples_table(samples: Sequence[Sample], *, ends: int = ENDS) -> Table:
+    """A row for each run, of many for the first and the last `ends`; angles are in degrees."""
+    table = Table(title="Samples (angles in degrees)", title_justify="left")
+    for column in ("run", "direction", "azimuth", "onset", "± sd", "step from", "step to", "dwell s"):
+        table.add_column(column, justify="right")
+    table.add_column("outcome")
+    between = samples[ends:-ends] if len(samples) > 2 * ends else ()
+    for sample in samples[:ends] if between else samples:
+        table.add_row(*_row(sample))
+    if between:
+        table.add_row("…", *[""] * 7, f"{len(between)} more: station samples FILE --all")
+        for sample in samples[-ends:]:
+            table.add_row(*_row(sample))
+    return table
+
+
+def _row(sample: Sample) -> tuple[str, ...]:
+    angles = (sample.azimuth_rad, sample.onset_angle_rad, sample.onset_sigma_rad)
+    steps = (sample.step_from_rad, sample.step_to_rad)
+    degrees = (_degrees(angle) for angle in (*angles, *steps))
+    return str(sample.run), _direction(sample.direction), *degrees, f"{sample.dwell_s:.1f}", _outcome(sample)
+
+
+def _outcome(sample: Sample) -> str:
+    said = ["no slip up to this angle"] if sample.censored else []
+    return escape("; ".join([*said, *sample.flags])) or "kept"
+
+
+def directions_table(samples: Sequence[Sample]) -> Table:
+    """A row for each direction: counts, and mean and standard deviation of the kept runs' onsets."""
+    table = Table(title="Onset angle by direction (kept runs)", title_justify="left")
+    for column in ("direction", "kept", "censored", "flagged", "mean °", "sd °"):
+        table.add_column(column, justify="right")
+    for row in by_direction(samples):
+        counts = (str(row.kept), str(row.censored), str(row.flagged))
+        table.add_row(_direction(row.direction), *counts, _degrees(row.mean_rad), _degrees(row.sd_rad))
+    return table
+
+
+def _direction(direction: int) -> str:
+    return "free" if direction < 0 else str(direction)
+
+
+def _degrees(angle_rad: float) -> str:
+    return "–" if math.isnan(angle_rad) else f"{math.degrees(angle_rad):.2f}"
