@@ -30,14 +30,24 @@ from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
+from station.signals.measured import Measured
 from station.signals.session import Signals
 
 TIPPING = "tipping"
 """The effect that is inferred from the runs in which the block toppled, not from how it slides."""
 
 
+Recorded = Signals | Measured | Sequence[Sample]
+"""A session's signals, the rows of a table, or samples alone."""
+
+
+def evidence_from(recorded: Recorded, setting: Setting) -> Evidence:
+    """The evidence of a session or a table."""
+    return evidence_of(recorded, setting) if isinstance(recorded, Signals) else table_evidence(recorded, setting)
+
+
 def diagnose(
-    recorded: Signals | Sequence[Sample],
+    recorded: Recorded,
     catalogue: Catalogue,
     *,
     name: str = "",
@@ -60,7 +70,7 @@ class Examined:
 
 
 def examined(
-    recorded: Signals | Sequence[Sample],
+    recorded: Recorded,
     catalogue: Catalogue,
     *,
     name: str = "",
@@ -86,7 +96,7 @@ def examined(
     """
     progress("reading the evidence")
     chosen = setting or Setting()
-    evidence = evidence_of(recorded, chosen) if isinstance(recorded, Signals) else table_evidence(recorded, chosen)
+    evidence = evidence_from(recorded, chosen)
     why = _why_not(evidence)
     if why:
         return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())

@@ -9,7 +9,7 @@ have `onset_angle_rad`.
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast, get_type_hints
@@ -44,11 +44,16 @@ def write_samples(samples: Sequence[Sample], path: Path) -> None:
         raise UserError(f"Expected to write the table to {path}, but that failed: {error.strerror}") from error
 
 
-def read_samples(path: Path) -> tuple[Sample, ...]:
-    """The samples in a table (.csv, .parquet) or a recording (.mcap).
+def known_columns() -> tuple[str, ...]:
+    """The names of a sample's columns."""
+    return tuple(_HINTS)
+
+
+def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[Sample, ...]:
+    """The samples in a table (.csv, .parquet), which must have one of some columns, or in a recording (.mcap).
 
     Raises:
-        UserError: if the file is missing, of another kind, lacks the onset angle, or holds something that is no number.
+        UserError: if the file is missing, of another kind, lacks these columns, or holds something that is no number.
     """
     if path.suffix == ".mcap":
         return open_recording(path).samples()
@@ -56,7 +61,7 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     if read is None:
         raise UserError(f"Expected samples in a .csv, .parquet or .mcap file, got '{path.name}'")
     try:
-        return read(path)
+        return read(path, one_of)
     except OSError as error:
         raise UserError(f"Expected a table of samples at {path}, but it cannot be read: {error}") from error
 
@@ -87,13 +92,13 @@ def _plain(value: Any) -> Any:
     return list(cast(tuple[Any, ...], value)) if isinstance(value, tuple) else value
 
 
-def _read_parquet(path: Path) -> tuple[Sample, ...]:
+def _read_parquet(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
         table = pq.read_table(path)
-        _require(table.column_names, path)
+        _require(table.column_names, path, one_of)
         known = [name for name in _HINTS if name in table.column_names]
         rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
     except (pa.ArrowException, ValueError, KeyError) as error:
@@ -149,20 +154,20 @@ def _cells(name: str, value: Any, widths: dict[str, int]) -> list[str]:
     return [value if hint is str else repr(hint(value)).lower()]
 
 
-def _read_csv(path: Path) -> tuple[Sample, ...]:
+def _read_csv(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, restval="")
-            _require(reader.fieldnames or (), path)
+            _require(reader.fieldnames or (), path, one_of)
             return tuple(_from_cells(row, f"{path}, line {reader.line_num}") for row in reader)
     except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(f"Expected a CSV table of samples, but {path} is not one ({error})") from error
 
 
-def _require(columns: Sequence[str], path: Path) -> None:
-    if REQUIRED not in columns:
-        found = ", ".join(columns[:8]) or "none"
-        raise UserError(f"Expected a table of samples with a column '{REQUIRED}' in {path}; its columns are: {found}")
+def _require(columns: Sequence[str], path: Path, one_of: Collection[str]) -> None:
+    if not set(one_of) & set(columns):
+        found, wanted = ", ".join(columns[:8]) or "none", " or ".join(f"'{name}'" for name in one_of)
+        raise UserError(f"Expected a table of samples with a column {wanted} in {path}; its columns are: {found}")
 
 
 def _from_cells(row: dict[str, str], where: str) -> Sample:

@@ -40,8 +40,8 @@ from station.diagnosis.result import Diagnosis, as_json
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
+from station.recording.measured import read_measured
 from station.recording.reader import open_recording
-from station.recording.tables import read_samples
 from station.signals.session import Signals
 
 NAME = "diagnose"
@@ -166,7 +166,7 @@ def diagnose_file(
     tell = status
     if path.suffix in _TABLES:
         config = load_rig(rig) if rig else None
-        recorded = read_samples(path)
+        recorded = read_measured(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)

@@ -1,82 +1,146 @@
-"""Evidence from a table of samples, by their onsets alone: other rigs' measurements, or sessions without paths."""
+"""Evidence from a table: onsets on a tilted plate, and friction that was measured by pulling, at rest or sliding."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from shared.messages import Sample
-from station.diagnosis import thresholds
 from station.diagnosis.observations.build import facts_of
-from station.diagnosis.observations.channel import rows_of
+from station.diagnosis.observations.channel import Channel, Rows, rows_of
 from station.diagnosis.observations.evidence import Evidence, Setting
-from station.diagnosis.observations.moments import Moments
-from station.diagnosis.observations.onset_rows import sigma_of
+from station.diagnosis.observations.moments import Moments, RunFacts
+from station.diagnosis.observations.onset_rows import LEAST_SIGMA_RAD, sigma_of
 from station.diagnosis.observations.onsets import Onsets
-from station.diagnosis.observations.plate import Attitude
-from station.physics.contact import Array
+from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.pulled import Pulled
+from station.diagnosis.observations.series import SETTLED, in_windows, travelled_of
+from station.diagnosis.observations.starts import FREE_M
+from station.diagnosis.observations.table_rows import TableRows, mass_of
+from station.physics.contact import Array, Bools, Contact
 from station.physics.covariates import covariates_of
+from station.signals.measured import Measured
 
 APART_NS = 600_000_000_000
 """The interval between the invented times of runs whose table has none."""
 
+UNKNOWN = 1e-3
+"""The relative standard deviation of a coefficient that comes without one; its scatter is estimated anyway."""
 
-def table_evidence(samples: Sequence[Sample], setting: Setting) -> Evidence:
-    """The onsets of a table's rows; a row without run number, times or places has the columns' defaults."""
-    usable = [sample for sample in samples if thresholds.LEAST_TILT_RAD < sample.onset_angle_rad < math.pi / 2]
-    if not usable:
-        return Evidence(
-            channels=(), run_number=np.zeros(0), facts=facts_of([], setting), total_runs=len(samples),
-            notes=("no row of the table has an onset angle between 0.02 and pi/2 rad",),
-        )  # fmt: skip
-    numbered = [sample.run for sample in usable]
-    if len(set(numbered)) < len(numbered):
-        usable = [replace(sample, run=place) for place, sample in enumerate(usable)]
-    facts = facts_of(usable, setting)
-    typical = float(np.median([sample.onset_angle_rad for sample in usable]))
-    time_ns = np.array([_time_ns(sample, place) for place, sample in enumerate(usable)], dtype=np.int64)
-    rest_s = np.array([_rest_s(sample, typical) for sample in usable])
-    facts = replace(facts, rest_ns=time_ns - np.round(rest_s * 1e9).astype(np.int64))
-    place_m = np.array([(sample.start_x_m, sample.start_y_m) for sample in usable])
+
+def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> Evidence:
+    """The evidence of a table's rows; what a row lacks has the columns' defaults."""
+    table = recorded if isinstance(recorded, Measured) else Measured.of(recorded)
+    rows = in_windows(TableRows.of(table))
+    notes = list(_notes(table, rows))
+    rows, leaned = _free(rows, setting)
+    if leaned:
+        notes.append(f"{leaned} rows of blocks that lay against the foam were left out")
+    facts = _facts(rows, setting)
+    return Evidence(
+        channels=tuple(_channels(rows, facts, setting)),
+        run_number=(rows.number if rows.named_by_run else rows.row).astype(np.float64),
+        facts=facts,
+        total_runs=len(table),
+        notes=tuple(notes),
+        group=rows.group,
+    )
+
+
+def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
+    if not len(rows):
+        yield "no row of the table has an onset angle between 0.02 and pi/2 rad, or a coefficient of friction above 0"
+    elif rows.lost:
+        yield f"{rows.lost} rows have no usable onset angle or coefficient and were left out"
+    if len(rows) and len(rows) < rows.read:
+        yield f"{rows.read} rows of a continuous record were averaged in {len(rows)} windows of equal slip"
+    if len(rows) and not rows.ordered:
+        yield "the table has no column run or time that varies, so nothing can be said of the order of its rows"
+    if table.ignored:
+        yield f"columns that nothing reads were left alone: {', '.join(table.ignored)}"
+
+
+def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:
+    """The rows without those of blocks that lay against the foam, which holds them, and the number of these."""
+    noted = rows.more.column("foam_free_m")
+    free_m = np.where(np.isfinite(noted), noted, setting.free_m(_places(rows)))
+    leaned = ~rows.pulled & (free_m <= FREE_M)
+    return rows.chosen(~leaned), int(leaned.sum())
+
+
+def _facts(rows: TableRows, setting: Setting) -> RunFacts:
+    facts = facts_of(rows.samples, setting)
+    tilt = np.where(rows.pulled, 0.0, _tilt(rows))
+    mass = np.where(np.isfinite(rows.load_n), mass_of(rows.load_n, tilt), facts.mass_kg)
+    typical = float(np.median(tilt)) if len(rows) else 0.0
+    rest_s = np.array([_rest_s(sample, typical) for sample in rows.samples])
+    read = rows.more.column("read_dwell_s")
+    rest_s = np.where(np.isfinite(read), np.maximum(read, 1e-3), rest_s)
+    rest_ns = _moments_ns(rows) - np.round(rest_s * 1e9).astype(np.int64)
+    return RunFacts(
+        number=rows.number,
+        rest_ns=rest_ns,
+        mount_rad=facts.mount_rad,
+        mass_kg=mass,
+        area_m2=facts.area_m2,
+        temperature_c=facts.temperature_c,
+        relative_humidity=facts.relative_humidity,
+    )
+
+
+def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Channel]:
+    """The onsets or the friction at rest, then the friction while sliding; only what there are rows of."""
+    moving = rows.pulled & (rows.speed_m_s > 0)
+    if (~rows.pulled).any():
+        yield _onsets(rows, facts, setting, np.flatnonzero(~rows.pulled))
+    elif (rows.pulled & ~moving).any():
+        yield _pulled(rows, facts, rows.pulled & ~moving, moving=False)
+    if moving.any():
+        yield _pulled(rows, facts, moving, moving=True)
+
+
+# --- on a tilted plate -----------------------------------------------------------------------------------------------
+
+
+def _onsets(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
+    chosen = rows.chosen(~rows.pulled)
+    time_ns, place_m = _moments_ns(rows)[places], _places(chosen)
     moments = Moments(
         time_ns=time_ns,
-        run=np.arange(len(usable)),
+        run=places,
         facts=facts,
-        attitude=lambda delay_s: _attitude(usable, delay_s),
+        attitude=lambda delay_s: _attitude(chosen, delay_s),
         place_m=place_m,
-        yaw_rad=np.array([sample.start_yaw_rad for sample in usable]),
-        velocity_m_s=np.zeros((len(usable), 2)),
-        moving=np.zeros(len(usable), dtype=np.bool_),
+        yaw_rad=np.array([sample.start_yaw_rad for sample in chosen.samples]),
+        velocity_m_s=np.zeros((len(chosen), 2)),
+        moving=np.zeros(len(chosen), dtype=np.bool_),
         slip_ns=time_ns,
-        border_m=setting.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1]),
+        border_m=setting.free_m(place_m),
     )
     tilt = moments.reported.tilt_rad
-    sigma = np.array([sigma_of(sample) for sample in usable]) / (np.sin(tilt) * np.cos(tilt))
-    rows = rows_of(
-        {
-            "run": moments.run,
-            "from_ns": time_ns,
-            "to_ns": time_ns,
-            "sigma": sigma,
-            "limit": np.array([sample.censored for sample in usable]),
-        },
-        covariates_of(moments.reported),
-    )
-    lost = len(samples) - len(usable)
-    return Evidence(
-        channels=(Onsets(rows, moments),),
-        run_number=np.array([float(sample.run) for sample in usable]),
-        facts=facts,
-        total_runs=len(samples),
-        notes=(f"{lost} rows have no usable onset angle and were left out",) if lost else (),
-    )
+    return Onsets(_rows(chosen, places, _sigma_rad(chosen) / (np.sin(tilt) * np.cos(tilt)), moments.reported), moments)
 
 
-def _time_ns(sample: Sample, place: int) -> int:
-    return sample.slip_ns or sample.detect_ns or (place + 1) * APART_NS
+def _tilt(rows: TableRows) -> Array:
+    """The tilts (n,) at the onsets; where the slide was traced back, its reading counts."""
+    read = rows.more.column("read_angle_rad")
+    return np.where(np.isfinite(read), read, [sample.onset_angle_rad for sample in rows.samples])
+
+
+def _sigma_rad(rows: TableRows) -> Array:
+    read = rows.more.column("read_sigma_rad")
+    own = np.array([sigma_of(sample) for sample in rows.samples])
+    return np.where(np.isfinite(read), np.maximum(read, LEAST_SIGMA_RAD), own)
+
+
+def _places(rows: TableRows) -> Array:
+    return np.array([(sample.start_x_m, sample.start_y_m) for sample in rows.samples]).reshape(-1, 2)
+
+
+def _moments_ns(rows: TableRows) -> Times:
+    return np.where(rows.time_ns != 0, rows.time_ns, (np.arange(len(rows)) + 1) * APART_NS)
 
 
 def _rest_s(sample: Sample, typical_rad: float) -> float:
@@ -87,16 +151,77 @@ def _rest_s(sample: Sample, typical_rad: float) -> float:
     return max(sample.dwell_s + waited + ramp, 1e-3)
 
 
-def _attitude(samples: Sequence[Sample], delay_s: float) -> Attitude:
+def _attitude(rows: TableRows, delay_s: float) -> Attitude:
     """The plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
-    rate = np.array([sample.tilt_rate_rad_s for sample in samples])
-    tilt = np.array([sample.onset_angle_rad for sample in samples]) - rate * delay_s
-    beta = np.array([_azimuth(sample) for sample in samples])
+    rate = np.array([sample.tilt_rate_rad_s for sample in rows.samples])
+    tilt, beta = _tilt(rows) - rate * delay_s, _azimuths(rows)
     gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
     axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
-    still: Array = np.zeros((len(samples), 3))
-    return Attitude(gravity, axis * rate[:, None], still, np.ones(len(samples)), np.full(len(samples), 1e3))
+    still: Array = np.zeros((len(rows), 3))
+    return Attitude(gravity, axis * rate[:, None], still, np.ones(len(rows)), np.full(len(rows), 1e3))
+
+
+def _azimuths(rows: TableRows) -> Array:
+    return np.array([_azimuth(sample) for sample in rows.samples])
 
 
 def _azimuth(sample: Sample) -> float:
     return sample.azimuth_rad if sample.azimuth_rad or sample.direction < 0 else sample.direction * math.pi / 2
+
+
+# --- pulled ----------------------------------------------------------------------------------------------------------
+
+
+def _pulled(rows: TableRows, facts: RunFacts, mask: Bools, *, moving: bool) -> Pulled:
+    chosen, places = rows.chosen(mask), np.flatnonzero(mask)
+    contact = _contact(chosen, facts, places)
+    sigma = np.where(chosen.sigma > 0, chosen.sigma, UNKNOWN)
+    return Pulled(
+        _rows(chosen, places, sigma, contact),
+        contact,
+        chosen.coefficient,
+        moving=moving,
+        travelled_m=travelled_of(chosen) if moving else None,
+    )
+
+
+def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
+    """Level contacts (n,) that are pulled down the slope that they would have on a plate tilted about β."""
+    zero, place_m = np.zeros(len(rows)), _places(rows)
+    down = _azimuths(rows) - math.pi / 2
+    return Contact(
+        run=facts.number[places],
+        moving=rows.speed_m_s > 0,
+        way_rad=down,
+        speed_m_s=rows.speed_m_s,
+        x_m=place_m[:, 0],
+        y_m=place_m[:, 1],
+        yaw_rad=np.array([sample.start_yaw_rad for sample in rows.samples]),
+        rest_s=(_moments_ns(rows) - facts.rest_ns[places]) * 1e-9,
+        slid_s=zero,
+        tilt_rad=zero,
+        down_rad=down,
+        rate_rad_s=np.zeros((len(rows), 3)),
+        acceleration_rad_s2=np.zeros((len(rows), 3)),
+        rising=np.ones(len(rows)),
+        step_s=np.full(len(rows), 1e3),
+        mount_rad=facts.mount_rad[places],
+        mass_kg=facts.mass_kg[places],
+        area_m2=facts.area_m2[places],
+        border_m=np.full(len(rows), np.inf),
+        temperature_c=facts.temperature_c[places],
+        relative_humidity=facts.relative_humidity[places],
+    )
+
+
+def _rows(chosen: TableRows, places: Times, sigma: Array, contact: Contact) -> Rows:
+    return rows_of(
+        {
+            "run": places,
+            "from_ns": chosen.time_ns,
+            "to_ns": chosen.time_ns,
+            "sigma": sigma,
+            "limit": np.array([sample.censored for sample in chosen.samples]),
+        },
+        {**covariates_of(contact), SETTLED: chosen.settled},
+    )

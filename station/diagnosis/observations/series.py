@@ -1,0 +1,97 @@
+"""A continuous record of one sliding contact: averaged in windows of equal slip, with the slip since its speed changed.
+
+The rows of such a record, which has a column displacement_m, are neighbours and no independent runs: what friction does
+beside a law goes on from one to the next over some slip, and is estimated as its wander (`likelihood/grouped.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from station.diagnosis.observations.table_rows import TableRows
+from station.physics.contact import Array, Bools
+
+WINDOWS = 200
+"""The windows of a record: its slip is resolved to half a per cent, and a covariance of them all is quick to factorise.
+"""
+
+SETTLED = "settled"
+"""The covariate of the slip since the speed changed."""
+
+CHANGED = 0.2
+"""Speeds differ if their logarithms do by so much: noise of a driven motion is some per cent."""
+
+
+def in_windows(rows: TableRows) -> TableRows:
+    """The rows of each record averaged in windows, as one group each; rows without a displacement are unchanged."""
+    known = np.isfinite(rows.displacement_m) & rows.pulled
+    if not len(rows) or not known.all() or not np.ptp(rows.time_ns):
+        return rows
+    group = np.zeros(len(rows), dtype=np.int64) if rows.group is None else rows.group
+    parts = [_record(rows.chosen(group == one)) for one in np.unique(group)]
+    whole = _joined([part for part, _ in parts])
+    number = np.arange(len(whole), dtype=np.float64)
+    settled = np.concatenate([settled for _, settled in parts])
+    of = np.repeat(np.arange(len(parts)), [len(part) for part, _ in parts])
+    return replace(whole, group=of, number=number, settled=settled, read=rows.read, lost=rows.lost)
+
+
+def travelled_of(rows: TableRows) -> Array | None:
+    """The slip (n,), m, of continuous records; None for single measurements."""
+    return rows.displacement_m if len(rows) and np.isfinite(rows.displacement_m).all() and rows.ordered else None
+
+
+def _record(rows: TableRows) -> tuple[TableRows, Array]:
+    """The windows of one record, and the slip since its speed changed (n,), log10 m."""
+    slip = rows.displacement_m - rows.displacement_m[0]
+    slip = np.maximum.accumulate(slip * np.sign(slip[-1]))
+    edges = np.linspace(0.0, slip[-1], min(WINDOWS, len(rows)) + 1)
+    window = np.clip(np.searchsorted(edges, slip, side="right") - 1, 0, len(edges) - 2)
+    begins = np.diff(window, prepend=-1) > 0
+    spans = np.split(np.arange(len(rows)), np.flatnonzero(begins)[1:])
+    means = {
+        name: np.array([getattr(rows, name)[span].mean() for span in spans])
+        for name in ("coefficient", "load_n", "speed_m_s")
+    }
+    means["sigma"] = np.array([_error(rows.coefficient[span]) for span in spans])
+    means["displacement_m"] = np.array([slip[span].mean() for span in spans])
+    if not rows.speed_m_s.all():
+        means["speed_m_s"] = _speeds(rows.time_ns * 1e-9, slip, begins)
+    mean = replace(rows.chosen(begins), **means)
+    return mean, _settled(mean.speed_m_s, mean.displacement_m)
+
+
+def _error(values: Array) -> float:
+    """The relative standard error of a window's mean; nan for a single row."""
+    return float(values.std(ddof=1) / np.sqrt(len(values)) / values.mean()) if len(values) > 1 else np.nan
+
+
+def _speeds(time_s: Array, slip_m: Array, begins: Bools) -> Array:
+    """Each window's speed (n,), m/s: its slip over its time, which end where the next window begins."""
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], len(time_s) - 1)
+    return np.maximum(slip_m[last] - slip_m[first], 0.0) / np.maximum(time_s[last] - time_s[first], 1e-9)
+
+
+def _settled(speed_m_s: Array, slip_m: Array) -> Array:
+    """Log10 of the slip since a window with another speed (n,); nan before the first change."""
+    found, since = np.full(len(speed_m_s), np.nan), np.nan
+    with np.errstate(divide="ignore"):
+        logs = np.log(speed_m_s)
+    for place in range(1, len(logs)):
+        if abs(logs[place] - logs[place - 1]) > CHANGED:
+            since = slip_m[place - 1]
+        found[place] = np.log10(slip_m[place] - since) if np.isfinite(since) else np.nan
+    return found
+
+
+def _joined(parts: list[TableRows]) -> TableRows:
+    """Records one after another."""
+    first = parts[0]
+    names = ("row", "number", "time_ns", "coefficient", "sigma", "load_n", "speed_m_s", "displacement_m", "settled")
+    values = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    more = {name: np.concatenate([part.more.column(name) for part in parts]) for name in first.more.more}
+    samples = tuple(sample for part in parts for sample in part.samples)
+    return replace(first, samples=samples, group=None, more=replace(first.more, samples=samples, more=more), **values)
