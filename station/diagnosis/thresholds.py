@@ -256,6 +256,13 @@ LONGEST_REACH_M = Threshold(
     shown="pytest tests/unit/diagnosis/test_wander.py",
 )
 
+LONGEST_SHARE = Threshold(
+    0.1,
+    meaning="The friction of a continuous record wanders over no longer share of its slip.",
+    how="What goes on for longer is a trend, as of a law; fewer than ten stretches of their own tell no law.",
+    shown="pytest -m benchmark -s tests/benchmarks/test_real_tables.py before and after {name} is changed here",
+)
+
 # These weigh the evidence of the blocks' first paths, for laws of sliding alone.
 PATHS_SLACK = Threshold(
     20.0, unit="2 ln L", meaning="A fit of the paths may fall so short of its best.", how="Seen on development cases."

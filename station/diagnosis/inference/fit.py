@@ -332,6 +332,8 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
         chosen = (whitening.channel == place) & ~whitening.limit
+        if channel.name in noise.wander:  # windows of a record are means of many rows: no tail, and no other scale
+            continue
         tail[channel.name], scale = fitted_tail(white[chosen])
         if channel.name == "onset" and evidence.group is None:
             # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.

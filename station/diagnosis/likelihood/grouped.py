@@ -21,10 +21,14 @@ from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.pulled import SETTLING
 from station.physics.contact import Array
 
 STEPS = 200
 """The largest number of likelihood evaluations of the simplex search over two or four numbers."""
+
+ANY = 1.0
+"""The standard deviation of a level that is no evidence: that of friction which has not settled."""
 
 LEAST = 1e-6
 """The smallest standard deviation, relative."""
@@ -35,7 +39,7 @@ def grouped_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     own, factor, wander = dict[str, float](), dict[str, float](), dict[str, Wander]()
     for channel in evidence.channels:
         found = _sizes(evidence, channel, residuals[channel.name])
-        factor[channel.name], own[channel.name] = found[0], found[1]
+        factor[channel.name], own[channel.name] = found[0], ANY if channel.name == SETTLING else found[1]
         if channel.travelled_m is not None:
             wander[channel.name] = Wander(sd=found[2], reach_m=found[3])
     return Noise(
@@ -44,7 +48,10 @@ def grouped_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
 
 
 def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> tuple[float, float, float, float]:
-    """Factor on the rows' errors, standard deviations of the groups' levels and of the wander, and its reach, m."""
+    """Factor on the rows' errors, standard deviations of the groups' levels and of the wander, and its reach, m.
+
+    One group has no level of its own: that is mu.
+    """
     rows = channel.rows
     order = np.argsort(evidence.block[rows.run], kind="stable")
     order = order[~rows.limit[order]]
@@ -70,13 +77,13 @@ def _likeliest(
     values: Array, sigma: Array, place_m: Array, starts: Array, *, follows: bool
 ) -> tuple[float, float, float, float]:
     spread = max(float(np.std(values)), LEAST)
-    steps = np.diff(place_m)[~starts[1:]]
-    low, high = (float(np.median(steps)), float(np.ptp(place_m))) if follows and len(steps) else (1.0, 1.0)
+    steps = np.diff(place_m)[~starts[1:]] if follows else place_m[:0]
+    low, high = (float(np.median(steps)), thresholds.LONGEST_SHARE * float(place_m.max())) if len(steps) else (1.0, 1.0)
 
     def numbers(inner: Array) -> tuple[float, float, float, float]:
         error, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
         share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
-        return error * spread, own * spread, sd * spread * follows, low * (high / max(low, 1e-12)) ** share
+        return error * spread, own * spread * (starts.sum() > 1), sd * spread * follows, low * (max(high, low) / low) ** share
 
     typical = float(np.median(sigma))
 

@@ -10,6 +10,8 @@ from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.effect import unit
 from station.physics.model import Model
 
+SETTLING = "settling"
+
 LEAST_SHARE = 0.05
 """The smallest share of the press and of the friction that a model's pushes leave: a logarithm needs some."""
 
@@ -21,15 +23,19 @@ class Pulled(Channel):
     """
 
     unit: str = "relative friction"
-    shares_friction: bool = True
     trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(
-        self, rows: Rows, contact: Contact, coefficient: Array, *, moving: bool, travelled_m: Array | None = None
+        self, name: str, rows: Rows, contact: Contact, coefficient: Array, *, travelled_m: Array | None = None
     ) -> None:
-        """Has the rows' contacts and coefficients (n,), all of them `moving` or all at the end of their rest."""
+        """Has the rows' contacts and coefficients (n,).
+
+        They are named 'along' while they slide, 'settling' until friction has settled after a change of the speed, and
+        'onset' at the end of their rest.
+        """
         super().__init__(rows)
-        self.name, self.phase = ("along", "slide") if moving else ("onset", "onset")
+        self.name, self.phase = name, "onset" if name == "onset" else "slide"
+        self.shares_friction = name != SETTLING
         self.travelled_m = travelled_m
         self._contact, self._log_recorded = contact, np.log(coefficient)
 

@@ -2,14 +2,19 @@
 
 The rows of such a record, which has a column displacement_m, are neighbours and no independent runs: what friction does
 beside a law goes on from one to the next over some slip, and is estimated as its wander (`likelihood/grouped.py`).
+
+After a change of the speed friction settles over some slip (Dieterich 1979, JGR 84, 2161). A law of the speed says
+where it settles: the windows until then are no evidence of that, and are judged apart.
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 
+from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.table_rows import TableRows
 from station.physics.contact import Array, Bools
 
@@ -20,8 +25,12 @@ WINDOWS = 200
 SETTLED = "settled"
 """The covariate of the slip since the speed changed."""
 
-CHANGED = 0.2
-"""Speeds differ if their logarithms do by so much: noise of a driven motion is some per cent."""
+NEAR = 2.0
+"""Friction has settled where it differs by less than so many standard deviations of its course afterwards."""
+
+CHANGED = 0.5
+"""Speeds differ if their logarithms do by so much: protocols step them threefold or more, and a window reads its own to a
+fifth."""
 
 
 def in_windows(rows: TableRows) -> TableRows:
@@ -58,7 +67,7 @@ def _record(rows: TableRows) -> tuple[TableRows, Array]:
     means["sigma"] = np.array([_error(rows.coefficient[span]) for span in spans])
     means["displacement_m"] = np.array([slip[span].mean() for span in spans])
     if not rows.speed_m_s.all():
-        means["speed_m_s"] = _speeds(rows.time_ns * 1e-9, slip, begins)
+        means["speed_m_s"] = _driven(_speeds(rows.time_ns * 1e-9, slip, begins))
     mean = replace(rows.chosen(begins), **means)
     return mean, _settled(mean.speed_m_s, mean.displacement_m)
 
@@ -75,16 +84,50 @@ def _speeds(time_s: Array, slip_m: Array, begins: Bools) -> Array:
     return np.maximum(slip_m[last] - slip_m[first], 0.0) / np.maximum(time_s[last] - time_s[first], 1e-9)
 
 
+def _driven(speed_m_s: Array) -> Array:
+    """Each stretch's median speed (n,): the drive's, without the noise of a window's own."""
+    found = speed_m_s.copy()
+    for begin, end in _stretches(speed_m_s):
+        found[begin:end] = np.median(speed_m_s[begin:end])
+    return found
+
+
 def _settled(speed_m_s: Array, slip_m: Array) -> Array:
     """Log10 of the slip since a window with another speed (n,); nan before the first change."""
-    found, since = np.full(len(speed_m_s), np.nan), np.nan
-    with np.errstate(divide="ignore"):
-        logs = np.log(speed_m_s)
-    for place in range(1, len(logs)):
-        if abs(logs[place] - logs[place - 1]) > CHANGED:
-            since = slip_m[place - 1]
-        found[place] = np.log10(slip_m[place] - since) if np.isfinite(since) else np.nan
+    found = np.full(len(speed_m_s), np.nan)
+    for begin, end in _stretches(speed_m_s)[1:]:
+        found[begin:end] = np.log10(slip_m[begin:end] - slip_m[begin - 1])
     return found
+
+
+def settling(rows: TableRows) -> Bools:
+    """True (n,) for the windows of records in which friction still settles after a change of the speed.
+
+    It has settled when it first comes as near to the median of the stretch's second half as that half itself stays.
+    """
+    found = np.zeros(len(rows), dtype=np.bool_)
+    for begin, end in _stretches(rows.speed_m_s, rows.group):
+        if np.isfinite(rows.settled[begin]):
+            found[begin : begin + _unsettled(rows.coefficient[begin:end])] = True
+    return found
+
+
+def _unsettled(coefficient: Array) -> int:
+    """The number of windows of a stretch before friction has settled."""
+    rest = coefficient[len(coefficient) // 2 :]
+    middle = float(np.median(rest))
+    near = np.abs(coefficient - middle) <= NEAR * max(float(np.std(rest)), 1e-9)
+    return int(np.argmax(near)) if near.any() else len(coefficient)
+
+
+def _stretches(speed_m_s: Array, group: Times | None = None) -> list[tuple[int, int]]:
+    """First and last (exclusive) window of each stretch of one speed, in records that `group` numbers."""
+    logs = np.log(np.maximum(speed_m_s, 1e-300))
+    changed = np.abs(np.diff(logs)) > CHANGED
+    if group is not None:
+        changed |= np.diff(group) != 0
+    edges = [0, *(np.flatnonzero(changed) + 1).tolist(), len(speed_m_s)]
+    return [(begin, end) for begin, end in itertools.pairwise(edges) if end > begin]
 
 
 def _joined(parts: list[TableRows]) -> TableRows:

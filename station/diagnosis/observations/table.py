@@ -15,8 +15,8 @@ from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.onset_rows import LEAST_SIGMA_RAD, sigma_of
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Attitude, Times
-from station.diagnosis.observations.pulled import Pulled
-from station.diagnosis.observations.series import SETTLED, in_windows, travelled_of
+from station.diagnosis.observations.pulled import SETTLING, Pulled
+from station.diagnosis.observations.series import SETTLED, in_windows, settling, travelled_of
 from station.diagnosis.observations.starts import FREE_M
 from station.diagnosis.observations.table_rows import TableRows, mass_of
 from station.physics.contact import Array, Bools, Contact
@@ -95,10 +95,11 @@ def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Ch
     moving = rows.pulled & (rows.speed_m_s > 0)
     if (~rows.pulled).any():
         yield _onsets(rows, facts, setting, np.flatnonzero(~rows.pulled))
-    elif (rows.pulled & ~moving).any():
-        yield _pulled(rows, facts, rows.pulled & ~moving, moving=False)
-    if moving.any():
-        yield _pulled(rows, facts, moving, moving=True)
+    unsettled = settling(rows)
+    masks = {"onset": rows.pulled & ~moving, "along": moving & ~unsettled, SETTLING: moving & unsettled}
+    for name, mask in masks.items():
+        if mask.any():
+            yield _pulled(name, rows, facts, mask)
 
 
 # --- on a tilted plate -----------------------------------------------------------------------------------------------
@@ -172,17 +173,12 @@ def _azimuth(sample: Sample) -> float:
 # --- pulled ----------------------------------------------------------------------------------------------------------
 
 
-def _pulled(rows: TableRows, facts: RunFacts, mask: Bools, *, moving: bool) -> Pulled:
+def _pulled(name: str, rows: TableRows, facts: RunFacts, mask: Bools) -> Pulled:
     chosen, places = rows.chosen(mask), np.flatnonzero(mask)
     contact = _contact(chosen, facts, places)
     sigma = np.where(chosen.sigma > 0, chosen.sigma, UNKNOWN)
-    return Pulled(
-        _rows(chosen, places, sigma, contact),
-        contact,
-        chosen.coefficient,
-        moving=moving,
-        travelled_m=travelled_of(chosen) if moving else None,
-    )
+    given = _rows(chosen, places, sigma, contact)
+    return Pulled(name, given, contact, chosen.coefficient, travelled_m=travelled_of(chosen))
 
 
 def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:

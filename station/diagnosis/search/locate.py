@@ -109,6 +109,7 @@ def _what(channel: str) -> str:
     return {
         "onset": "the friction at the onset",
         "along": "the friction along the slide",
+        "settling": "the friction that settles after a change of the speed",
         "across": "the sideways force",
         "turn": "the block's turning",
         "rest": "the block's place before the slip",

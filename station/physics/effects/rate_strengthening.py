@@ -38,7 +38,7 @@ class RateStrengthening(Effect):
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="per_e_fold", unit="1", low=-0.2, high=0.2, typical=0.02),
-        Parameter(name="slower_decades", unit="1", low=1.0, high=4.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0)),
+        Parameter(name="slower_decades", unit="1", low=1.0, high=8.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0, 6.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "lens_distortion", "friction_patch")
     separated_by: ClassVar[str] = "the same speed at another place: starts spread over the plate and several tilt rates"
