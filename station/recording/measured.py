@@ -26,9 +26,6 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
         "sliding_speed_m_s": 0.0,
         "time_s": -math.inf,
         "displacement_m": -math.inf,
-        "read_angle_rad": 0.0,
-        "read_sigma_rad": 0.0,
-        "read_dwell_s": 0.0,
         "foam_free_m": -math.inf,
     }
 )

@@ -9,9 +9,11 @@ have `onset_angle_rad`.
 from __future__ import annotations
 
 import csv
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, cast, get_type_hints
 
 from shared.errors import UserError
@@ -29,8 +31,12 @@ _HINTS: dict[str, Any] = {
 }
 
 
-def write_samples(samples: Sequence[Sample], path: Path) -> None:
+def write_samples(
+    samples: Sequence[Sample], path: Path, *, more: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> None:
     """Writes a table; the name's ending (.csv or .parquet) says which.
+
+    `more` has further columns, a number for each sample, nan where there is none.
 
     Raises:
         UserError: for another ending, or a folder that cannot be written to.
@@ -39,7 +45,7 @@ def write_samples(samples: Sequence[Sample], path: Path) -> None:
     if write is None:
         raise UserError(f"Expected a table's name to end in .csv or .parquet, got '{path.name}'")
     try:
-        write(samples, path)
+        write(samples, path, more)
     except OSError as error:
         raise UserError(f"Expected to write the table to {path}, but that failed: {error.strerror}") from error
 
@@ -69,7 +75,7 @@ def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[
 # --- Parquet ---------------------------------------------------------------------------------------------------------
 
 
-def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
+def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequence[float]]) -> None:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
     import pyarrow.parquet as pq  # noqa: PLC0415
 
@@ -85,7 +91,8 @@ def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
         pa.array([_plain(getattr(sample, name)) for sample in samples], type=kinds[hint])
         for name, hint in _HINTS.items()
     ]
-    pq.write_table(pa.table(columns, names=list(_HINTS)), path)
+    columns += [pa.array(list(values), type=pa.float64(), from_pandas=True) for values in more.values()]
+    pq.write_table(pa.table(columns, names=[*_HINTS, *more]), path)
 
 
 def _plain(value: Any) -> Any:
@@ -128,7 +135,7 @@ def _checked(name: str, value: Any, where: str) -> Any:
 # --- CSV -------------------------------------------------------------------------------------------------------------
 
 
-def _write_csv(samples: Sequence[Sample], path: Path) -> None:
+def _write_csv(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequence[float]]) -> None:
     widths = {
         name: max([LENGTHS.get(name, 0), *(len(getattr(sample, name)) for sample in samples)])
         for name, hint in _HINTS.items()
@@ -136,9 +143,10 @@ def _write_csv(samples: Sequence[Sample], path: Path) -> None:
     }
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([column for name in _HINTS for column in _columns(name, widths)])
-        for sample in samples:
-            writer.writerow([cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)])
+        writer.writerow([*(column for name in _HINTS for column in _columns(name, widths)), *more])
+        for row, sample in enumerate(samples):
+            cells = [cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)]
+            writer.writerow([*cells, *("" if math.isnan(values[row]) else values[row] for values in more.values())])
 
 
 def _columns(name: str, widths: dict[str, int]) -> list[str]:

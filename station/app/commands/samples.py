@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from shared.messages import Sample
+from station.app.foam import free_of_foam_m
 from station.recording.reader import digest, open_recording
 from station.recording.summary import DirectionSummary, by_direction
 from station.recording.tables import read_samples, write_samples
@@ -38,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     show(samples, terminal, source=args.file)
     for path in (args.csv, args.parquet):
         if path is not None:
-            write_samples(samples, path)
+            write_samples(samples, path, more=free_of_foam_m(samples, args.file))
             terminal.print(f"{len(samples)} samples written to {path}", markup=False)
     return 0
 

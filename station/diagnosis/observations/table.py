@@ -12,7 +12,7 @@ from station.diagnosis.observations.build import facts_of
 from station.diagnosis.observations.channel import Channel, Rows, rows_of
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.observations.moments import Moments, RunFacts
-from station.diagnosis.observations.onset_rows import LEAST_SIGMA_RAD, sigma_of
+from station.diagnosis.observations.onset_rows import sigma_of
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Attitude, Times
 from station.diagnosis.observations.pulled import SETTLING, Pulled
@@ -76,8 +76,6 @@ def _facts(rows: TableRows, setting: Setting) -> RunFacts:
     mass = np.where(np.isfinite(rows.load_n), mass_of(rows.load_n, tilt), facts.mass_kg)
     typical = float(np.median(tilt)) if len(rows) else 0.0
     rest_s = np.array([_rest_s(sample, typical) for sample in rows.samples])
-    read = rows.more.column("read_dwell_s")
-    rest_s = np.where(np.isfinite(read), np.maximum(read, 1e-3), rest_s)
     rest_ns = _moments_ns(rows) - np.round(rest_s * 1e9).astype(np.int64)
     return RunFacts(
         number=rows.number,
@@ -125,15 +123,12 @@ def _onsets(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -
 
 
 def _tilt(rows: TableRows) -> Array:
-    """The tilts (n,) at the onsets; where the slide was traced back, its reading counts."""
-    read = rows.more.column("read_angle_rad")
-    return np.where(np.isfinite(read), read, [sample.onset_angle_rad for sample in rows.samples])
+    """The tilts (n,) at the onsets."""
+    return np.array([sample.onset_angle_rad for sample in rows.samples], dtype=np.float64)
 
 
 def _sigma_rad(rows: TableRows) -> Array:
-    read = rows.more.column("read_sigma_rad")
-    own = np.array([sigma_of(sample) for sample in rows.samples])
-    return np.where(np.isfinite(read), np.maximum(read, LEAST_SIGMA_RAD), own)
+    return np.array([sigma_of(sample) for sample in rows.samples])
 
 
 def _places(rows: TableRows) -> Array:
