@@ -340,6 +340,8 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
             friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
         else:
             factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
+            if evidence.group is not None:
+                own[channel.name] = scale * noise.own[channel.name]
     return replace(noise, friction=friction, own=own, factor=factor, tail=tail)
 
 

@@ -1,8 +1,8 @@
 # ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
 """The noise of rows in groups: each group's own level, the rows' scatter in it, and the wander of a continuous record.
 
-A row of group g has the residual b_g + w + f e sigma, with b_g the group's random effect and w, where the rows follow
-one another along a slip, an Ornstein-Uhlenbeck process of it. All sizes are those of the largest likelihood, which a
+A row of group g has the residual b_g + w + s + f e sigma, with b_g the group's random effect, s the row's own, and w,
+where the rows follow one another along a slip, an Ornstein-Uhlenbeck process of it. All sizes are those of the largest likelihood, which a
 Kalman filter over (w, b) gives exactly (Durbin & Koopman 2012, Time Series Analysis by State Space Methods, ch. 4).
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,8 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.pulled import SETTLING
 from station.physics.contact import Array
 
-STEPS = 200
-"""The largest number of likelihood evaluations of the simplex search over two or four numbers."""
+STEPS = 300
+"""The largest number of likelihood evaluations of the simplex search over three or five numbers."""
 
 ANY = 1.0
 """The standard deviation of a level that is no evidence: that of friction which has not settled."""
@@ -36,34 +37,43 @@ LEAST = 1e-6
 
 def grouped_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     """Estimates the noise of evidence with groups from residuals by channel; static and sliding rows apart."""
-    own, factor, wander = dict[str, float](), dict[str, float](), dict[str, Wander]()
-    for channel in evidence.channels:
-        found = _sizes(evidence, channel, residuals[channel.name])
-        factor[channel.name], own[channel.name] = found[0], ANY if channel.name == SETTLING else found[1]
-        if channel.travelled_m is not None:
-            wander[channel.name] = Wander(sd=found[2], reach_m=found[3])
+    found = {channel.name: _sizes(evidence, channel, residuals[channel.name]) for channel in evidence.channels}
+    follow = {channel.name for channel in evidence.channels if channel.travelled_m is not None}
     return Noise(
-        friction=0.0, own=own, factor=factor, tail=dict.fromkeys(own, thresholds.GAUSSIAN), wander=wander
-    )  # fmt: skip
+        friction=0.0,
+        own={name: sizes.row for name, sizes in found.items()},
+        factor={name: sizes.factor for name, sizes in found.items()},
+        tail=dict.fromkeys(found, thresholds.GAUSSIAN),
+        group={name: ANY if name == SETTLING else sizes.group for name, sizes in found.items()},
+        wander={name: Wander(sd=found[name].wander, reach_m=found[name].reach_m) for name in follow},
+    )
 
 
-def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> tuple[float, float, float, float]:
-    """Factor on the rows' errors, standard deviations of the groups' levels and of the wander, and its reach, m.
+@dataclass(frozen=True, kw_only=True)
+class _Sizes:
+    """Factor on the rows' errors, and standard deviations of the rows, of the groups' levels and of the wander."""
 
-    One group has no level of its own: that is mu.
-    """
+    factor: float = 1.0
+    row: float = LEAST
+    group: float = LEAST
+    wander: float = 0.0
+    reach_m: float = 1.0
+
+
+def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes:
+    """The likeliest sizes. One group has no level of its own: that is mu."""
     rows = channel.rows
     order = np.argsort(evidence.block[rows.run], kind="stable")
     order = order[~rows.limit[order]]
     if len(order) < thresholds.LEAST_KNOWN:
-        return 1.0, LEAST, 0.0, 1.0
+        return _Sizes()
     block, sigma, values = evidence.block[rows.run][order], rows.sigma[order], residual[order]
     starts = np.diff(block, prepend=-1) != 0
     path = channel.travelled_m
     if path is None:
         values = _clipped(values, np.cumsum(starts) - 1)
-    place = np.zeros(len(order)) if path is None else path[order]
-    return _likeliest(values, sigma, place, starts, follows=path is not None)
+    place = None if path is None else path[order]
+    return _likeliest(values, sigma, place, starts)
 
 
 def _clipped(values: Array, group: Array) -> Array:
@@ -73,47 +83,49 @@ def _clipped(values: Array, group: Array) -> Array:
     return middle + np.clip(values - middle, -reach, reach) if reach else values
 
 
-def _likeliest(
-    values: Array, sigma: Array, place_m: Array, starts: Array, *, follows: bool
-) -> tuple[float, float, float, float]:
-    spread = max(float(np.std(values)), LEAST)
-    steps = np.diff(place_m)[~starts[1:]] if follows else place_m[:0]
-    low, high = (float(np.median(steps)), thresholds.LONGEST_SHARE * float(place_m.max())) if len(steps) else (1.0, 1.0)
+def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Array) -> _Sizes:
+    spread, typical = max(float(np.std(values)), LEAST), float(np.median(sigma))
+    low, high = _reaches(place_m, starts)
+    places = np.zeros(len(values)) if place_m is None else place_m
 
-    def numbers(inner: Array) -> tuple[float, float, float, float]:
-        error, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
-        share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
-        return error * spread, own * spread * (starts.sum() > 1), sd * spread * follows, low * (max(high, low) / low) ** share
-
-    typical = float(np.median(sigma))
+    def sizes(inner: Array) -> _Sizes:
+        numbers = np.append(inner, np.full(5 - len(inner), -np.inf))
+        error, row, group, wander = (spread * np.exp(np.clip(numbers[:4], -np.inf, 12.0))).tolist()
+        share = 1.0 / (1.0 + math.exp(-min(max(float(numbers[4]), -30.0), 30.0)))
+        return _Sizes(
+            factor=max(error / typical, 1e-3),
+            row=max(row, LEAST),
+            group=max(group, LEAST) if starts.sum() > 1 else LEAST,
+            wander=wander,
+            reach_m=low * (high / low) ** share,
+        )
 
     def cost(inner: Array) -> float:
-        error, own, sd, reach_m = numbers(_filled(inner))
-        level = sigma * (error / typical)
-        return float(_minus_log_likelihood(values, level, place_m, starts, own**2, sd**2, reach_m))
+        one = sizes(inner)
+        variance = (sigma * one.factor) ** 2 + one.row**2
+        return float(
+            _minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m)
+        )
 
-    begin = np.array([math.log(0.3), math.log(0.5), math.log(0.5), 0.0])[: 4 if follows else 2]
-    corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -1.0, 1.5][: len(begin)])])
-    found = minimize(
-        cost,
-        begin,
-        method="Nelder-Mead",
-        options={"maxfev": STEPS, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners},
-    )
-    error, own, sd, reach_m = numbers(_filled(np.asarray(found.x)))
-    return max(error / typical, 1e-3), max(own, LEAST), sd, reach_m
+    begin = np.log([0.3, 0.3, 0.5, 0.5, 1.0])[: 3 if place_m is None else 5]
+    corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -1.0, -1.0, 1.5][: len(begin)])])
+    options = {"maxfev": STEPS, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
+    return sizes(np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x))
 
 
-def _filled(inner: Array) -> Array:
-    """Four numbers, the wander's being any where there is none."""
-    return np.append(inner, np.zeros(4 - len(inner)))
+def _reaches(place_m: Array | None, starts: Array) -> tuple[float, float]:
+    """The shortest reach of a record's wander, that of its rows, and the longest, m."""
+    if place_m is None or starts.all():
+        return 1.0, 1.0
+    low = max(float(np.median(np.diff(place_m)[~starts[1:]])), 1e-12)
+    return low, max(thresholds.LONGEST_SHARE * float(place_m.max()), low)
 
 
 @compiled
 def _minus_log_likelihood(
-    values: Any, sigma: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
+    values: Any, rows: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
 ) -> float:
-    """Minus the log likelihood of rows (n,) in groups that begin at `starts`; `own` and `wander` are variances."""
+    """Minus the log likelihood of rows (n,) in groups that begin at `starts`; `rows` (n,), `own`, `wander` are variances."""
     total = 0.0
     w = b = p_ww = p_wb = p_bb = 0.0
     for i in range(len(values)):
@@ -123,7 +135,7 @@ def _minus_log_likelihood(
             kept = np.exp(-abs(place[i] - place[i - 1]) / reach_m)
             w *= kept
             p_ww, p_wb = kept * kept * p_ww + (1.0 - kept * kept) * wander, kept * p_wb
-        variance = p_ww + 2.0 * p_wb + p_bb + sigma[i] ** 2 + 1e-30
+        variance = p_ww + 2.0 * p_wb + p_bb + rows[i] + 1e-30
         left = values[i] - w - b
         total += 0.5 * (left * left / variance + np.log(variance))
         of_w, of_b = (p_ww + p_wb) / variance, (p_wb + p_bb) / variance

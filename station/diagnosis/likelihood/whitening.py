@@ -35,7 +35,7 @@ class Whitening:
         variance = np.concatenate(
             [
                 (noise.factor[channel.name] * channel.rows.sigma) ** 2
-                + (noise.own["onset"] ** 2 if _is_alone(evidence, channel) else 0.0)
+                + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
                 for channel in evidence.channels
             ]
         )
@@ -113,14 +113,16 @@ def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
         of_channel = channel == place
         if one.shares_friction:
             loads[of_channel, 0] = noise.friction
-        if not _is_alone(evidence, one):
+        if evidence.group is not None:
+            loads[of_channel, 1 + place] = noise.group[one.name]
+        elif not _is_of_rows(evidence, one):
             loads[of_channel, 1 + place] = noise.own[one.name]
     return loads
 
 
-def _is_alone(evidence: Evidence, channel: Channel) -> bool:
-    """True for the onsets, of which a run has one: their random effect is in the variance. Groups share it."""
-    return channel.name == "onset" and evidence.group is None
+def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:
+    """True if a channel's random effect of a run is in the variance of its rows: a run has one onset, or one row."""
+    return channel.name == "onset" or evidence.group is not None
 
 
 def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:

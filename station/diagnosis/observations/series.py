@@ -39,7 +39,7 @@ def in_windows(rows: TableRows) -> TableRows:
     if not len(rows) or not known.all() or not np.ptp(rows.time_ns):
         return rows
     group = np.zeros(len(rows), dtype=np.int64) if rows.group is None else rows.group
-    parts = [_record(rows.chosen(group == one)) for one in np.unique(group)]
+    parts = [_record(rows.chosen(np.flatnonzero(group == one))) for one in np.unique(group)]
     whole = _joined([part for part, _ in parts])
     number = np.arange(len(whole), dtype=np.float64)
     settled = np.concatenate([settled for _, settled in parts])
@@ -68,7 +68,7 @@ def _record(rows: TableRows) -> tuple[TableRows, Array]:
     means["displacement_m"] = np.array([slip[span].mean() for span in spans])
     if not rows.speed_m_s.all():
         means["speed_m_s"] = _driven(_speeds(rows.time_ns * 1e-9, slip, begins))
-    mean = replace(rows.chosen(begins), **means)
+    mean = replace(rows.chosen(np.flatnonzero(begins)), **means)
     return mean, _settled(mean.speed_m_s, mean.displacement_m)
 
 

@@ -36,6 +36,7 @@ def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> E
     rows = in_windows(TableRows.of(table))
     notes = list(_notes(table, rows))
     rows, leaned = _free(rows, setting)
+    rows = rows if travelled_of(rows) is not None else rows.typical_first()
     if leaned:
         notes.append(f"{leaned} rows of blocks that lay against the foam were left out")
     facts = _facts(rows, setting)
@@ -67,7 +68,7 @@ def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:
     noted = rows.more.column("foam_free_m")
     free_m = np.where(np.isfinite(noted), noted, setting.free_m(_places(rows)))
     leaned = ~rows.pulled & (free_m <= FREE_M)
-    return rows.chosen(~leaned), int(leaned.sum())
+    return rows.chosen(np.flatnonzero(~leaned)), int(leaned.sum())
 
 
 def _facts(rows: TableRows, setting: Setting) -> RunFacts:
@@ -104,7 +105,7 @@ def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Ch
 
 
 def _onsets(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
-    chosen = rows.chosen(~rows.pulled)
+    chosen = rows.chosen(places)
     time_ns, place_m = _moments_ns(rows)[places], _places(chosen)
     moments = Moments(
         time_ns=time_ns,
@@ -169,7 +170,8 @@ def _azimuth(sample: Sample) -> float:
 
 
 def _pulled(name: str, rows: TableRows, facts: RunFacts, mask: Bools) -> Pulled:
-    chosen, places = rows.chosen(mask), np.flatnonzero(mask)
+    places = np.flatnonzero(mask)
+    chosen = rows.chosen(places)
     contact = _contact(chosen, facts, places)
     sigma = np.where(chosen.sigma > 0, chosen.sigma, UNKNOWN)
     given = _rows(chosen, places, sigma, contact)

@@ -84,13 +84,24 @@ class TableRows:
     def __len__(self) -> int:
         return len(self.samples)
 
-    def chosen(self, mask: Bools) -> TableRows:
-        """The rows that a mask (n,) marks."""
-        kept = {one.name: getattr(self, one.name)[mask] for one in fields(self) if one.name in _COLUMNS}
-        places = np.flatnonzero(mask)
+    def chosen(self, places: Index) -> TableRows:
+        """The rows at these places."""
+        kept = {one.name: getattr(self, one.name)[places] for one in fields(self) if one.name in _COLUMNS}
         samples = tuple(self.samples[place] for place in places)
-        group = None if self.group is None else self.group[mask]
+        group = None if self.group is None else self.group[places]
         return replace(self, samples=samples, group=group, more=_picked(self.more, places), **kept)
+
+    def typical_first(self) -> TableRows:
+        """The rows of each group with those nearest to its median friction first.
+
+        Whitening judges each row by those before it: an outlier that came first would make the others seem to be some.
+        """
+        if self.group is None:
+            return self
+        tilt = np.array([sample.onset_angle_rad for sample in self.samples])
+        friction = np.log(np.where(self.pulled, self.coefficient, np.tan(tilt)))
+        middle = np.array([np.median(friction[self.group == one]) for one in range(int(self.group.max(initial=-1)) + 1)])
+        return self.chosen(np.lexsort((np.abs(friction - middle[self.group]), self.group)))
 
     @property
     def pulled(self) -> Bools:
