@@ -1,4 +1,4 @@
-"""How far the blocks of a recording lay from the plate's foam before their runs, for tables that leave the rig behind."""
+"""How far the blocks of a recording lay from the plate's foam before their runs, for tables without the rig."""
 
 from __future__ import annotations
 

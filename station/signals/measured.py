@@ -18,8 +18,8 @@ Column = NDArray[np.float64]
 class Measured:
     """The rows of a table, n of them.
 
-    `more` has the numbers (n,) that a `Sample` lacks, by their columns' names, nan where a row has none. `group` has the
-    name of each row's group (sequence, day, specimen), within which rows are alike; it is empty without groups.
+    `more` has the numbers (n,) that a `Sample` lacks, by their columns' names, nan where a row has none. `group` has
+    the name of each row's group (sequence, day, specimen), within which rows are alike; it is empty without groups.
     `ignored` are the names of the columns that nothing reads.
     """
 

@@ -9,13 +9,17 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from station.physics.contact import Array
+
+Columns = Mapping[str, NDArray[Any]]
 
 PIECES = 40
 STEP_M_S = (2e-7, 2e-6)
@@ -115,12 +119,12 @@ class SpeedStep:
         return written(columns, path)
 
 
-def less(columns: dict[str, Array], name: str) -> dict[str, Array]:
+def less(columns: Columns, name: str) -> Columns:
     """The columns without one of them."""
     return {key: values for key, values in columns.items() if key != name}
 
 
-def written(columns: dict[str, Array], path: Path) -> Path:
+def written(columns: Columns, path: Path) -> Path:
     """A CSV table of columns."""
     rows: Sequence[tuple[float, ...]] = list(zip(*(values.tolist() for values in columns.values()), strict=True))
     with path.open("w", newline="", encoding="utf-8") as file:

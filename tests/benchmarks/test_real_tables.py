@@ -2,7 +2,8 @@
 
     REPOSE_REAL_DATA=/work/shared/data pytest -m benchmark -s tests/benchmarks/test_real_tables.py
 
-prints what is claimed of each; TABLES_COPIES says how many copies there are (20). `real_tables` says how a copy is made.
+prints what is claimed of each; TABLES_COPIES says how many copies there are (20). `real_tables` says how a copy is
+made.
 """
 
 from __future__ import annotations

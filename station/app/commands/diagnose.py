@@ -70,7 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulate",
         metavar="NAME",
-        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap); of a table, a simulated table",
+        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap); "
+        "with a table, a simulated table",
     )
     parser.add_argument(
         "--nested",

@@ -2,8 +2,9 @@
 """The noise of rows in groups: each group's own level, the rows' scatter in it, and the wander of a continuous record.
 
 A row of group g has the residual b_g + w + s + f e sigma, with b_g the group's random effect, s the row's own, and w,
-where the rows follow one another along a slip, an Ornstein-Uhlenbeck process of it. All sizes are those of the largest likelihood, which a
-Kalman filter over (w, b) gives exactly (Durbin & Koopman 2012, Time Series Analysis by State Space Methods, ch. 4).
+where the rows follow one another along a slip, an Ornstein-Uhlenbeck process of it. All sizes are those of the largest
+likelihood, which a Kalman filter over (w, b) gives exactly (Durbin & Koopman 2012, Time Series Analysis by State Space
+Methods, ch. 4).
 """
 
 from __future__ import annotations
@@ -103,9 +104,7 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Array
     def cost(inner: Array) -> float:
         one = sizes(inner)
         variance = (sigma * one.factor) ** 2 + one.row**2
-        return float(
-            _minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m)
-        )
+        return float(_minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m))
 
     begin = np.log([0.3, 0.3, 0.5, 0.5, 1.0])[: 3 if place_m is None else 5]
     corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -1.0, -1.0, 1.5][: len(begin)])])
@@ -125,7 +124,10 @@ def _reaches(place_m: Array | None, starts: Array) -> tuple[float, float]:
 def _minus_log_likelihood(
     values: Any, rows: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
 ) -> float:
-    """Minus the log likelihood of rows (n,) in groups that begin at `starts`; `rows` (n,), `own`, `wander` are variances."""
+    """Minus the log likelihood of values (n,) in groups that begin at `starts`.
+
+    `rows` (n,), `own` and `wander` are the variances of rows, groups' levels and the wander.
+    """
     total = 0.0
     w = b = p_ww = p_wb = p_bb = 0.0
     for i in range(len(values)):

@@ -52,7 +52,7 @@ class Whitening:
         along = np.column_stack([place, size, reach, self.channel])
         log_size = np.zeros(len(self.run))
         _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, log_size)
-        self.log_scale: Array = np.bincount(self.run, log_size, evidence.runs)
+        self.log_scale: Array = np.bincount(self.run, log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
         """Whitened values; a vector (rows,) or a matrix (rows, columns)."""

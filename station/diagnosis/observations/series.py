@@ -29,8 +29,8 @@ NEAR = 2.0
 """Friction has settled where it differs by less than so many standard deviations of its course afterwards."""
 
 CHANGED = 0.5
-"""Speeds differ if their logarithms do by so much: protocols step them threefold or more, and a window reads its own to a
-fifth."""
+"""Speeds differ if their logarithms do by so much: protocols step them threefold or more, and a window reads its own to
+a fifth."""
 
 
 def in_windows(rows: TableRows) -> TableRows:
@@ -67,7 +67,7 @@ def _record(rows: TableRows) -> tuple[TableRows, Array]:
     means["sigma"] = np.array([_error(rows.coefficient[span]) for span in spans])
     means["displacement_m"] = np.array([slip[span].mean() for span in spans])
     if not rows.speed_m_s.all():
-        means["speed_m_s"] = _driven(_speeds(rows.time_ns * 1e-9, slip, begins))
+        means["speed_m_s"] = _driven(_speeds(rows.time_ns, slip, begins))
     mean = replace(rows.chosen(np.flatnonzero(begins)), **means)
     return mean, _settled(mean.speed_m_s, mean.displacement_m)
 
@@ -77,11 +77,11 @@ def _error(values: Array) -> float:
     return float(values.std(ddof=1) / np.sqrt(len(values)) / values.mean()) if len(values) > 1 else np.nan
 
 
-def _speeds(time_s: Array, slip_m: Array, begins: Bools) -> Array:
+def _speeds(time_ns: Times, slip_m: Array, begins: Bools) -> Array:
     """Each window's speed (n,), m/s: its slip over its time, which end where the next window begins."""
     first = np.flatnonzero(begins)
-    last = np.append(first[1:], len(time_s) - 1)
-    return np.maximum(slip_m[last] - slip_m[first], 0.0) / np.maximum(time_s[last] - time_s[first], 1e-9)
+    last = np.append(first[1:], len(time_ns) - 1)
+    return np.maximum(slip_m[last] - slip_m[first], 0.0) / np.maximum(1e-9 * (time_ns[last] - time_ns[first]), 1e-9)
 
 
 def _driven(speed_m_s: Array) -> Array:

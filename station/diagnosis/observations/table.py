@@ -190,7 +190,7 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         x_m=place_m[:, 0],
         y_m=place_m[:, 1],
         yaw_rad=np.array([sample.start_yaw_rad for sample in rows.samples]),
-        rest_s=(_moments_ns(rows) - facts.rest_ns[places]) * 1e-9,
+        rest_s=np.asarray((_moments_ns(rows) - facts.rest_ns[places]) * 1e-9, dtype=np.float64),
         slid_s=zero,
         tilt_rad=zero,
         down_rad=down,

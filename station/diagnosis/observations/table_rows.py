@@ -21,9 +21,9 @@ Index = Times
 class TableRows:
     """Rows (n,) that tell of friction.
 
-    `row` is the row's number in the table, `number` the place of its run in the order of the runs, 0 if that is unknown.
-    `time_ns` is 0 if unknown. `group` numbers the groups, in which rows are alike; None without groups. `coefficient` is
-    nan for a block on a tilted plate; `sigma` is its relative standard deviation, nan if unknown. What is unknown of
+    `row` is the row's number in the table, `number` the place of its run in the order of the runs, 0 if unknown.
+    `time_ns` is 0 if unknown. `group` numbers the groups, in which rows are alike; None without groups. `coefficient`
+    is nan for a block on a tilted plate; `sigma` is its relative standard deviation, nan if unknown. What is unknown of
     `load_n` and `displacement_m` is nan; `speed_m_s` is 0 at rest. `settled` (n,) is the decadic logarithm of the slip
     since the speed changed, m; nan if it has not. `read` counts the rows that were usable, `lost` the others.
     """
@@ -47,14 +47,14 @@ class TableRows:
     def of(cls, table: Measured) -> TableRows:
         """The rows with a usable angle or coefficient.
 
-        Their order is that of their runs and times. Where the table has none, a row's place says nothing, and a checksum
-        of its cells takes its place: the same rows give the same answer however they are sorted.
+        Their order is that of their runs and times. Where the table has none, a row's place says nothing, and a
+        checksum of its cells takes its place: the same rows give the same answer however they are sorted.
         """
         samples = table.samples
         coefficient = _coefficient(table)
         angle = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
         speed = np.nan_to_num(table.column("sliding_speed_m_s"))
-        tilted = ~np.isfinite(coefficient) & (thresholds.LEAST_TILT_RAD < angle) & (angle < math.pi / 2)
+        tilted = ~np.isfinite(coefficient) & (angle > thresholds.LEAST_TILT_RAD) & (angle < math.pi / 2)
         steady = tilted & (speed > 0)  # a block that slides on at this angle
         coefficient, tilted = np.where(steady, np.tan(angle), coefficient), tilted & ~steady
         run = np.array([sample.run for sample in samples], dtype=np.int64)
@@ -100,7 +100,9 @@ class TableRows:
             return self
         tilt = np.array([sample.onset_angle_rad for sample in self.samples])
         friction = np.log(np.where(self.pulled, self.coefficient, np.tan(tilt)))
-        middle = np.array([np.median(friction[self.group == one]) for one in range(int(self.group.max(initial=-1)) + 1)])
+        middle = np.array(
+            [np.median(friction[self.group == one]) for one in range(int(self.group.max(initial=-1)) + 1)]
+        )
         return self.chosen(np.lexsort((np.abs(friction - middle[self.group]), self.group)))
 
     @property
@@ -155,7 +157,7 @@ def _checksums(table: Measured) -> Index:
 
 
 def _number(run: Index, time_ns: Times) -> Array:
-    """The runs' numbers (n,) from 0 on; by the rank of the times if there are none, and 0 if there are none of these."""
+    """The runs' numbers (n,) from 0 on; without any, the ranks of the times, and 0 without these."""
     known = run if len(run) and np.ptp(run) else np.unique(time_ns, return_inverse=True)[1]
     return np.asarray(known - known.min(initial=known[0] if len(known) else 0), dtype=np.float64)
 

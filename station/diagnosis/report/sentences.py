@@ -39,9 +39,13 @@ def _but(diagnosis: Diagnosis) -> str:
     return ", although no name explains all that differs" if diagnosis.global_p < thresholds.ALARM else ""
 
 
-def is_levelled(rerun: Mapping[str, Any]) -> bool:
-    """True if every run was simulated again at its own level of friction, too."""
-    return bool(rerun.get("runs")) and rerun.get("levelled", 0) == rerun["runs"]
+def own_level(rerun: Mapping[str, Any]) -> str:
+    """Whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
+    before = rerun.get("before") or {}
+    known, runs = before.get("onsets", 0), rerun.get("runs", 0)
+    if not known or "own_level" not in before:
+        return ""
+    return "each run's own level" if known >= runs else f"the own level of {known} of {runs} runs"
 
 
 _CLAIMS: dict[Side, str] = {

@@ -90,9 +90,7 @@ class Candidate:
         return self.bic + 2.0 * math.log(self.prior / thresholds.NONE) - self.against
 
 
-def candidates_of(
-    scored: Scores, coinciding: Coinciding
-) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
+def candidates_of(scored: Scores, coinciding: Coinciding) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
     """Each effect by its best variant, then all pairs of named effects; and the pairs' variants.
 
     Two laws of covariates that run together are no pair.
@@ -201,8 +199,8 @@ Begins = Mapping[frozenset[str], tuple[Model, Noise]]
 class Fitter:
     """Fits models to one evidence, and keeps the likeliest fit of each set of effects.
 
-    `begins` says where a first fit begins, if a search of nearly the same runs has found it already. `coinciding` has the
-    covariates of laws that depend on one alone, and which of these run together.
+    `begins` says where a first fit begins, if a search of nearly the same runs has found it already. `coinciding` has
+    the covariates of laws that depend on one alone, and which of these run together.
     """
 
     def __init__(

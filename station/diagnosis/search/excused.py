@@ -1,5 +1,4 @@
-"""What a law is excused: a smooth function of its covariate fits better, and a covariate that runs together with it
-has laws of other forms."""
+"""Excuses for laws: smooth functions of their covariate fit better, and so may laws of one that runs with it."""
 
 from __future__ import annotations
 
@@ -47,8 +46,8 @@ def is_misfit_of_law(fitter: Fitter, current: Fit, candidate: Candidate) -> bool
     terms = without_nuisances(current.model).terms
     laws = [term for term in terms if fitter.coinciding.of.get(term.effect.id) == on and not is_smooth(term.effect)]
     kept = tuple(term for term in current.model.terms if term not in laws)
-    does = _between(fitter.evidence, replace(current.model, terms=kept), current.model)
-    further = _between(fitter.evidence, current.model, candidate.fitted.model)
+    does = between(fitter.evidence, replace(current.model, terms=kept), current.model)
+    further = between(fitter.evidence, current.model, candidate.fitted.model)
     return bool(laws) and _is_inexact(further, does)
 
 
@@ -61,8 +60,8 @@ def _lifted(
         return one
     if on in fitter.coinciding.together:
         return replace(one, against=one.against - max(smooth.twice_gain - best[on, False].twice_gain, 0.0))
-    whole = _between(fitter.evidence, before.model, smooth.fitted.model)
-    if _is_inexact(_between(fitter.evidence, one.fitted.model, smooth.fitted.model), whole):
+    whole = between(fitter.evidence, before.model, smooth.fitted.model)
+    if _is_inexact(between(fitter.evidence, one.fitted.model, smooth.fitted.model), whole):
         return replace(one, against=one.against - max(smooth.twice_gain - one.twice_gain, 0.0))
     return one
 
@@ -72,7 +71,7 @@ def _field(fitter: Fitter, candidate: Candidate) -> str:
     return fitter.coinciding.of.get(candidate.effects[0].id, "") if len(candidate.effects) == 1 else ""
 
 
-def _between(evidence: Evidence, one: Model, other: Model) -> Array:
+def between(evidence: Evidence, one: Model, other: Model) -> Array:
     """By how much two models' predicted friction differs (rows,), less the mean."""
     channels = [channel for channel in evidence.channels if channel.shares_friction]
     apart = np.concatenate([channel.residual(one) - channel.residual(other) for channel in channels])

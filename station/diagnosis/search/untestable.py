@@ -14,6 +14,7 @@ from station.diagnosis.inference.fit import Fit, noise_of
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.advised import advice
 from station.diagnosis.search.places import Place, places_of
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -54,12 +55,12 @@ def _left(channel: Channel, null: Fit, places: Sequence[Place]) -> Array:
 
 
 def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
-    hooks = effect.acts_through()
+    hooks, advised = effect.acts_through(), advice(evidence, effect)
     if not any(channel.hooks & hooks for channel in evidence.channels):
         return "this recording has nothing in which it would show"
     sensed = "attitude" in hooks and any(channel.name.startswith("sensor") for channel in evidence.channels)
     if effect.absorbed_by_mu and "attitude" in hooks and not sensed:
-        return f"without another angle sensor it is the same as another mu; {effect.separated_by}"
+        return "; ".join(filter(None, ["without another angle sensor it is the same as another mu", advised]))
     contact = evidence.contact()
     why = effect.why_untestable(contact) if contact is not None else None
     if why and not sensed:
@@ -67,7 +68,8 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
     columns = [column for variant in scored.variants if variant.effect is effect for column in variant.columns]
     reach = np.array([_reach(scored, column) for column in columns])
     if not np.any(np.diag(scored.information)[columns] * reach**2 > thresholds.DETECTABLE**2):
-        return f"too weak in this design: even its largest plausible size would not show; {effect.separated_by}"
+        weak = "too weak in this design: even its largest plausible size would not show"
+        return "; ".join(filter(None, [weak, advised]))
     return None
 
 

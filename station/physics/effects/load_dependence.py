@@ -38,15 +38,13 @@ class LoadDependence(Effect):
     law: ClassVar[str] = "mu = mu_s (N / 0.1 N)^-n above a load N0, constant below (n = 0)"
     source: ClassVar[str] = (
         "Schallamach 1952, Proc. Phys. Soc. B 65, 657 (n = 1/3 for rubber); Archard 1957, Proc. R. Soc. A 243, 190; "
-        "Greenwood & Tripp 1967, J. Appl. Mech. 34, 153 (a rough sphere: as its tips below a load, as a smooth one above)"
+        "Greenwood & Tripp 1967, J. Appl. Mech. 34, 153 (a rough sphere: at high loads as a smooth one)"
     )
     layer: ClassVar[Layer] = "contact"
     family: ClassVar[Family] = "load"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="exponent", unit="1", low=0.0, high=0.6, typical=0.1),
-        Parameter(
-            name="from_log10_n", unit="log10 N", low=-3.0, high=1.0, typical=0.5, null=None, starts=(-3.0, -1.0)
-        ),
+        Parameter(name="from_log10_n", unit="log10 N", low=-3.0, high=1.0, typical=0.5, null=None, starts=(-3.0, -1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("adhesion",)
     separated_by: ClassVar[str] = "loads in random order over a range of ten to one: a power law against an added force"
