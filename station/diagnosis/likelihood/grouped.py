@@ -24,7 +24,7 @@ from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.pulled import SETTLING
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 
 STEPS = 300
 """The largest number of likelihood evaluations of the simplex search over three or five numbers."""
@@ -84,7 +84,7 @@ def _clipped(values: Array, group: Array) -> Array:
     return middle + np.clip(values - middle, -reach, reach) if reach else values
 
 
-def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Array) -> _Sizes:
+def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools) -> _Sizes:
     spread, typical = max(float(np.std(values)), LEAST), float(np.median(sigma))
     low, high = _reaches(place_m, starts)
     places = np.zeros(len(values)) if place_m is None else place_m
@@ -112,7 +112,7 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Array
     return sizes(np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x))
 
 
-def _reaches(place_m: Array | None, starts: Array) -> tuple[float, float]:
+def _reaches(place_m: Array | None, starts: Bools) -> tuple[float, float]:
     """The shortest reach of a record's wander, that of its rows, and the longest, m."""
     if place_m is None or starts.all():
         return 1.0, 1.0
