@@ -22,7 +22,7 @@ from station.diagnosis.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.channel import Channel
-from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.evidence import Evidence, Index
 from station.diagnosis.observations.pulled import SETTLING
 from station.physics.contact import Array, Bools
 
@@ -73,11 +73,11 @@ def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes:
     path = channel.travelled_m
     if path is None:
         values = _clipped(values, np.cumsum(starts) - 1)
-    place = None if path is None else path[order]
+    place = None if path is None else np.asarray(path[order], dtype=np.float64)
     return _likeliest(values, sigma, place, starts)
 
 
-def _clipped(values: Array, group: Array) -> Array:
+def _clipped(values: Array, group: Index) -> Array:
     """The values (n,) clipped at WANDER_CLIP robust standard deviations from the medians of their groups."""
     middle = np.array([float(np.median(values[group == one])) for one in range(int(group[-1]) + 1)])[group]
     reach = thresholds.WANDER_CLIP * 1.4826 * float(np.median(np.abs(values - middle)))

@@ -39,9 +39,9 @@ def elsewhere(
         why = f"the same {' and '.join(settings)} in random order"
     else:
         why = "; ".join(dict.fromkeys(filter(None, (advice(evidence, effect) for effect in members))))
-    ids = tuple(effect.id for effect in members)
-    rivals = ids if len(ids) > 1 else (*ids, *(name for name in members[0].confounded_with if name in catalogue))
-    from_others = f" separates {' from '.join(rivals)}" if len(rivals) > 1 else f", to see {ids[0]}"
+    alike = members[0].confounded_with if len(members) == 1 else ()
+    rivals = (*(effect.id for effect in members), *(name for name in alike if name in catalogue))
+    from_others = f" separates {' from '.join(rivals)}" if len(rivals) > 1 else f", to see {members[0].id}"
     if not why:
         return None
     return NextExperiment(separates=(rivals,), plan="", runs=evidence.used(), why=why + from_others)

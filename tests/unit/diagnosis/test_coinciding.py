@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.table import table_evidence
@@ -15,13 +16,13 @@ from tests.unit.diagnosis.test_measured_tables import RUNS, under_loads
 KNOWN = catalogue()
 
 
-def among(order: np.ndarray) -> Coinciding:  # pyright: ignore[reportMissingTypeArgument]
+def among(order: NDArray[np.int64]) -> Coinciding:
     seen = table_evidence(under_loads(order, run=np.arange(RUNS)), Setting())
     return Coinciding.among(seen, [*KNOWN.values(), *smooth_terms(seen)])
 
 
 @pytest.mark.parametrize("order", [np.arange(RUNS), np.arange(RUNS)[::-1]])
-def test_a_load_that_rises_or_falls_with_the_runs_coincides_with_them(order: np.ndarray) -> None:  # pyright: ignore[reportMissingTypeArgument]
+def test_a_load_that_rises_or_falls_with_the_runs_coincides_with_them(order: NDArray[np.int64]) -> None:
     found = among(order)
     assert found.together == {"run", "mass_kg"}
     assert found.of["wear"] == "run"

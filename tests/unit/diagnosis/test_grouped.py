@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
 from shared.messages import Sample
@@ -15,7 +18,6 @@ from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.observations.table import table_evidence
-from station.physics.contact import Array
 from station.physics.model import Model
 from station.signals.measured import Measured
 
@@ -23,7 +25,7 @@ STEP_M, SPEEDS_M_S = 1e-5, (2e-7, 2e-6)
 SPEED_CHANGES = 100
 
 
-def evidence(columns: dict[str, Array], group: tuple[str, ...] = ()) -> Evidence:
+def evidence(columns: dict[str, NDArray[Any]], group: tuple[str, ...] = ()) -> Evidence:
     count = len(columns["friction_coefficient"])
     return table_evidence(Measured(samples=(Sample(),) * count, more=columns, group=group), Setting())
 

@@ -7,9 +7,11 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import diagnose, examined
@@ -20,22 +22,22 @@ from station.diagnosis.predict.folds import assigned
 from station.diagnosis.report.page import html_page
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue
-from station.physics.contact import Array
 from station.physics.model import Model, Term
 from station.signals.measured import Measured
 from tests.unit.diagnosis.tables import samples
 
+Columns = Mapping[str, NDArray[Any]]
 RUNS = 80
 LOADS_N = np.geomspace(0.05, 1.0, RUNS)
 
 
-def measured(columns: Mapping[str, Array], *, run: Array | None = None, group: tuple[str, ...] = ()) -> Measured:
+def measured(columns: Columns, *, run: NDArray[np.int64] | None = None, group: tuple[str, ...] = ()) -> Measured:
     count = len(next(iter(columns.values())))
-    numbers = np.zeros(count, dtype=int) if run is None else run
+    numbers = np.zeros(count, dtype=np.int64) if run is None else run
     return Measured(samples=tuple(Sample(run=int(one)) for one in numbers), more=columns, group=group)
 
 
-def under_loads(order: Array, *, run: Array | None = None, seed: int = 1) -> Measured:
+def under_loads(order: NDArray[np.int64], *, run: NDArray[np.int64] | None = None, seed: int = 1) -> Measured:
     """Friction that falls with the load to the power 0.3 and scatters by 3 %, under loads in an order of their own."""
     rng, load = np.random.default_rng(seed), LOADS_N[order]
     friction = 0.5 * load**-0.3 * np.exp(rng.normal(0.0, 0.03, RUNS))
