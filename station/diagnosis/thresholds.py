@@ -44,7 +44,10 @@ LEAST_RUNS = Threshold(
     how="Convention: the standard deviation of 20 draws is known to a sixth.",
 )
 LEAST_SLID = Threshold(
-    10, unit="runs", meaning="With fewer runs in which the block slid nothing is said.", how="Convention, as above."
+    10,
+    unit="runs",
+    meaning="With fewer runs in which the block slid, or fewer stretches of a record on their own, nothing is said.",
+    how="Convention, as above.",
 )
 ALARM = Threshold(
     0.04,
@@ -254,13 +257,6 @@ LONGEST_REACH_M = Threshold(
     meaning="Friction wanders over no longer way.",
     how="A longer reach is the run's own level of friction.",
     shown="pytest tests/unit/diagnosis/test_wander.py",
-)
-
-LONGEST_SHARE = Threshold(
-    0.1,
-    meaning="The friction of a continuous record wanders over no longer share of its slip.",
-    how="What goes on for longer is a trend, as of a law; fewer than ten stretches of their own tell no law.",
-    shown="pytest -m benchmark -s tests/benchmarks/test_real_tables.py before and after {name} is changed here",
 )
 
 # These weigh the evidence of the blocks' first paths, for laws of sliding alone.

@@ -113,11 +113,14 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools
 
 
 def _reaches(place_m: Array | None, starts: Bools) -> tuple[float, float]:
-    """The shortest reach of a record's wander, that of its rows, and the longest, m."""
+    """The shortest reach of a record's wander, that of its rows, and the longest, m.
+
+    What goes on for longer is a trend, as of a law: it leaves too few stretches on their own to tell one.
+    """
     if place_m is None or starts.all():
         return 1.0, 1.0
     low = max(float(np.median(np.diff(place_m)[~starts[1:]])), 1e-12)
-    return low, max(thresholds.LONGEST_SHARE * float(place_m.max()), low)
+    return low, max(float(place_m.max()) / thresholds.LEAST_SLID, low)
 
 
 @compiled
