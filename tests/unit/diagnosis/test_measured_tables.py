@@ -132,7 +132,8 @@ def test_loads_in_random_order_have_their_exponent() -> None:
 def test_no_word_of_tilt_steps_and_no_number_that_is_none() -> None:
     found = examined(under_loads(np.arange(RUNS)), catalogue())
     told = " ".join([html_page(found.diagnosis, found.pictures), str(as_json(found.diagnosis))])
-    assert not re.search(r"tilt step|tilt rate|\bnan\b", told)
+    assert "loads over a range of ten to one" in told
+    assert not re.search(r"tilt step|tilt rate|station run|\bnan\b", told)
 
 
 # --- groups -----------------------------------------------------------------------------------------------------------
