@@ -116,9 +116,10 @@ class TableRows:
         return bool(np.ptp(self.number)) if len(self) else False
 
     @property
-    def named_by_run(self) -> bool:
-        """True if the runs' numbers in the table name the rows."""
-        return len({sample.run for sample in self.samples}) == len(self)
+    def names(self) -> Index:
+        """The rows' numbers (n,) for reports: their runs', or where these are no names those in the table."""
+        runs = np.array([sample.run for sample in self.samples], dtype=np.int64)
+        return runs if len(np.unique(runs)) == len(runs) else self.row
 
 
 _COLUMNS = (
