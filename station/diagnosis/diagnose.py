@@ -15,6 +15,7 @@ from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
+from station.diagnosis.next_experiment.elsewhere import elsewhere
 from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence, Setting
@@ -22,22 +23,34 @@ from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, NextExperiment, Own, Value, Verdict
+from station.diagnosis.search.advised import advice, tilts
 from station.diagnosis.search.belief import Belief, beliefs, called
-from station.diagnosis.search.locate import located
+from station.diagnosis.search.locate import located, summary_of, told_of_smooth
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
 from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
+from station.physics.smooth import is_smooth
+from station.signals.measured import Measured
 from station.signals.session import Signals
 
 TIPPING = "tipping"
 """The effect that is inferred from the runs in which the block toppled, not from how it slides."""
 
 
+Recorded = Signals | Measured | Sequence[Sample]
+"""A session's signals, the rows of a table, or samples alone."""
+
+
+def evidence_from(recorded: Recorded, setting: Setting) -> Evidence:
+    """The evidence of a session or a table."""
+    return evidence_of(recorded, setting) if isinstance(recorded, Signals) else table_evidence(recorded, setting)
+
+
 def diagnose(
-    recorded: Signals | Sequence[Sample],
+    recorded: Recorded,
     catalogue: Catalogue,
     *,
     name: str = "",
@@ -60,7 +73,7 @@ class Examined:
 
 
 def examined(
-    recorded: Signals | Sequence[Sample],
+    recorded: Recorded,
     catalogue: Catalogue,
     *,
     name: str = "",
@@ -86,7 +99,7 @@ def examined(
     """
     progress("reading the evidence")
     chosen = setting or Setting()
-    evidence = evidence_of(recorded, chosen) if isinstance(recorded, Signals) else table_evidence(recorded, chosen)
+    evidence = evidence_from(recorded, chosen)
     why = _why_not(evidence)
     if why:
         return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())
@@ -177,7 +190,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=next_experiment(evidence, found, effects, catalogue),
+        next_experiment=_next(evidence, found, effects, catalogue),
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -199,6 +212,14 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     )
 
 
+def _next(
+    evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Catalogue
+) -> NextExperiment | None:
+    if tilts(evidence):
+        return next_experiment(evidence, found, effects, catalogue)
+    return elsewhere(evidence, effects, catalogue)
+
+
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
     if effect is None or tips is None:
         return model
@@ -212,11 +233,11 @@ def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[Effect
     listed = [_effect(evidence, fitted, term, judged) for fitted, term in every.values()]
     for candidate, believed in zip(found.places, judged.belief.places, strict=True):
         place = candidate.place
-        where = f"{place.channel.phase} against {place.covariate}" if place is not None else ""
+        where = "" if place is None else f": {summary_of(found.model, place)}"
         listed.append(
             EffectFound(
                 id="other",
-                title=f"something outside the catalogue: {where}",
+                title=f"something outside the catalogue{where}",
                 class_ids=("other",),
                 probability=believed,
                 verdict="supported" if believed > thresholds.EVEN else "not supported",
@@ -232,14 +253,14 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: _Judged) -> Eff
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
     return EffectFound(
         id=called(effect.id),
-        title=effect.title,
+        title=effect.title if not is_smooth(effect) else told_of_smooth(evidence, fitted.model, term),
         class_ids=near,
         probability=belief.effects[effect.id],
         verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters=values_of(fitted, term),
         determined=determined(evidence, fitted, term),
         own=own,
-        separated_by=effect.separated_by,
+        separated_by=advice(evidence, effect),
     )
 
 

@@ -10,9 +10,8 @@ import numpy as np
 from shared.errors import UserError
 from station.diagnosis import thresholds
 from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
-from station.diagnosis.diagnose import Examined, overall
+from station.diagnosis.diagnose import Examined, Recorded, evidence_from, overall
 from station.diagnosis.inference.values import values_of
-from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.diagnosis.search.belief import beliefs, called
@@ -20,12 +19,11 @@ from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
-from station.signals.session import Signals
 
 
 def against_given(
     examined: Examined,
-    simulated: Signals,
+    simulated: Recorded,
     catalogue: Catalogue,
     *,
     setting: Setting,
@@ -37,7 +35,7 @@ def against_given(
 
     Args:
         examined: the diagnosis of the user's recording.
-        simulated: the simulation's recording.
+        simulated: the simulation's recording, or its table.
         catalogue: the effects to consider, as for the recording.
         setting: sizes of plate and block.
         name: the simulation's name in the result.
@@ -51,7 +49,7 @@ def against_given(
     if recorded is None:
         return answer
     progress("reading the simulation")
-    evidence = as_noisy_as(recorded, evidence_of(simulated, setting))
+    evidence = as_noisy_as(recorded, evidence_from(simulated, setting))
     if evidence.used() < thresholds.LEAST_RUNS:
         notes = "; ".join(evidence.notes) or "the others neither slide nor hold"
         raise UserError(

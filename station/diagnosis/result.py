@@ -31,6 +31,8 @@ class Value:
 
     def __str__(self) -> str:
         """The number and its standard error to two digits of the error, the unit, and a note if it is at its bound."""
+        if not math.isfinite(self.value):
+            return "–"
         unit = ("" if self.unit == "1" else f" {self.unit}") + (" (at its bound)" if self.at_bound else "")
         if not math.isfinite(self.sd) or self.sd == 0:
             return f"{self.value:.3g}{unit}"
@@ -313,6 +315,7 @@ def _located(place: Located) -> dict[str, Any]:
 def _effect(effect: EffectFound) -> dict[str, Any]:
     return {
         "id": effect.id,
+        "title": effect.title,
         "class": list(effect.class_ids),
         "probability": effect.probability,
         "verdict": effect.verdict,

@@ -44,7 +44,10 @@ LEAST_RUNS = Threshold(
     how="Convention: the standard deviation of 20 draws is known to a sixth.",
 )
 LEAST_SLID = Threshold(
-    10, unit="runs", meaning="With fewer runs in which the block slid nothing is said.", how="Convention, as above."
+    10,
+    unit="runs",
+    meaning="With fewer runs in which the block slid, or fewer stretches of a record on their own, nothing is said.",
+    how="Convention, as above.",
 )
 ALARM = Threshold(
     0.04,

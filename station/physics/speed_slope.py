@@ -12,7 +12,7 @@ from station.physics.contact import Contact
 from station.physics.effect import Effect, Values
 
 SHARES = (0.25, 0.75)
-"""The quartiles of the recorded speeds between which the slope is taken."""
+"""The quartiles of the different recorded speeds between which the slope is taken."""
 
 
 def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
@@ -23,7 +23,9 @@ def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str
     speeds = contact.speed_m_s[contact.moving]
     if not len(speeds):
         return {}
-    low, high = np.quantile(speeds, SHARES).tolist()
+    different = np.unique(speeds)  # a drive may stay at one speed for most of the time
+    low = float(np.quantile(different, SHARES[0], method="lower"))
+    high = float(np.quantile(different, SHARES[1], method="higher"))
     if not 0.0 < low < high:
         return {}
     one = contact.chosen(np.flatnonzero(contact.moving)[:1].repeat(2))

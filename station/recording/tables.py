@@ -9,9 +9,11 @@ have `onset_angle_rad`.
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, cast, get_type_hints
 
 from shared.errors import UserError
@@ -29,8 +31,12 @@ _HINTS: dict[str, Any] = {
 }
 
 
-def write_samples(samples: Sequence[Sample], path: Path) -> None:
+def write_samples(
+    samples: Sequence[Sample], path: Path, *, more: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> None:
     """Writes a table; the name's ending (.csv or .parquet) says which.
+
+    `more` has further columns, a number for each sample, nan where there is none.
 
     Raises:
         UserError: for another ending, or a folder that cannot be written to.
@@ -39,16 +45,21 @@ def write_samples(samples: Sequence[Sample], path: Path) -> None:
     if write is None:
         raise UserError(f"Expected a table's name to end in .csv or .parquet, got '{path.name}'")
     try:
-        write(samples, path)
+        write(samples, path, more)
     except OSError as error:
         raise UserError(f"Expected to write the table to {path}, but that failed: {error.strerror}") from error
 
 
-def read_samples(path: Path) -> tuple[Sample, ...]:
-    """The samples in a table (.csv, .parquet) or a recording (.mcap).
+def known_columns() -> tuple[str, ...]:
+    """The names of a sample's columns."""
+    return tuple(_HINTS)
+
+
+def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[Sample, ...]:
+    """The samples in a table (.csv, .parquet), which must have one of some columns, or in a recording (.mcap).
 
     Raises:
-        UserError: if the file is missing, of another kind, lacks the onset angle, or holds something that is no number.
+        UserError: if the file is missing, of another kind, lacks these columns, or holds something that is no number.
     """
     if path.suffix == ".mcap":
         return open_recording(path).samples()
@@ -56,7 +67,7 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     if read is None:
         raise UserError(f"Expected samples in a .csv, .parquet or .mcap file, got '{path.name}'")
     try:
-        return read(path)
+        return read(path, one_of)
     except OSError as error:
         raise UserError(f"Expected a table of samples at {path}, but it cannot be read: {error}") from error
 
@@ -64,7 +75,7 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
 # --- Parquet ---------------------------------------------------------------------------------------------------------
 
 
-def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
+def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequence[float]]) -> None:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
     import pyarrow.parquet as pq  # noqa: PLC0415
 
@@ -80,20 +91,21 @@ def _write_parquet(samples: Sequence[Sample], path: Path) -> None:
         pa.array([_plain(getattr(sample, name)) for sample in samples], type=kinds[hint])
         for name, hint in _HINTS.items()
     ]
-    pq.write_table(pa.table(columns, names=list(_HINTS)), path)
+    columns += [pa.array(list(values), type=pa.float64(), from_pandas=True) for values in more.values()]
+    pq.write_table(pa.table(columns, names=[*_HINTS, *more]), path)
 
 
 def _plain(value: Any) -> Any:
     return list(cast(tuple[Any, ...], value)) if isinstance(value, tuple) else value
 
 
-def _read_parquet(path: Path) -> tuple[Sample, ...]:
+def _read_parquet(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
     import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     try:
         table = pq.read_table(path)
-        _require(table.column_names, path)
+        _require(table.column_names, path, one_of)
         known = [name for name in _HINTS if name in table.column_names]
         rows = cast(list[dict[str, Any]], table.select(known).to_pylist())
     except (pa.ArrowException, ValueError, KeyError) as error:
@@ -123,7 +135,7 @@ def _checked(name: str, value: Any, where: str) -> Any:
 # --- CSV -------------------------------------------------------------------------------------------------------------
 
 
-def _write_csv(samples: Sequence[Sample], path: Path) -> None:
+def _write_csv(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequence[float]]) -> None:
     widths = {
         name: max([LENGTHS.get(name, 0), *(len(getattr(sample, name)) for sample in samples)])
         for name, hint in _HINTS.items()
@@ -131,9 +143,10 @@ def _write_csv(samples: Sequence[Sample], path: Path) -> None:
     }
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([column for name in _HINTS for column in _columns(name, widths)])
-        for sample in samples:
-            writer.writerow([cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)])
+        writer.writerow([*(column for name in _HINTS for column in _columns(name, widths)), *more])
+        for row, sample in enumerate(samples):
+            cells = [cell for name in _HINTS for cell in _cells(name, getattr(sample, name), widths)]
+            writer.writerow([*cells, *("" if math.isnan(values[row]) else values[row] for values in more.values())])
 
 
 def _columns(name: str, widths: dict[str, int]) -> list[str]:
@@ -149,20 +162,20 @@ def _cells(name: str, value: Any, widths: dict[str, int]) -> list[str]:
     return [value if hint is str else repr(hint(value)).lower()]
 
 
-def _read_csv(path: Path) -> tuple[Sample, ...]:
+def _read_csv(path: Path, one_of: Collection[str]) -> tuple[Sample, ...]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, restval="")
-            _require(reader.fieldnames or (), path)
+            _require(reader.fieldnames or (), path, one_of)
             return tuple(_from_cells(row, f"{path}, line {reader.line_num}") for row in reader)
     except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(f"Expected a CSV table of samples, but {path} is not one ({error})") from error
 
 
-def _require(columns: Sequence[str], path: Path) -> None:
-    if REQUIRED not in columns:
-        found = ", ".join(columns[:8]) or "none"
-        raise UserError(f"Expected a table of samples with a column '{REQUIRED}' in {path}; its columns are: {found}")
+def _require(columns: Sequence[str], path: Path, one_of: Collection[str]) -> None:
+    if not set(one_of) & set(columns):
+        found, wanted = ", ".join(columns[:8]) or "none", " or ".join(f"'{name}'" for name in one_of)
+        raise UserError(f"Expected a table of samples with a column {wanted} in {path}; its columns are: {found}")
 
 
 def _from_cells(row: dict[str, str], where: str) -> Sample:

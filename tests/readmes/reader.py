@@ -29,6 +29,7 @@ def furnish(folder: Path) -> Path:
     (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
     shutil.copy(GOLDEN, folder / "session.mcap")
     write_samples(samples(grain=0.2), folder / "samples.csv")
+    write_samples(samples(seed=4), folder / "simulated.csv")
     return folder
 
 

@@ -38,5 +38,7 @@ def test_a_law_of_the_load_is_not_fitted_to_the_scatter(seed: int) -> None:
     table = [replace(one, block_mass_kg=0.008) for one in samples(runs=RUNS, seed=seed)]
     known, seen = catalogue()["load_dependence"], table_evidence(table, Setting())
     plain = fit(seen, Model(mu_s=0.3), ())
-    found = fit(seen, plain.model.with_term(Term(known, {"exponent": 0.1})), [known], noise=plain.noise)
+    found = fit(
+        seen, plain.model.with_term(Term(known, {**known.neutral(), "exponent": 0.1})), [known], noise=plain.noise
+    )
     assert found.log_likelihood - plain.log_likelihood < 0.5

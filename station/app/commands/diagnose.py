@@ -1,7 +1,8 @@
 """Says where recordings differ from a plain simulation, which physics that is, and how far modelling it closes the gap.
 
-A recording (.mcap) is judged by its onsets, its slides and its marks; a table of samples (.csv, .parquet) by its onsets
-alone, with whatever covariates it has (the columns of `station samples --csv`; only onset_angle_rad must be there).
+A recording (.mcap) is judged by its onsets, its slides and its marks; a table (.csv, .parquet) by its onsets or its
+coefficients of friction, with whatever covariates it has (the columns of `station samples --csv`, and those of
+tribometers; only onset_angle_rad, friction_coefficient or friction_force_n must be there).
 Exit status: 0; 2 for a mistake in what was asked.
 """
 
@@ -31,6 +32,7 @@ from shared.rig import RigConfig, load_rig
 from station.app.outputs import require_writable
 from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
+from station.app.table_simulated import against_table, refuse_no_table
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.predict.folds import Folding, named, nested
@@ -40,8 +42,8 @@ from station.diagnosis.result import Diagnosis, as_json
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
+from station.recording.measured import read_measured
 from station.recording.reader import open_recording
-from station.recording.tables import read_samples
 from station.signals.session import Signals
 
 NAME = "diagnose"
@@ -69,7 +71,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulate",
         metavar="NAME",
-        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap)",
+        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap); "
+        "with a table, a simulated table",
     )
     parser.add_argument(
         "--nested",
@@ -167,7 +170,9 @@ def diagnose_file(
     tell = status
     if path.suffix in _TABLES:
         config = load_rig(rig) if rig else None
-        recorded = read_samples(path)
+        if simulate:
+            refuse_no_table(simulate)
+        recorded = read_measured(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
@@ -175,11 +180,11 @@ def diagnose_file(
             refuse_unknown(simulate, rig=config)
         tell("reading the recording")
         recorded = load_signals(reader)
-    setting = setting_of(config)
+    setting, known = setting_of(config), catalogue_of_table(config.physics if config else Table({}))
     with threadpool_limits(limits=1, user_api="blas"):
         found = examined(
             recorded,
-            catalogue_of_table(config.physics if config else Table({})),
+            known,
             name=str(path),
             setting=setting,
             seed=seed,
@@ -188,9 +193,9 @@ def diagnose_file(
             progress=tell,
         )
     answer = found.diagnosis
-    if simulate:
-        if config is None or not isinstance(recorded, Signals):
-            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
+    if simulate and not isinstance(recorded, Signals):
+        answer = against_table(found, known, setting=setting, simulate=simulate, progress=tell)
+    elif simulate and config is not None and isinstance(recorded, Signals):
         answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
     notes = (*answer.notes, *planted_in(config))
     answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from shared.messages import Sample
+from station.app.foam import free_of_foam_m
 from station.app.sample_tables import ENDS, directions_table, samples_table
 from station.recording.reader import digest, open_recording
 from station.recording.tables import read_samples, write_samples
@@ -37,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     show(samples, terminal, source=args.file, ends=len(samples) if args.all else ENDS)
     for path in (args.csv, args.parquet):
         if path is not None:
-            write_samples(samples, path)
+            write_samples(samples, path, more=free_of_foam_m(samples, args.file))
             terminal.print(f"{len(samples)} samples written to {path}", markup=False)
     return 0
 

@@ -44,8 +44,8 @@ class Variant:
 class Scores:
     """Information (K, K) and score (K,) of K columns around a fitted model, with the model's own numbers projected out.
 
-    `of_runs` (runs, K) are each run's shares of the score; `low`, `high` (K,) are the bounds of a column's number
-    relative to its null; `runs` is the number of runs that count.
+    `of_runs` (blocks, K) are the shares of independent runs, or groups, of the score; `low`, `high` (K,) are the bounds
+    of a column's number relative to its null; `runs` is the number of runs that count.
     """
 
     variants: tuple[Variant, ...]
@@ -93,7 +93,7 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         high += [np.inf] * extra.shape[1]
     counted = evidence.counted[whitening.run]
     table = whitening(np.column_stack([own, *parts]))[counted]
-    run, tail = whitening.run[counted], whitening.tail[counted]
+    block, tail = whitening.block[counted], whitening.tail[counted]
     slope, _ = pulls(white[counted], tail, whitening.limit[counted])
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
     weighted = np.sqrt(expected)[:, None] * table
@@ -108,13 +108,13 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
     share = raw * -slope[:, None]
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
-    np.add.at(of_runs, run, share)
+    np.add.at(of_runs, block, share)
     return Scores(
         variants=tuple(variants),
         # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
-        of_runs=of_runs[evidence.counted],
+        of_runs=of_runs[np.unique(evidence.block[evidence.counted])],
         low=np.array(low),
         high=np.array(high),
         runs=int(evidence.counted.sum()),

@@ -13,8 +13,6 @@ import numpy as np
 
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.onsets import Onsets
-from station.diagnosis.observations.slides import Along
 from station.diagnosis.result import Combination
 from station.physics.contact import Array, Contact
 from station.physics.effect import Values
@@ -90,7 +88,5 @@ def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Com
 
 def _contact(evidence: Evidence) -> Contact | None:
     """The recorded states: those of the slides, or else of the onsets; None without either."""
-    slides, onsets = evidence.channel("along"), evidence.channel("onset")
-    if isinstance(slides, Along):
-        return slides.motion.moments.reported
-    return onsets.moments.reported if isinstance(onsets, Onsets) else None
+    slides = evidence.channel("along")
+    return evidence.contact() if slides is None else slides.contact

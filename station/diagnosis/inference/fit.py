@@ -12,6 +12,7 @@ from scipy.optimize import lsq_linear
 
 from station.diagnosis.inference.errors import Curvature
 from station.diagnosis.inference.parameters import Free, free_numbers, model_of, vector_of
+from station.diagnosis.likelihood.grouped import grouped_noise
 from station.diagnosis.likelihood.noise import Noise, estimate_noise
 from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
 from station.diagnosis.likelihood.student import fitted_tail, log_density, pulls
@@ -185,9 +186,7 @@ class _Search:
 
     def _noise(self) -> Noise:
         """Estimates the noise from the runs that count."""
-        known = restricted(self.evidence, self.at, self.counts)
-        noise = with_tails(known[0], known[1], estimate_noise(*known))
-        return noise if self.evidence.floor is None else noise.at_least(self.evidence.floor)
+        return noise_of(self.evidence, self.at)
 
     def _whiten(self) -> None:
         self.whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, self.model))
@@ -240,7 +239,7 @@ class _Search:
         """The likelihood's curvature from whitened slopes of the components that `counted` (rows,) marks."""
         tail, limit = self.whitening.tail[counted], self.whitening.limit[counted]
         pull, curve = pulls(self.white[counted], tail, limit)
-        return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=self.whitening.run[counted])
+        return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=self.whitening.block[counted])
 
     def _promise(self, at: Curvature) -> tuple[Array, float]:
         """The step (k,) to the maximum of the quadratic model within bounds and reach, and the gain it promises."""
@@ -318,6 +317,14 @@ def restricted(evidence: Evidence, at: dict[str, Array], runs: Bools) -> tuple[E
     }
 
 
+def noise_of(evidence: Evidence, at: dict[str, Array]) -> Noise:
+    """The noise of the runs that count, from the residuals by channel."""
+    known = restricted(evidence, at, evidence.counted)
+    estimate = estimate_noise if evidence.group is None else grouped_noise
+    noise = with_tails(known[0], known[1], estimate(*known))
+    return noise if evidence.floor is None else noise.at_least(evidence.floor)
+
+
 def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     """The noise with each channel's tail and scale fitted to the whitened components."""
     whitening = Whitening(evidence, noise)
@@ -325,13 +332,17 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
         chosen = (whitening.channel == place) & ~whitening.limit
+        if channel.name in noise.wander:  # windows of a record are means of many rows: no tail, and no other scale
+            continue
         tail[channel.name], scale = fitted_tail(white[chosen])
-        if channel.name == "onset":
+        if channel.name == "onset" and evidence.group is None:
             # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.
             friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
         else:
             factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
-    return Noise(friction=friction, own=own, factor=factor, tail=tail)
+            if evidence.group is not None:
+                own[channel.name] = scale * noise.own[channel.name]
+    return replace(noise, friction=friction, own=own, factor=factor, tail=tail)
 
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:

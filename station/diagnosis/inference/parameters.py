@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.onsets import Onsets
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -57,8 +56,8 @@ def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, .
 
 def told(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
     """The effect's parameters without the shapes that are not identifiable in these runs."""
-    onset = evidence.channel("onset")
-    idle = effect.idle(onset.moments.reported) if isinstance(onset, Onsets) else frozenset[str]()
+    contact = evidence.contact()
+    idle = effect.idle(contact) if contact is not None else frozenset[str]()
     return tuple(parameter for parameter in effect.parameters if parameter.name not in idle)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import norm
@@ -32,18 +32,32 @@ CENSORED_ROUNDS = 30
 class Noise:
     """Standard deviations: `friction` is shared by onset and slide, `own` is each channel's random effect of a run.
 
-    `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t.
+    `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t. `group` and `wander`
+    are those of groups of rows and of continuous records, by channel, which are estimated anew with every model.
     """
 
     friction: float
     own: Mapping[str, float]
     factor: Mapping[str, float]
     tail: Mapping[str, float]
+    group: Mapping[str, float] = field(default_factory=dict[str, float])
+    wander: Mapping[str, Wander] = field(default_factory=dict[str, Wander])
 
     @property
     def scatter(self) -> float:
-        """Relative standard deviation of a run's static friction."""
-        return math.hypot(self.friction, self.own.get("onset", 0.0))
+        """Relative standard deviation of a run's static friction; of its friction while sliding if it has no onset."""
+        name = "onset" if "onset" in self.own else "along"
+        return math.hypot(self.friction, self.own.get(name, 0.0), self.group.get(name, 0.0))
+
+    def at_most(self, other: Noise) -> Noise:
+        """The smaller of both standard deviations and factors, one by one; the tails and the wander stay."""
+        return replace(
+            self,
+            friction=min(self.friction, other.friction),
+            own={name: min(own, other.own[name]) for name, own in self.own.items()},
+            factor={name: min(factor, other.factor[name]) for name, factor in self.factor.items()},
+            group={name: min(group, other.group[name]) for name, group in self.group.items()},
+        )
 
     def at_least(self, floor: Noise) -> Noise:
         """The larger of both standard deviations and factors, one by one; the tails stay."""
@@ -52,6 +66,8 @@ class Noise:
             own={name: max(own, floor.own.get(name, 0.0)) for name, own in self.own.items()},
             factor={name: max(factor, floor.factor.get(name, 0.0)) for name, factor in self.factor.items()},
             tail=self.tail,
+            group={name: max(group, floor.group.get(name, 0.0)) for name, group in self.group.items()},
+            wander=self.wander,
         )
 
 

@@ -1,5 +1,5 @@
 # ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
-"""Turns residuals and their slopes into independent components of unit scale, run by run."""
+"""Turns residuals and their slopes into independent components of unit scale, block by block of alike runs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from station.diagnosis.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
 
@@ -19,8 +20,9 @@ Index = np.ndarray[tuple[int], np.dtype[np.int64]]
 class Whitening:
     """Whitens arrays (rows, …) in the stacked order of the evidence's channels.
 
-    `run`, `channel` (rows,) are each component's run and channel; `limit` (rows,) marks the censored ones; `log_scale`
-    (runs,) is the log of each run's Cholesky determinant, which a log density subtracts.
+    `run`, `channel` (rows,) are each component's run and channel, `block` (rows,) the first run of its group; `limit`
+    (rows,) marks the censored ones. `log_scale` (runs,) is each run's share of the log of its block's Cholesky
+    determinant, which a log density subtracts.
     """
 
     def __init__(self, evidence: Evidence, noise: Noise, *, shaking: Array | None = None) -> None:
@@ -33,22 +35,24 @@ class Whitening:
         variance = np.concatenate(
             [
                 (noise.factor[channel.name] * channel.rows.sigma) ** 2
-                + (noise.own["onset"] ** 2 if channel.name == "onset" else 0.0)
+                + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
                 for channel in evidence.channels
             ]
         )
         if shaking is not None:
             variance[: len(shaking)] += shaking**2
         loads = _loads(evidence, noise, self.channel)
-        place, size, reach = _wandering(evidence)
-        self._order = np.argsort(self.run, kind="stable")
-        self._edges = np.searchsorted(self.run[self._order], np.arange(evidence.runs + 1))
+        place, size, reach = _wandering(evidence, noise)
+        self.block: Index = evidence.block[self.run]
+        self._order = np.argsort(self.block, kind="stable")
+        self._edges = np.searchsorted(self.block[self._order], np.arange(evidence.runs + 1))
         sizes = np.diff(self._edges)
         self._factors = np.zeros(int((sizes**2).sum()))
         self._places = np.concatenate([[0], np.cumsum(sizes**2)])
-        self.log_scale: Array = np.zeros(evidence.runs)
         along = np.column_stack([place, size, reach, self.channel])
-        _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, self.log_scale)
+        log_size = np.zeros(len(self.run))
+        _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, log_size)
+        self.log_scale: Array = np.bincount(self.run, log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
         """Whitened values; a vector (rows,) or a matrix (rows, columns)."""
@@ -60,9 +64,9 @@ class Whitening:
 
 @compiled
 def _factorise(
-    order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_scale: Any
+    order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_size: Any
 ) -> None:
-    """Writes the Cholesky factors of all runs' covariances to `factors`, and their log determinants to `log_scale`.
+    """Writes the Cholesky factors of all blocks' covariances to `factors`, and their diagonals' logs to `log_size`.
 
     `along` (rows, 4) are the place along the path, the wander's standard deviation and reach, and the channel.
     """
@@ -81,7 +85,7 @@ def _factorise(
                 for k in range(j):
                     total -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
-            log_scale[run] += np.log(factor[i, i])
+            log_size[rows[i]] = np.log(factor[i, i])
 
 
 @compiled
@@ -103,22 +107,29 @@ def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white
 
 
 def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
-    """Loadings (rows, 1 + channels) of the shared friction of a run and of each channel's random effect of a run."""
+    """Loadings (rows, 1 + channels) of the shared friction of a block and of each channel's random effect of it."""
     loads = np.zeros((len(channel), 1 + len(evidence.channels)))
     for place, one in enumerate(evidence.channels):
         of_channel = channel == place
         if one.shares_friction:
             loads[of_channel, 0] = noise.friction
-        if one.name != "onset":  # its random effect is in the variance: a run has one onset
+        if evidence.group is not None:
+            loads[of_channel, 1 + place] = noise.group[one.name]
+        elif not _is_of_rows(evidence, one):
             loads[of_channel, 1 + place] = noise.own[one.name]
     return loads
 
 
-def _wandering(evidence: Evidence) -> tuple[Array, Array, Array]:
+def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:
+    """True if a channel's random effect of a run is in the variance of its rows: a run has one onset, or one row."""
+    return channel.name == "onset" or evidence.group is not None
+
+
+def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:
     """Place along the path (rows,), and the wander's standard deviation and reach; 0, 0, 1 where there is none."""
     places, sizes, reaches = list[Array](), list[Array](), list[Array]()
     for channel in evidence.channels:
-        wander, some = evidence.wander.get(channel.name), np.ones(len(channel))
+        wander, some = noise.wander.get(channel.name) or evidence.wander.get(channel.name), np.ones(len(channel))
         places.append(0.0 * some if channel.travelled_m is None else channel.travelled_m)
         sizes.append((0.0 if wander is None else wander.sd) * some)
         reaches.append((1.0 if wander is None else wander.reach_m) * some)

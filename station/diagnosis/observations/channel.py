@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis.observations.plate import Times
-from station.physics.contact import Array, Bools
+from station.physics.contact import Array, Bools, Contact
 from station.physics.effect import Effect
 from station.physics.model import Model
 
@@ -72,6 +72,11 @@ class Channel(ABC):
 
         A channel may then keep what is costly and does not change to first order.
         """
+
+    @property
+    def contact(self) -> Contact | None:
+        """The recorded contacts; None for a channel that sees none."""
+        return None
 
     @property
     def hooks(self) -> frozenset[str]:

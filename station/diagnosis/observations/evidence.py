@@ -8,18 +8,22 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from station.diagnosis.observations.channel import Channel, Part
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.outline import inside_by_m
 from station.diagnosis.observations.tips import NO_TIPS, Tips
-from station.physics.contact import Array, Bools
+from station.physics.contact import Array, Bools, Contact
 
 if TYPE_CHECKING:
     from station.diagnosis.likelihood.noise import Noise
     from station.diagnosis.likelihood.wander import Wander
     from station.diagnosis.observations.paths import Paths
     from station.diagnosis.observations.ridden import Rides
+
+
+Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,7 +55,8 @@ class Evidence:
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
     are not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are predicted
     and not fitted; None: there are none. `wander` is the wander of friction along the slides by channel, where it was
-    estimated. `floor` is the least noise of rows and runs.
+    estimated. `floor` is the least noise of rows and runs. `group` (r,) numbers the groups of runs that share a draw of
+    friction, as those of one specimen; None: each run is on its own.
     """
 
     channels: tuple[Channel, ...]
@@ -65,6 +70,7 @@ class Evidence:
     held_out: Bools | None = None
     wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
     floor: Noise | None = None
+    group: Index | None = None
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, or None."""
@@ -79,6 +85,19 @@ class Evidence:
     def counted(self) -> Bools:
         """The runs (r,) to which models are fitted, as a mask."""
         return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
+
+    @property
+    def block(self) -> Index:
+        """The first run (r,) of each run's group: runs of different blocks are independent."""
+        if self.group is None:
+            return np.arange(self.runs)
+        _, first, of = np.unique(self.group, return_index=True, return_inverse=True)
+        return first[of]
+
+    def contact(self) -> Contact | None:
+        """The recorded contacts of the onsets, or else of the slides; None without either."""
+        channels = (self.channel(name) for name in ("onset", "along"))
+        return next((channel.contact for channel in channels if channel is not None), None)
 
     def used(self) -> int:
         """The number of counted runs with at least one row of friction."""

@@ -9,7 +9,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
-from station.physics.contact import Array
+from station.physics.contact import Array, Contact
 from station.physics.dissipation import held_along, threshold
 from station.physics.model import Model
 
@@ -47,6 +47,11 @@ class Onsets(Channel):
         self._last: tuple[Model, Array] | None = None
         self._last_drawn: tuple[Model, Array] | None = None
         self._typically, self._expecting, self._recording = self._ways = (_Way(), _Way(), _Way())
+
+    @property
+    def contact(self) -> Contact:
+        """The recorded contacts (n,)."""
+        return self.moments.reported
 
     def near(self, model: Model | None) -> None:
         """Keeps the directions in which this model's blocks slip, see `Channel.near`."""

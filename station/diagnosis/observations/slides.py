@@ -12,7 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
-from station.physics.contact import Array, View
+from station.physics.contact import Array, Contact, View
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -154,6 +154,11 @@ class Along(_Slides):
         force = self._force(self._plain, self._way) / self._normal
         self._typical = max(float(np.median(force)), LEAST_MU)
         self._log_recorded = np.log(np.maximum(force, 0.2 * self._typical))
+
+    @property
+    def contact(self) -> Contact:
+        """The recorded contacts at the windows' nodes (3 n,)."""
+        return self.motion.moments.reported
 
     def friction_m_s2(self) -> Array:
         """The recorded friction of each window per mass (n,), m/s²."""

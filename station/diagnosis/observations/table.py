@@ -1,102 +1,84 @@
-"""Evidence from a table of samples, by their onsets alone: other rigs' measurements, or sessions without paths."""
+"""Evidence from a table: onsets on a tilted plate, and friction that was measured by pulling, at rest or sliding."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from shared.messages import Sample
-from station.diagnosis import thresholds
 from station.diagnosis.observations.build import facts_of
-from station.diagnosis.observations.channel import rows_of
+from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence, Setting
-from station.diagnosis.observations.moments import Moments
-from station.diagnosis.observations.onset_rows import sigma_of
-from station.diagnosis.observations.onsets import Onsets
-from station.diagnosis.observations.plate import Attitude
-from station.physics.contact import Array
-from station.physics.covariates import covariates_of
+from station.diagnosis.observations.moments import RunFacts
+from station.diagnosis.observations.pulled import SETTLING
+from station.diagnosis.observations.series import in_windows, settling, travelled_of
+from station.diagnosis.observations.starts import FREE_M
+from station.diagnosis.observations.table_onsets import onsets_of
+from station.diagnosis.observations.table_pulled import pulled_of
+from station.diagnosis.observations.table_rows import TableRows, mass_of
+from station.diagnosis.observations.table_states import moments_ns, places_m, rests_s, tilts_rad
+from station.signals.measured import Measured
 
-APART_NS = 600_000_000_000
-"""The interval between the invented times of runs whose table has none."""
 
-
-def table_evidence(samples: Sequence[Sample], setting: Setting) -> Evidence:
-    """The onsets of a table's rows; a row without run number, times or places has the columns' defaults."""
-    usable = [sample for sample in samples if thresholds.LEAST_TILT_RAD < sample.onset_angle_rad < math.pi / 2]
-    if not usable:
-        return Evidence(
-            channels=(), run_number=np.zeros(0), facts=facts_of([], setting), total_runs=len(samples),
-            notes=("no row of the table has an onset angle between 0.02 and pi/2 rad",),
-        )  # fmt: skip
-    numbered = [sample.run for sample in usable]
-    if len(set(numbered)) < len(numbered):
-        usable = [replace(sample, run=place) for place, sample in enumerate(usable)]
-    facts = facts_of(usable, setting)
-    typical = float(np.median([sample.onset_angle_rad for sample in usable]))
-    time_ns = np.array([_time_ns(sample, place) for place, sample in enumerate(usable)], dtype=np.int64)
-    rest_s = np.array([_rest_s(sample, typical) for sample in usable])
-    facts = replace(facts, rest_ns=time_ns - np.round(rest_s * 1e9).astype(np.int64))
-    place_m = np.array([(sample.start_x_m, sample.start_y_m) for sample in usable])
-    moments = Moments(
-        time_ns=time_ns,
-        run=np.arange(len(usable)),
-        facts=facts,
-        attitude=lambda delay_s: _attitude(usable, delay_s),
-        place_m=place_m,
-        yaw_rad=np.array([sample.start_yaw_rad for sample in usable]),
-        velocity_m_s=np.zeros((len(usable), 2)),
-        moving=np.zeros(len(usable), dtype=np.bool_),
-        slip_ns=time_ns,
-        border_m=setting.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1]),
-    )
-    tilt = moments.reported.tilt_rad
-    sigma = np.array([sigma_of(sample) for sample in usable]) / (np.sin(tilt) * np.cos(tilt))
-    rows = rows_of(
-        {
-            "run": moments.run,
-            "from_ns": time_ns,
-            "to_ns": time_ns,
-            "sigma": sigma,
-            "limit": np.array([sample.censored for sample in usable]),
-        },
-        covariates_of(moments.reported),
-    )
-    lost = len(samples) - len(usable)
+def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> Evidence:
+    """The evidence of a table's rows; what a row lacks has the columns' defaults."""
+    table = recorded if isinstance(recorded, Measured) else Measured.of(recorded)
+    rows = in_windows(TableRows.of(table))
+    notes = list(_notes(table, rows))
+    rows, leaned = _free(rows, setting)
+    rows = rows if travelled_of(rows) is not None else rows.typical_first()
+    if leaned:
+        notes.append(f"{leaned} rows of blocks that lay against the foam were left out")
+    facts = _facts(rows, setting)
     return Evidence(
-        channels=(Onsets(rows, moments),),
-        run_number=np.array([float(sample.run) for sample in usable]),
+        channels=tuple(_channels(rows, facts, setting)),
+        run_number=rows.names.astype(np.float64),
         facts=facts,
-        total_runs=len(samples),
-        notes=(f"{lost} rows have no usable onset angle and were left out",) if lost else (),
+        total_runs=len(table),
+        notes=tuple(notes),
+        group=rows.group,
     )
 
 
-def _time_ns(sample: Sample, place: int) -> int:
-    return sample.slip_ns or sample.detect_ns or (place + 1) * APART_NS
+def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
+    if not len(rows):
+        yield "no row of the table has an onset angle between 0.02 and pi/2 rad, or a coefficient of friction above 0"
+    elif rows.lost:
+        yield f"{rows.lost} rows have no usable onset angle or coefficient and were left out"
+    if len(rows) and len(rows) < rows.read:
+        yield f"{rows.read} rows of a continuous record were averaged in {len(rows)} windows of equal slip"
+    if len(rows) and not rows.ordered:
+        yield "the table has no column run or time that varies, so nothing can be said of the order of its rows"
+    if table.ignored:
+        yield f"columns that nothing reads were left alone: {', '.join(table.ignored)}"
 
 
-def _rest_s(sample: Sample, typical_rad: float) -> float:
-    """The dwell, s, until the tilt reaches the typical onset; the run's own onset comes later with high friction."""
-    rate = abs(sample.tilt_rate_rad_s)
-    ramp = typical_rad / rate if rate > 0 else 0.0
-    waited = (sample.start_ns - sample.rest_ns) * 1e-9 if sample.start_ns > sample.rest_ns > 0 else 0.0
-    return max(sample.dwell_s + waited + ramp, 1e-3)
+def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:
+    """The rows without those of blocks that lay against the foam, which holds them, and the number of these."""
+    noted = rows.more.column("foam_free_m")
+    free_m = np.where(np.isfinite(noted), noted, setting.free_m(places_m(rows)))
+    leaned = ~rows.pulled & (free_m <= FREE_M)
+    return rows.chosen(np.flatnonzero(~leaned)), int(leaned.sum())
 
 
-def _attitude(samples: Sequence[Sample], delay_s: float) -> Attitude:
-    """The plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
-    rate = np.array([sample.tilt_rate_rad_s for sample in samples])
-    tilt = np.array([sample.onset_angle_rad for sample in samples]) - rate * delay_s
-    beta = np.array([_azimuth(sample) for sample in samples])
-    gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
-    axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
-    still: Array = np.zeros((len(samples), 3))
-    return Attitude(gravity, axis * rate[:, None], still, np.ones(len(samples)), np.full(len(samples), 1e3))
+def _facts(rows: TableRows, setting: Setting) -> RunFacts:
+    facts = facts_of(rows.samples, setting)
+    tilt = np.where(rows.pulled, 0.0, tilts_rad(rows))
+    mass = np.where(np.isfinite(rows.load_n), mass_of(rows.load_n, tilt), facts.mass_kg)
+    typical = float(np.median(tilt)) if len(rows) else 0.0
+    rest_ns = moments_ns(rows) - np.round(rests_s(rows, typical) * 1e9).astype(np.int64)
+    return replace(facts, number=rows.number, rest_ns=rest_ns, mass_kg=mass)
 
 
-def _azimuth(sample: Sample) -> float:
-    return sample.azimuth_rad if sample.azimuth_rad or sample.direction < 0 else sample.direction * math.pi / 2
+def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Channel]:
+    """The onsets or the friction at rest, then the friction while sliding; only what there are rows of."""
+    moving = rows.pulled & (rows.speed_m_s > 0)
+    if (~rows.pulled).any():
+        yield onsets_of(rows, facts, setting, np.flatnonzero(~rows.pulled))
+    unsettled = settling(rows)
+    masks = {"onset": rows.pulled & ~moving, "along": moving & ~unsettled, SETTLING: moving & unsettled}
+    for name, mask in masks.items():
+        if mask.any():
+            yield pulled_of(name, rows, facts, mask)

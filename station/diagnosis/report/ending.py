@@ -16,8 +16,9 @@ def next_step(diagnosis: Diagnosis) -> str:
         parts.append(html.paragraph("No further experiment is called for."))
     else:
         parts.append(html.paragraph(f"{plan.runs} runs: {plan.why}."))
-        parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
-        parts.append(f"<pre>{escape(plan.plan)}</pre>")
+        if plan.plan:
+            parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
+            parts.append(f"<pre>{escape(plan.plan)}</pre>")
     advice = [
         f"<li>{escape(', '.join(one.class_ids))}: {escape(one.separated_by)}</li>"
         for one in diagnosis.effects

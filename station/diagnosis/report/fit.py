@@ -13,6 +13,7 @@ from station.diagnosis.report.drawing import inline_svg
 from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
+from station.diagnosis.report.sentences import own_level
 from station.diagnosis.result import Diagnosis, Quality, Value
 
 
@@ -77,8 +78,8 @@ def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
         said: Mapping[str, Any] = rerun.get(when) or {}
         if said:
             rows.append([escape(f"{rerun.get('engine', '')}, {when}"), *_cells(said)])
-        if said.get("own_level"):
-            name = f"{rerun.get('engine', '')}, {when}, each run at its own level"
+        if said.get("own_level") and own_level(rerun):
+            name = f"{rerun.get('engine', '')}, {when}, at {own_level(rerun)}"
             rows.append([escape(name), *_cells(said["own_level"])])
     return rows
 
@@ -90,7 +91,7 @@ def _cells(said: Mapping[str, Any]) -> list[str]:
 
 def _parameters(diagnosis: Diagnosis) -> str:
     rows = [["plain model", "mu_s", *html.with_error(diagnosis.mu_s)]]
-    rows.append(["plain model", "scatter", f"{diagnosis.scatter:.3g}", "–", "of mu_s"])
+    rows.append(["plain model", "scatter", html.number(diagnosis.scatter, 3), "–", "of mu_s"])
     for effect in diagnosis.effects:
         rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
         rows += [

@@ -63,6 +63,8 @@ def with_error(value: Value) -> tuple[str, str, str]:
     """Value, 90 % interval and unit, to two digits of the standard error; lengths are in mm, angles in degrees."""
     factor, unit = _READ_IN.get(value.unit, (1.0, value.unit))
     sd = factor * value.sd
+    if not math.isfinite(value.value):
+        return "–", "–", unit
     if not math.isfinite(sd) or sd <= 0:
         return minus(f"{factor * value.value:.3g}"), "–", unit
     digits = min(max(0, 1 - math.floor(math.log10(sd))), 9)

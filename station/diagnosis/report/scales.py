@@ -29,6 +29,7 @@ _RESIDUALS = {
 CHANNELS = {
     "onset": "friction at the onset",
     "along": "friction along the slide",
+    "settling": "friction after a change of speed",
     "across": "sideways force",
     "turn": "turning",
     "rest": "place before the slip",

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from station.diagnosis import thresholds
 from station.diagnosis.result import Diagnosis, EffectFound, Side
 
 
@@ -20,11 +24,28 @@ def _said(diagnosis: Diagnosis) -> str:
         said = "; ".join(parts)
         return said[0].upper() + said[1:]
     if diagnosis.given:
-        level = any(one.name == "mu_s" for one in diagnosis.differs)
-        return "Nothing is left out of the simulation" + (", but its friction has another level" if level else "")
-    if diagnosis.located:
+        return "Nothing is left out of the simulation" + _but(diagnosis)
+    if diagnosis.located or diagnosis.global_p < thresholds.ALARM:
         return "No missing effect is supported, although something depends on what one friction coefficient does not"
     return "No missing effect is supported: the plain model, one friction coefficient, explains this recording"
+
+
+def _but(diagnosis: Diagnosis) -> str:
+    """The rest of a sentence about a simulation that leaves nothing out, if it differs all the same."""
+    if any(one.name == "mu_s" for one in diagnosis.differs):
+        return ", but its friction has another level"
+    if diagnosis.differs:
+        return ", but some of its numbers are others"
+    return ", although no name explains all that differs" if diagnosis.global_p < thresholds.ALARM else ""
+
+
+def own_level(rerun: Mapping[str, Any]) -> str:
+    """Whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
+    before = rerun.get("before") or {}
+    known, runs = before.get("onsets", 0), rerun.get("runs", 0)
+    if not known or "own_level" not in before:
+        return ""
+    return "each run's own level" if known >= runs else f"the own level of {known} of {runs} runs"
 
 
 _CLAIMS: dict[Side, str] = {

@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.report.sentences import sentence, set_differently
+from station.diagnosis.report.sentences import own_level, sentence, set_differently
 from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
@@ -52,11 +52,13 @@ def _simulated(diagnosis: Diagnosis) -> list[Text]:
     ]
     rerun = diagnosis.fit.simulator_rerun
     if rerun:
-        levels = [rerun[when].get("own_level", rerun[when]) for when in ("before", "after") if rerun.get(when)]
+        own = own_level(rerun)
+        sides = [rerun[when] for when in ("before", "after") if rerun.get(when)]
+        levels = [one["own_level"] if own else one for one in sides]
         figures = [
             " to ".join("–" if (one := level[key]) is None else f"{one:.2f}" for level in levels) for key in _RERUN
         ]
-        level = ", at each run's own level" if "own_level" in rerun["before"] else ""
+        level = f", at {own}" if own else ""
         lines.append(Text(f"In {rerun['engine']}{level}: onset {figures[0]}°, path {figures[1]} mm"))
     return lines
 

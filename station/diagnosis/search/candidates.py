@@ -19,6 +19,7 @@ from station.diagnosis.inference.parameters import told
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.places import Place
 from station.physics.effect import Effect, Values
 from station.physics.model import Model, Term
@@ -89,11 +90,18 @@ class Candidate:
         return self.bic + 2.0 * math.log(self.prior / thresholds.NONE) - self.against
 
 
-def candidates_of(scored: Scores) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
-    """Each effect by its best variant, then all pairs of named effects; and the pairs' variants."""
+def candidates_of(scored: Scores, coinciding: Coinciding) -> tuple[list[Candidate], list[tuple[Variant, Variant]]]:
+    """Each effect by its best variant, then all pairs of named effects; and the pairs' variants.
+
+    Two laws of covariates that run together are no pair.
+    """
     singles = _singles(scored)
     named = [variant for candidate, variant in singles if not candidate.smooth]
-    couples = list(itertools.combinations(named, 2))
+    couples = [
+        (one, other)
+        for one, other in itertools.combinations(named, 2)
+        if not coinciding.repeats(one.effect, [other.effect.id])
+    ]
     pairs = [_candidate(scored, pair, prior=thresholds.PAIR / len(couples)) for pair in couples]
     return [*(candidate for candidate, _ in singles), *pairs], couples
 
@@ -191,11 +199,15 @@ Begins = Mapping[frozenset[str], tuple[Model, Noise]]
 class Fitter:
     """Fits models to one evidence, and keeps the likeliest fit of each set of effects.
 
-    `begins` says where a first fit begins, if a search of nearly the same runs has found it already.
+    `begins` says where a first fit begins, if a search of nearly the same runs has found it already. `coinciding` has
+    the covariates of laws that depend on one alone, and which of these run together.
     """
 
-    def __init__(self, evidence: Evidence, begins: Begins | None = None) -> None:
+    def __init__(
+        self, evidence: Evidence, begins: Begins | None = None, *, coinciding: Coinciding | None = None
+    ) -> None:
         self.evidence, self._begins = evidence, begins or {}
+        self.coinciding = coinciding or Coinciding()
         self._known: dict[frozenset[str], Fit] = {}
         self._asked: list[tuple[Fit, Asked, float]] = []
 

@@ -17,6 +17,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
 from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
+from station.diagnosis.search.excused import best_of_each, excused
 from station.diagnosis.search.misfit import Gained, gained_by, superfluous, temperature
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
@@ -123,14 +124,17 @@ def _comparison(
 ) -> Comparison:
     without = _less(fitter, current, effect)
     known = {term.effect.id for term in without.model.terms}
-    ranked, null = tested_alone(fitter.evidence, without, [one for one in offered if one.id not in known], rng)
+    rest = [one for one in offered if one.id not in known and not fitter.coinciding.repeats(one, known)]
+    ranked, null = tested_alone(fitter.evidence, without, rest, rng)
     by_chance = null.corrected(min(one.p for one in ranked))
     ranked.sort(key=lambda candidate: -candidate.odds)
     named = [one for one in ranked if not one.smooth and one.key != (effect.id,)][:NAMED_FITS]
     smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
     own = [one for one in ranked if one.key == (effect.id,)]
-    full = [fitter.fitted(without, one) for one in [*own, *named, *smooth]]
+    twins = [one for one in best_of_each(fitter, ranked) if one not in own + named + smooth]
+    full = [fitter.fitted(without, one) for one in [*own, *named, *smooth, *twins]]
     good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
+    good = excused(fitter, without, good)
     good.sort(key=lambda candidate: -candidate.odds)
     return Comparison(without, tuple(good), by_chance)
 

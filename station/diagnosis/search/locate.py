@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch
+from station.diagnosis.search.excused import between
 from station.diagnosis.search.places import Place
 from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
+from station.physics.model import Model, Term
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -70,13 +73,6 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
         Stretch(run=int(evidence.run_number[rows.run[row]]), from_ns=int(rows.from_ns[row]), to_ns=int(rows.to_ns[row]))
         for row in ranked[:MOST_WINDOWS].tolist()
     )
-    title = TITLES.get(place.covariate, place.covariate)
-    change = 2 * float(np.sqrt(np.mean(smooth**2)))
-    summary = (
-        f"{channel.phase}: {_what(channel.name)} changes by about {_amount(change, channel.unit)} with the {title}"
-        if place.covariate != "all"
-        else f"{channel.phase}: {_what(channel.name)} is off by {_amount(_middle(residual), channel.unit)} throughout"
-    )
     return Located(
         phase=channel.phase,
         covariate=place.covariate,
@@ -85,9 +81,30 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
         p=p,
         runs=tuple(sorted(runs)),
         windows=windows,
-        summary=summary,
+        summary=summary_of(before, place),
         curve=_curve(rows.covariates.get(place.covariate), residual, known),
     )
+
+
+def summary_of(before: Fit, place: Place) -> str:
+    """What a place's residuals depend on, and how strongly, in one sentence."""
+    residual, smooth, _ = smooth_part(before, place)
+    channel, what = place.channel, _what(place.channel.name)
+    if place.covariate == "all":
+        return f"{channel.phase}: {what} is off by {_amount(_middle(residual), channel.unit)} throughout"
+    title = TITLES.get(place.covariate, place.covariate)
+    change = 2 * float(np.sqrt(np.mean(smooth**2)))
+    return f"{channel.phase}: {what} changes by about {_amount(change, channel.unit)} with the {title}"
+
+
+def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
+    """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
+    without = replace(model, terms=tuple(one for one in model.terms if one.effect.id != term.effect.id))
+    apart = between(evidence, without, model)
+    change = 2 * float(np.sqrt(np.mean(apart**2)))
+    covariate = covariate_of(term.effect)
+    title = TITLES.get(covariate, covariate)
+    return f"something outside the catalogue: friction changes by about {_amount(change, '1')} with the {title}"
 
 
 def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
@@ -109,6 +126,7 @@ def _what(channel: str) -> str:
     return {
         "onset": "the friction at the onset",
         "along": "the friction along the slide",
+        "settling": "the friction that settles after a change of the speed",
         "across": "the sideways force",
         "turn": "the block's turning",
         "rest": "the block's place before the slip",

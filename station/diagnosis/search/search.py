@@ -30,7 +30,9 @@ from station.diagnosis.search.candidates import (
     place_candidate,
     single_candidates,
 )
+from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.comparison import Comparison, revised
+from station.diagnosis.search.excused import excused, is_misfit_of_law
 from station.diagnosis.search.misfit import Gained, gained_by, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
@@ -42,6 +44,8 @@ from station.physics.smooth import is_smooth
 
 FULL_FITS = {"single": 7, "pair": 5, "smooth": 5}
 """The number of candidates of each kind that a stage fits in full, by their scores."""
+
+NONE_COINCIDE = Coinciding()
 
 LEADING, PARTNERS = 3, 3
 """The number of leading single effects, and of partners that each is fitted with in full."""
@@ -139,7 +143,8 @@ def in_stages(
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
-    found = Staged(null=null, model=null, fitter=Fitter(evidence, begins), offered=offered, untestable=reasons, rng=rng)
+    fitter = Fitter(evidence, begins, coinciding=Coinciding.among(evidence, offered))
+    found = Staged(null=null, model=null, fitter=fitter, offered=offered, untestable=reasons, rng=rng)
     known: list[Gained] = []
     for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
@@ -180,24 +185,31 @@ def _stage(
     known: Sequence[Gained],
     progress: Progress,
 ) -> Stage:
-    stage, scored = looked_at(fitter.evidence, current, offered, rng=rng, progress=progress)
+    coinciding = fitter.coinciding
+    stage, scored = looked_at(fitter.evidence, current, offered, rng=rng, progress=progress, coinciding=coinciding)
     if stage.global_p >= (thresholds.ALARM if first else thresholds.NEXT):
         return stage
     progress("fitting the best candidates in full")
-    ranked = _in_full(fitter, current, stage.candidates, _rest(current, offered))
+    ranked = _in_full(fitter, current, stage.candidates, _rest(current, offered, coinciding))
     standing = [spot for spot in stage.places if spot.place and not is_trifling_place(scored, spot.place)]
     chosen = _chosen(fitter, current, ranked, standing, known)
     return replace(stage, candidates=tuple(ranked), chosen=chosen)
 
 
 def looked_at(
-    evidence: Evidence, current: Fit, offered: Sequence[Effect], *, rng: np.random.Generator, progress: Progress
+    evidence: Evidence,
+    current: Fit,
+    offered: Sequence[Effect],
+    *,
+    rng: np.random.Generator,
+    progress: Progress,
+    coinciding: Coinciding = NONE_COINCIDE,
 ) -> tuple[Stage, Scores]:
     """The test of what a fit leaves: candidates and places with their corrected p; nothing is chosen yet."""
-    rest = _rest(current, offered)
+    rest = _rest(current, offered, coinciding)
     places, columns = places_of(evidence, _column_count(evidence, rest))
     scored = scores(evidence, current, rest, columns)
-    candidates, couples = candidates_of(scored)
+    candidates, couples = candidates_of(scored, coinciding)
     spots = [place_candidate(scored, place, of=len(places)) for place in places]
     progress(f"drawing the session's null for {len(candidates) + len(spots)} candidates")
     sets = [variant.columns for variant in scored.variants] + [place.columns for place in places]
@@ -215,10 +227,10 @@ def looked_at(
     return stage, scored
 
 
-def _rest(current: Fit, offered: Sequence[Effect]) -> list[Effect]:
-    """The effects that are offered and not in the model."""
+def _rest(current: Fit, offered: Sequence[Effect], coinciding: Coinciding) -> list[Effect]:
+    """The effects that are offered, not in the model, and no other law of a covariate that runs together with its."""
     acting = {term.effect.id for term in current.model.terms}
-    return [effect for effect in offered if effect.id not in acting]
+    return [effect for effect in offered if effect.id not in acting and not coinciding.repeats(effect, acting)]
 
 
 def _column_count(evidence: Evidence, effects: Sequence[Effect]) -> int:
@@ -242,6 +254,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
         if pair.key not in full:
             full[pair.key] = fitter.fitted(current, pair)
     good = judged(fitter, [candidate for candidate in full.values() if candidate.credible])
+    good = excused(fitter, current, good)
     rest = [candidate for candidate in ranked if candidate.key not in full]
     return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]
 
@@ -292,6 +305,7 @@ def _chosen(
         if one.odds <= 0:
             continue
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
+        trifle = trifle or is_misfit_of_law(fitter, current, one)
         if not trifle and not is_misfit(gained_by(fitter.evidence, one), known):
             return one
     return None

@@ -16,6 +16,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.memory import MEMORY
+from station.diagnosis.observations.series import SETTLED
 from station.diagnosis.search.places import least_spread
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -38,7 +39,7 @@ MOST_POWERS = 3
 SWINGS = {"run": (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0)}
 """Covariates that may oscillate, and the numbers of periods over their whole range."""
 
-ONLY_SLIDING = frozenset({"speed"})
+ONLY_SLIDING = frozenset({"speed", SETTLED})
 ONLY_ONSET = frozenset({"dwell"})
 """A slide renews the contact, so a dwell acts at the onset alone. A run that happens to hold longer also rests longer,
 which would show at the onset and sliding alike."""
@@ -80,6 +81,8 @@ def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
         yield frozenset({"onset"})
         if sliding and covariate not in ONLY_ONSET:
             yield frozenset({"onset", "sliding"})
+    elif covariate not in ONLY_ONSET:
+        yield frozenset({"sliding"})
 
 
 def _values(evidence: Evidence) -> dict[str, Array]:
@@ -137,14 +140,14 @@ def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
 
 
 def _memory(evidence: Evidence) -> dict[str, ByRun]:
-    """The covariates that only the onsets' rows have (the run before), as tables by the run's number."""
-    onset = evidence.channel("onset")
-    if onset is None:
+    """The covariates that a run's rows have and no contact (the run before), as tables by the run's number."""
+    channel = evidence.channel("onset") or evidence.channel("along")
+    if channel is None:
         return {}
-    number = evidence.facts.number[onset.rows.run]
+    number = evidence.facts.number[channel.rows.run]
     order = np.argsort(number)
-    known = onset.rows.covariates
-    return {name: ByRun(number[order], known[name][order]) for name in MEMORY if name in known}
+    known = channel.rows.covariates
+    return {name: ByRun(number[order], known[name][order]) for name in (*MEMORY, SETTLED) if name in known}
 
 
 def _pushes(evidence: Evidence) -> Iterator[Effect]:

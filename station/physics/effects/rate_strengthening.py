@@ -2,10 +2,11 @@
 
 mu = mu_s (1 + a ln(1 + v / v0)): linear below the cut-off speed v0, by e-folds above it, and the static friction at
 v = 0. v0 is 10 mm/s or some decades less: a contact's memory length (1 to 10 µm) over its shortest life (0.1 ms or
-more). Both signs occur: a > 0 strengthens, a < 0 weakens. Rock and metal have |a| of some hundredths; plastics and
-rubber, whose friction is viscoelastic, change several times over a few decades of speed, by 0.1 to 0.2 an e-fold (a
-tossed plastic cube: 0.11). A level of its own that sliding has below the static one is another effect's
-(`kinetic_drop`), and so is a fall that only begins at higher speeds (`stribeck`).
+more; rock and gouge keep to the logarithm down to nm/s: Marone 1998, Annu. Rev. Earth Planet. Sci. 26, 643). Both signs
+occur: a > 0 strengthens, a < 0 weakens. Rock and metal have |a| of some hundredths; plastics and rubber, whose friction
+is viscoelastic, change several times over a few decades of speed, by 0.1 to 0.2 an e-fold (a tossed plastic cube:
+0.11). A level of its own that sliding has below the static one is another effect's (`kinetic_drop`), and so is a fall
+that only begins at higher speeds (`stribeck`).
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ class RateStrengthening(Effect):
     family: ClassVar[Family] = "speed law"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="per_e_fold", unit="1", low=-0.2, high=0.2, typical=0.02),
-        Parameter(name="slower_decades", unit="1", low=1.0, high=4.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0)),
+        Parameter(
+            name="slower_decades", unit="1", low=1.0, high=8.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0, 6.0)
+        ),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "lens_distortion", "friction_patch")
     separated_by: ClassVar[str] = "the same speed at another place: starts spread over the plate and several tilt rates"

@@ -35,3 +35,9 @@ class Wear(Effect):
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """See the module."""
         return 1.0 + values["fall"] * np.expm1(-contact.run / values["runs"])
+
+    def why_untestable(self, contact: Contact) -> str | None:
+        """See the base class."""
+        if len(contact) and np.ptp(contact.run) > 0:
+            return None
+        return "The order of the runs is unknown; add their numbers or times."

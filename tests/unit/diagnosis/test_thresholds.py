@@ -28,6 +28,7 @@ SETTINGS: dict[str, str] = {
         inference.fit:AGAIN likelihood.student:SETTLED
         inference.fit:LEAST_FACTOR inference.fit:_RIDGE inference.gain:SINGULAR inference.columns:HOPELESS
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
+        likelihood.grouped:STEPS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
         search.candidates:HARDLY search.tipping:STEEPNESS search.tipping:SHIFTED search.places:CONSTANT
         search.smooth:SAME search.places:DEPENDENT
@@ -38,7 +39,9 @@ SETTINGS: dict[str, str] = {
         inference.determined:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
         search.locate:STANDS_OUT search.locate:BINS""",
     "guards of a division near zero": """
-        likelihood.systematic:TILTED likelihood.systematic:LEAST_SLOPE""",
+        likelihood.systematic:TILTED likelihood.systematic:LEAST_SLOPE likelihood.grouped:LEAST""",
+    "so large a standard deviation that a level says nothing, as any larger one": """
+        likelihood.grouped:ANY""",
 }
 """Numbers that decide no claim, by the reason, as `module:NAME`. Those of `observations` are all about reading."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from types import ModuleType
 
@@ -10,7 +11,9 @@ import pytest
 
 from shared.errors import UserError
 from shared.messages import Sample
+from station.app.attached import attached_rig
 from station.app.commands import repair, samples
+from station.recording.measured import read_measured
 from station.recording.reader import digest, open_recording
 from station.recording.repair import copy_without
 from station.recording.tables import read_samples, write_samples
@@ -86,3 +89,16 @@ def test_repair_of_a_file_and_of_a_folder(tmp_path: Path, capsys: pytest.Capture
         call(repair, tmp_path, "--out", tmp_path / "c.mcap")
     with pytest.raises(UserError, match="no file"):
         call(repair, tmp_path / "none.mcap.partial")
+
+
+def test_a_table_of_a_recording_says_how_far_the_blocks_lay_from_the_foam(tmp_path: Path) -> None:
+    recorded = Path(__file__).parents[2] / "golden" / "session.mcap"
+    assert call(samples, recorded, "--csv", tmp_path / "a.csv", "--parquet", tmp_path / "a.parquet") == 0
+    each = [read_measured(tmp_path / name).column("foam_free_m") for name in ("a.csv", "a.parquet")]
+    assert each[0].tolist() == each[1].tolist()
+    rig = attached_rig(open_recording(recorded))
+    assert rig is not None
+    corner = 0.5 * math.sqrt(2) * rig.block.size_m[0]
+    for sample, free_m in zip(open_recording(recorded).samples(), each[0], strict=True):
+        place_m = math.hypot(sample.start_x_m, sample.start_y_m)
+        assert free_m == pytest.approx(0.5 * rig.plate.opening_m - place_m - corner)

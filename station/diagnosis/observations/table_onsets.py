@@ -1,0 +1,50 @@
+"""The onsets of a table's rows on a tilted plate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.moments import Moments, RunFacts
+from station.diagnosis.observations.onset_rows import sigma_of
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.table_rows import TableRows
+from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from, tilts_rad
+from station.physics.contact import Array
+
+
+def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
+    """The onsets of the rows at these places."""
+    chosen = rows.chosen(places)
+    time_ns, place_m = moments_ns(rows)[places], places_m(chosen)
+    moments = Moments(
+        time_ns=time_ns,
+        run=places,
+        facts=facts,
+        attitude=lambda delay_s: _attitude(chosen, delay_s),
+        place_m=place_m,
+        yaw_rad=np.array([sample.start_yaw_rad for sample in chosen.samples]),
+        velocity_m_s=np.zeros((len(chosen), 2)),
+        moving=np.zeros(len(chosen), dtype=np.bool_),
+        slip_ns=time_ns,
+        border_m=setting.free_m(place_m),
+    )
+    tilt = moments.reported.tilt_rad
+    return Onsets(
+        rows_from(chosen, places, _sigma_rad(chosen) / (np.sin(tilt) * np.cos(tilt)), moments.reported), moments
+    )
+
+
+def _sigma_rad(rows: TableRows) -> Array:
+    return np.array([sigma_of(sample) for sample in rows.samples])
+
+
+def _attitude(rows: TableRows, delay_s: float) -> Attitude:
+    """The plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
+    rate = np.array([sample.tilt_rate_rad_s for sample in rows.samples])
+    tilt, beta = tilts_rad(rows) - rate * delay_s, azimuths_rad(rows)
+    gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
+    axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
+    still: Array = np.zeros((len(rows), 3))
+    return Attitude(gravity, axis * rate[:, None], still, np.ones(len(rows)), np.full(len(rows), 1e3))

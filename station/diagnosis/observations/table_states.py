@@ -1,0 +1,69 @@
+"""What a table's rows say of the contact: place, tilt, direction, moment, and the dwell before it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from shared.messages import Sample
+from station.diagnosis.observations.channel import Rows, rows_of
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.series import SETTLED
+from station.diagnosis.observations.table_rows import TableRows
+from station.physics.contact import Array, Contact
+from station.physics.covariates import covariates_of
+
+APART_NS = 600_000_000_000
+"""The interval between the invented times of runs whose table has none."""
+
+
+def places_m(rows: TableRows) -> Array:
+    """The places (n, 2) on the plate, m."""
+    return np.array([(sample.start_x_m, sample.start_y_m) for sample in rows.samples]).reshape(-1, 2)
+
+
+def tilts_rad(rows: TableRows) -> Array:
+    """The tilts (n,) at the onsets."""
+    return np.array([sample.onset_angle_rad for sample in rows.samples], dtype=np.float64)
+
+
+def azimuths_rad(rows: TableRows) -> Array:
+    """The azimuths β (n,) of the tilts' axes."""
+    return np.array([_azimuth(sample) for sample in rows.samples])
+
+
+def _azimuth(sample: Sample) -> float:
+    return sample.azimuth_rad if sample.azimuth_rad or sample.direction < 0 else sample.direction * math.pi / 2
+
+
+def moments_ns(rows: TableRows) -> Times:
+    """The times (n,) of the rows, invented where they are unknown."""
+    return np.where(rows.time_ns != 0, rows.time_ns, (np.arange(len(rows)) + 1) * APART_NS)
+
+
+def rests_s(rows: TableRows, typical_rad: float) -> Array:
+    """The dwells (n,), s, until the tilt reaches the typical onset."""
+    return np.array([_rest_s(sample, typical_rad) for sample in rows.samples])
+
+
+def _rest_s(sample: Sample, typical_rad: float) -> float:
+    """The dwell, s, until the tilt reaches the typical onset; the run's own onset comes later with high friction."""
+    rate = abs(sample.tilt_rate_rad_s)
+    ramp = typical_rad / rate if rate > 0 else 0.0
+    waited = (sample.start_ns - sample.rest_ns) * 1e-9 if sample.start_ns > sample.rest_ns > 0 else 0.0
+    return max(sample.dwell_s + waited + ramp, 1e-3)
+
+
+def rows_from(chosen: TableRows, places: Times, sigma: Array, contact: Contact) -> Rows:
+    """A channel's rows, whose runs are at these places."""
+    return rows_of(
+        {
+            "run": places,
+            "from_ns": chosen.time_ns,
+            "to_ns": chosen.time_ns,
+            "sigma": sigma,
+            "limit": np.array([sample.censored for sample in chosen.samples]),
+        },
+        {**covariates_of(contact), SETTLED: chosen.settled},
+    )

@@ -1,0 +1,102 @@
+"""Reads a table of friction measurements: the columns of `Sample`, and those of tribometers and of other rigs."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from shared.errors import UserError
+from station.recording.tables import LENGTHS, REQUIRED, known_columns, read_samples
+from station.signals.measured import Column, Measured
+
+COEFFICIENT, FORCE, LOAD = "friction_coefficient", "friction_force_n", "normal_load_n"
+
+NUMBERS: Mapping[str, float] = MappingProxyType(
+    {
+        COEFFICIENT: 0.0,
+        "friction_coefficient_sd": 0.0,
+        FORCE: 0.0,
+        LOAD: 0.0,
+        "sliding_speed_m_s": 0.0,
+        "time_s": -math.inf,
+        "displacement_m": -math.inf,
+        "foam_free_m": -math.inf,
+    }
+)
+"""The columns of numbers beside those of a sample, each with the smallest number that it may hold."""
+
+GROUPS = ("group", "sequence", "day", "specimen")
+"""The columns that name a group; rows are of one group if they agree in all of them."""
+
+ONE_OF = (REQUIRED, COEFFICIENT, FORCE)
+"""A table must have one of these columns."""
+
+
+def read_measured(path: Path) -> Measured:
+    """The rows of a table (.csv, .parquet).
+
+    Raises:
+        UserError: if the file is missing, of another kind, lacks what friction is read from, or holds something that is
+            no number.
+    """
+    samples = read_samples(path, one_of=ONE_OF)
+    columns = _columns(path)
+    more = {name: _numbers(name, columns[name], path) for name in NUMBERS if name in columns}
+    _require_load(more, path)
+    named = [columns[name] for name in GROUPS if name in columns]
+    known = {*known_columns(), *NUMBERS, *GROUPS}
+    return Measured(
+        samples=samples,
+        more=more,
+        group=tuple(" ".join(str(cell) for cell in cells) for cells in zip(*named, strict=True)),
+        ignored=tuple(name for name in columns if name not in known and not _numbered(name)),
+    )
+
+
+def _columns(path: Path) -> dict[str, Sequence[Any]]:
+    """The cells of all columns, by name."""
+    if path.suffix == ".parquet":
+        import pyarrow.parquet as pq  # noqa: PLC0415  # slow to load, and most tables are CSV
+
+        table = pq.read_table(path)
+        return {name: table.column(name).to_pylist() for name in table.column_names}
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        reader = csv.reader(file)
+        header = next(reader, [])
+        rows = [row + [""] * (len(header) - len(row)) for row in reader if row]
+    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+
+
+def _numbered(name: str) -> bool:
+    """True for a column of a vector, such as euler_rad_0."""
+    vector, _, number = name.rpartition("_")
+    return vector in LENGTHS and number.isdigit()
+
+
+def _numbers(name: str, cells: Sequence[Any], path: Path) -> Column:
+    """A column's numbers (n,); nan for an empty cell."""
+    return np.array([_number(name, cell, f"{path}, row {row}") for row, cell in enumerate(cells, start=1)])
+
+
+def _number(name: str, cell: Any, where: str) -> float:
+    if cell is None or cell == "":
+        return math.nan
+    try:
+        value = float(cell)
+    except (TypeError, ValueError) as error:
+        raise UserError(f"{where}: expected a number for '{name}', got {cell!r}") from error
+    if math.isinf(value) or value < NUMBERS[name]:
+        raise UserError(f"{where}: expected a finite '{name}' of at least {NUMBERS[name]:g}, got {value:g}")
+    return value
+
+
+def _require_load(more: Mapping[str, Column], path: Path) -> None:
+    """Refuses a force of friction that no load says how to read."""
+    if FORCE in more and COEFFICIENT not in more and LOAD not in more:
+        raise UserError(f"Expected a column '{LOAD}' beside '{FORCE}' in {path}, found none; add one of them")

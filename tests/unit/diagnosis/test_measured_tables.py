@@ -1,0 +1,180 @@
+"""Tables of tribometers and of other rigs: their evidence, and what is said of them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from shared.messages import Sample
+from station.diagnosis.diagnose import diagnose, examined
+from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.predict.folds import assigned
+from station.diagnosis.report.page import html_page
+from station.diagnosis.result import Diagnosis, as_json
+from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
+from station.signals.measured import Measured
+from tests.unit.diagnosis.tables import samples
+
+Columns = Mapping[str, NDArray[Any]]
+RUNS = 80
+LOADS_N = np.geomspace(0.05, 1.0, RUNS)
+
+
+def measured(columns: Columns, *, run: NDArray[np.int64] | None = None, group: tuple[str, ...] = ()) -> Measured:
+    count = len(next(iter(columns.values())))
+    numbers = np.zeros(count, dtype=np.int64) if run is None else run
+    return Measured(samples=tuple(Sample(run=int(one)) for one in numbers), more=columns, group=group)
+
+
+def under_loads(order: NDArray[np.int64], *, run: NDArray[np.int64] | None = None, seed: int = 1) -> Measured:
+    """Friction that falls with the load to the power 0.3 and scatters by 3 %, under loads in an order of their own."""
+    rng, load = np.random.default_rng(seed), LOADS_N[order]
+    friction = 0.5 * load**-0.3 * np.exp(rng.normal(0.0, 0.03, RUNS))
+    speed = np.full(RUNS, 0.01)
+    return measured({"friction_coefficient": friction, "normal_load_n": load, "sliding_speed_m_s": speed}, run=run)
+
+
+@cache
+def raised() -> Diagnosis:
+    """The load was raised from run to run."""
+    return diagnose(under_loads(np.arange(RUNS), run=np.arange(RUNS)), catalogue())
+
+
+# --- the order of the rows --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_a_table_sorted_by_its_angles_says_what_the_shuffled_one_says(seed: int) -> None:
+    rows = [replace(one, run=0) for one in samples(grain=0.2, seed=seed)]
+    ranked = sorted(rows, key=lambda one: one.onset_angle_rad)
+    one, other = (diagnose(each, catalogue(), seed=1) for each in (rows, ranked))
+    assert one.global_p == other.global_p
+    assert [(effect.id, effect.parameters) for effect in one.effects] == [
+        (effect.id, effect.parameters) for effect in other.effects
+    ]
+    assert "order of the runs is unknown" in one.untestable["wear"]
+    assert not [place for place in one.located if place.covariate == "run"]
+
+
+def test_sorted_angles_of_nothing_are_met_with_silence() -> None:
+    ranked = sorted((replace(one, run=0) for one in samples()), key=lambda one: one.onset_angle_rad)
+    found = diagnose(ranked, catalogue())
+    assert found.verdict == "not supported"
+    assert any("nothing can be said of the order" in note for note in found.notes)
+
+
+def test_times_alone_tell_the_order() -> None:
+    time_s = np.random.default_rng(2).permutation(RUNS) * 60.0
+    seen = table_evidence(measured({"friction_coefficient": np.full(RUNS, 0.4), "time_s": time_s}), Setting())
+    contact = seen.contact()
+    assert contact is not None
+    assert contact.run.tolist() == list(range(RUNS))
+
+
+# --- loads and speeds -------------------------------------------------------------------------------------------------
+
+
+def test_a_tribometers_contact_has_its_load_and_its_speed() -> None:
+    table = measured({"friction_force_n": np.array([0.2, 0.5]), "normal_load_n": np.array([1.0, 2.0])})
+    (channel,) = table_evidence(table, Setting()).channels
+    assert channel.name == "onset"
+    assert channel.contact is not None
+    assert (channel.contact.mass_kg * channel.contact.pressing_m_s2).tolist() == pytest.approx([1.0, 2.0])
+    assert channel.residual(Model(mu_s=0.2)).tolist() == pytest.approx([0.0, math.log(0.25 / 0.2)])
+
+
+def test_adhesion_and_drag_act_at_the_load_that_was_set() -> None:
+    load, speed = np.array([1.0, 4.0]), np.array([0.1, 0.1])
+    table = measured({"friction_coefficient": np.full(2, 0.4), "normal_load_n": load, "sliding_speed_m_s": speed})
+    (channel,) = table_evidence(table, Setting()).channels
+    known = catalogue()
+    sticky = Model(mu_s=0.4, terms=(Term(known["adhesion"], {"force_n": 0.5}),))
+    assert channel.residual(sticky).tolist() == pytest.approx((-np.log1p(0.5 / load)).tolist())
+    viscous = Model(mu_s=0.4, terms=(Term(known["viscous"], {"drag_n_s_m": 1.0, "by_load": 0.0}),))
+    assert channel.residual(viscous).tolist() == pytest.approx((-np.log1p(0.1 / (0.4 * load))).tolist())
+
+
+def test_the_load_of_an_onset_is_that_of_its_tilt() -> None:
+    table = replace(Measured.of(samples(runs=5)), more={"normal_load_n": np.full(5, 2.0)})
+    (channel,) = table_evidence(table, Setting()).channels
+    assert isinstance(channel, Onsets)
+    at = channel.moments.reported
+    assert at.mass_kg * at.pressing_m_s2 == pytest.approx(np.full(5, 2.0))
+
+
+def test_a_load_that_was_raised_from_run_to_run_is_no_wear() -> None:
+    (claimed,) = [one for one in raised().effects if one.verdict != "not supported"]
+    assert {"wear", "load_dependence"} <= set(claimed.class_ids)
+    plan = raised().next_experiment
+    assert plan is not None
+    assert "same loads in random order" in plan.why
+
+
+def test_loads_in_random_order_have_their_exponent() -> None:
+    order = np.random.default_rng(7).permutation(RUNS)
+    found = diagnose(under_loads(order, run=np.arange(RUNS)), catalogue())
+    assert found.effects[0].class_ids == ("load_dependence",)
+    exponent = found.effects[0].parameters["exponent"]
+    assert abs(exponent.value - 0.3) < 3 * exponent.sd + 0.02
+
+
+def test_no_word_of_tilt_steps_and_no_number_that_is_none() -> None:
+    found = examined(under_loads(np.arange(RUNS)), catalogue())
+    told = " ".join([html_page(found.diagnosis, found.pictures), str(as_json(found.diagnosis))])
+    assert "loads over a range of ten to one" in told
+    assert not re.search(r"tilt step|tilt rate|station run|\bnan\b", told)
+
+
+# --- groups -----------------------------------------------------------------------------------------------------------
+
+
+def in_groups(*, of: int = 20, seed: int = 4) -> Measured:
+    """Six specimens that differ by 10 %, each measured `of` times with a scatter of 1 %, one mass each."""
+    rng = np.random.default_rng(seed)
+    group = np.repeat(np.arange(6), of)
+    friction = 0.4 * np.exp(rng.normal(0.0, 0.1, 6)[group] + rng.normal(0.0, 0.01, 6 * of))
+    load = np.geomspace(0.1, 1.0, 6)[group]
+    columns = {"friction_coefficient": friction, "normal_load_n": load, "sliding_speed_m_s": np.full(6 * of, 0.01)}
+    return measured(columns, group=tuple(f"specimen {one}" for one in group))
+
+
+def test_folds_leave_out_whole_groups() -> None:
+    seen = table_evidence(in_groups(), Setting())
+    fold = assigned(seen, np.random.default_rng(1))
+    assert seen.group is not None
+    assert len(np.unique(fold)) == 5
+    assert all(len(np.unique(fold[seen.group == one])) == 1 for one in range(6))
+
+
+@pytest.mark.parametrize("seed", range(4, 8))
+def test_what_differs_between_six_specimens_is_no_law_of_their_loads(seed: int) -> None:
+    """Taken for independent rows, 120 of them would show any slope over six levels."""
+    found = diagnose(in_groups(seed=seed), catalogue())
+    assert found.verdict == "not supported"
+
+
+# --- a rig's table ----------------------------------------------------------------------------------------------------
+
+
+def test_blocks_that_leaned_on_the_foam_are_left_out() -> None:
+    rows = samples()
+    free_m = np.where(np.arange(len(rows)) < 15, -1e-3, 5e-3)
+    seen = table_evidence(replace(Measured.of(rows), more={"foam_free_m": free_m}), Setting())
+    assert seen.used() == len(rows) - 15
+    assert "15 rows of blocks that lay against the foam were left out" in seen.notes
+
+
+def test_ignored_columns_are_named() -> None:
+    seen = table_evidence(replace(Measured.of(samples()), ignored=("operator", "cycle")), Setting())
+    assert "columns that nothing reads were left alone: operator, cycle" in seen.notes

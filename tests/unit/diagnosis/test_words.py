@@ -1,0 +1,81 @@
+"""What the answer says in words: no more than is so, and no number that is none."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from station.diagnosis.diagnose import diagnose, examined
+from station.diagnosis.report.html import with_error
+from station.diagnosis.report.page import html_page
+from station.diagnosis.report.sentences import own_level, sentence
+from station.diagnosis.report.summary import summary
+from station.diagnosis.result import Diagnosis, Value
+from station.physics.catalogue import catalogue
+from tests.unit.diagnosis.tables import grained, samples
+
+
+def told(found: Diagnosis) -> str:
+    text = io.StringIO()
+    Console(file=text, width=200).print(summary(found))
+    return text.getvalue()
+
+
+def test_a_number_that_is_none_is_a_dash() -> None:
+    none = Value(value=math.nan, sd=math.nan, unit="m")
+    assert str(none) == "–"
+    assert with_error(none) == ("–", "–", "mm")
+
+
+def test_a_recording_that_tells_nothing_prints_no_nan() -> None:
+    found = examined(samples(runs=12), catalogue())
+    assert not re.search(r"\bnan\b", html_page(found.diagnosis, found.pictures) + told(found.diagnosis))
+
+
+def test_the_plain_model_explains_nothing_that_is_beyond_chance() -> None:
+    plain = replace(grained().diagnosis, effects=(), located=(), verdict="not supported")
+    assert "explains" not in sentence(replace(plain, global_p=1e-6))
+    assert "explains" in sentence(replace(plain, global_p=0.5))
+
+
+def test_a_simulation_that_leaves_nothing_out_may_differ_all_the_same() -> None:
+    given = replace(grained().diagnosis, effects=(), located=(), verdict="not supported", given=True)
+    assert sentence(replace(given, global_p=0.5)) == "Nothing is left out of the simulation."
+    assert "no name explains all that differs" in sentence(replace(given, global_p=1e-6))
+
+
+def test_other_says_on_what_it_depends_and_how_strongly() -> None:
+    table = [
+        replace(one, temperature_c=20.0 + 10.0 * math.sin(place / 7.0)) for place, one in enumerate(samples(runs=120))
+    ]
+    bent = [
+        replace(
+            one, onset_angle_rad=math.atan(math.tan(one.onset_angle_rad) * (1.3 if one.temperature_c > 22 else 1.0))
+        )
+        for one in table
+    ]
+    found = diagnose(bent, catalogue())
+    (other,) = [one for one in found.effects if one.verdict != "not supported"]
+    assert other.id == "other"
+    said = re.search(r"friction changes by about (\d+) % with the temperature", other.title)
+    assert said, other.title
+    assert 20 < float(said[1]) < 40
+    assert other.title in told(found)
+
+
+@pytest.mark.parametrize(
+    ("before", "words"),
+    [
+        ({"onsets": 60, "own_level": {}}, "each run's own level"),
+        ({"onsets": 57, "own_level": {}}, "the own level of 57 of 60 runs"),
+        ({"onsets": 0, "own_level": {}}, ""),
+        ({"onsets": 60}, ""),
+    ],
+)
+def test_a_level_of_its_own_has_a_run_whose_onset_tells_it(before: dict[str, object], words: str) -> None:
+    assert own_level({"runs": 60, "before": before}) == words

@@ -1,0 +1,60 @@
+"""Tables of friction measurements are read with all that they say, and what nothing reads is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from shared.errors import UserError
+from station.recording.measured import read_measured
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "a.csv"
+    path.write_text(text)
+    return path
+
+
+def test_a_tribometers_columns_are_read(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        "run,normal_load_n,sliding_speed_m_s,friction_coefficient,specimen,day,operator\n"
+        "1,0.5,0.01,0.4,a,3,Kim\n2,,0.02,0.5,b,3,Lee\n",
+    )
+    table = read_measured(path)
+    assert [sample.run for sample in table.samples] == [1, 2]
+    assert table.column("friction_coefficient").tolist() == [0.4, 0.5]
+    assert table.column("normal_load_n")[0] == 0.5
+    assert np.isnan(table.column("normal_load_n")[1])
+    assert np.isnan(table.column("time_s")).all()
+    assert table.group == ("3 a", "3 b")
+    assert table.ignored == ("operator",)
+
+
+def test_parquet_says_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    columns = {"friction_force_n": [0.2, 0.3], "normal_load_n": [1.0, 2.0], "sequence": [1, 2], "cycle": [1, 1]}
+    pq.write_table(pa.table(columns), path)
+    table = read_measured(path)
+    assert table.column("friction_force_n").tolist() == [0.2, 0.3]
+    assert table.group == ("1", "2")
+    assert table.ignored == ("cycle",)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("normal_load_n,plate\n1,2\n", "'onset_angle_rad' or 'friction_coefficient' or 'friction_force_n'"),
+        ("friction_coefficient\nhigh\n", r"row 1: expected a number for 'friction_coefficient', got 'high'"),
+        ("friction_coefficient,normal_load_n\n0.3,-1\n", r"row 1: expected a finite 'normal_load_n' of at least 0"),
+        ("friction_coefficient,time_s\n0.3,inf\n", "expected a finite 'time_s'"),
+        ("friction_force_n\n0.3\n", "'normal_load_n' beside 'friction_force_n'"),
+    ],
+)
+def test_bad_tables_are_one_sentence(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=words):
+        read_measured(written(tmp_path, text))
