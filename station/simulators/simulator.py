@@ -47,14 +47,17 @@ class Simulator(Protocol):
 class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
-    `Model(mu_s=1.0)` leaves it as it is. `tells` is True if it can be told of friction and pushes.
+    `Model(mu_s=1.0)` leaves it as it is. `why_untold` is the reason, in one sentence, why it cannot be told of friction
+    and pushes; empty: it can.
     """
 
-    tells: bool = False
+    why_untold: str = ""
 
 
 class Elsewhere(OwnFriction):
     """A simulation that somebody else made, as a recording of the same runs."""
+
+    why_untold = "A recorded simulation could not be run with what was found; give the simulator itself to --simulate"
 
     def __init__(self, simulated: Signals) -> None:
         self._simulated = simulated

@@ -29,8 +29,9 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.outputs import require_writable
-from station.app.simulated_again import refuse_unknown, simulated_again
+from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
+from station.app.simulations import Given, simulation_of
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.predict.folds import Folding, named, nested
@@ -43,6 +44,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
 from station.signals.session import Signals
+from station.simulators.simulator import LIMIT_S
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
@@ -68,7 +70,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulate",
         metavar="NAME",
-        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap)",
+        help="simulate the recording again, before and after: planar, mujoco, a simulation's recording (.mcap), a "
+        "Python function of your own (my_sim.py or my_sim.py:function), or a MuJoCo scene of your own (scene.xml)",
+    )
+    parser.add_argument(
+        "--simulate-limit",
+        type=float,
+        default=LIMIT_S,
+        metavar="SECONDS",
+        help=f"the longest that one run in your own simulator may take (default {LIMIT_S:g})",
     )
     parser.add_argument(
         "--nested",
@@ -126,6 +136,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
                     rig=options.rig,
                     seed=options.seed,
                     simulate=options.simulate,
+                    simulate_limit=options.simulate_limit,
                     folding=options.folding,
                     jobs=options.jobs or os.cpu_count() or 1,
                     status=status.update,
@@ -133,7 +144,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
             ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "folding")}
+    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "simulate_limit", "folding")}
     work = (delayed(diagnose_file)(path, **asked) for path in files)
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
@@ -148,12 +159,16 @@ def diagnose_file(
     *,
     rig: Path | None = None,
     seed: int = 1,
-    simulate: str | None = None,
+    simulate: Given | None = None,
+    simulate_limit: float = LIMIT_S,
     folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
 ) -> Examined:
     """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
+
+    `simulate` is a simulator's name, a file or a function of the user's own (see `simulations.Given`), and
+    `simulate_limit` the longest that one run in a user's file may take, s.
 
     Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
     as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
@@ -164,14 +179,16 @@ def diagnose_file(
     """
     began = time.monotonic()
     tell = status
+    simulation = None
     if path.suffix in _TABLES:
+        if simulate is not None:
+            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
         config = load_rig(rig) if rig else None
         recorded = read_samples(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
-        if simulate:
-            refuse_unknown(simulate, rig=config)
+        simulation = None if simulate is None else simulation_of(simulate, rig=config, limit_s=simulate_limit)
         tell("reading the recording")
         recorded = load_signals(reader)
     setting = setting_of(config)
@@ -187,10 +204,10 @@ def diagnose_file(
             progress=tell,
         )
     answer = found.diagnosis
-    if simulate:
-        if config is None or not isinstance(recorded, Signals):
-            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
-        answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
+    if simulation is not None and config is not None and isinstance(recorded, Signals):
+        answer = simulated_again(
+            found, recorded, rig=config, setting=setting, simulation=simulation, seed=seed, progress=tell
+        )
     answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
 

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from shared.errors import UserError
 from shared.messages import Sample
 from station.app import simulating
 from station.app.retold_recording import write_retold
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
-from station.simulators.simulator import names
+from station.simulators.simulator import Elsewhere, OwnFriction, names
 
 NAME = "simulate"
 HELP = "simulate a recorded session again with a model of friction; write it as a recording"
@@ -44,7 +45,13 @@ def run(args: argparse.Namespace) -> int:
     model = simulating.model_of(args.model, rig=rig)
     recorded = load_signals(reader)
     rng = None if args.seed is None else np.random.default_rng(args.seed)
-    simulated = simulating.simulator_of(args.simulator).repeat(recorded, model, rig=rig, rng=rng)
+    engine = simulating.simulator_of(args.simulator)
+    if isinstance(engine, OwnFriction) and not isinstance(engine, Elsewhere):
+        raise UserError(
+            f"Expected {' or '.join(names())} to simulate with a model, but {args.simulator} has a friction of its "
+            "own: station diagnose --simulate runs it as it is, and with what was found"
+        )
+    simulated = engine.repeat(recorded, model, rig=rig, rng=rng)
     said = {"simulated_from": args.file.name, "simulator": args.simulator}
     if args.seed is not None:
         said["simulation_seed"] = str(args.seed)

@@ -53,6 +53,14 @@ def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifte
     return Sifted(tuple(folds), own, before, after if _named(folds) else before)
 
 
+def of_folds(evidence: Evidence, folds: Sequence[Fold]) -> Sifted:
+    """The predictions of both models of the folds as they are, without asking what each name adds."""
+    before, after = (
+        _held(evidence, [(fold.left_out, getattr(fold, when)) for fold in folds]) for when in ("before", "after")
+    )
+    return Sifted(tuple(folds), {}, before, after)
+
+
 def _named(folds: Sequence[Fold]) -> bool:
     return any(fold.named for fold in folds)
 

@@ -50,7 +50,7 @@ def answer_of(given: Any, run: Run) -> Answer:
         ValueError: with what was expected and what came.
     """
     start = np.array([run.x_m, run.y_m, run.yaw_rad])
-    if given is None or np.ndim(given) == 0 and isinstance(given, int | float | np.number):
+    if given is None or isinstance(given, int | float | np.number):
         onset = math.nan if given is None else float(given)
         if math.isinf(onset) or not (math.isnan(onset) or 0.0 <= onset <= run.end_s):
             raise ValueError(f"expected an onset between 0 and {run.end_s:.2f} s (nan: none), got {onset:g}")

@@ -35,7 +35,8 @@ class Called(OwnFriction):
 
     def __init__(self, call: Caller, *, name: str, tells: bool) -> None:
         """Takes what calls the function, its name, and whether it can be told what was found (`tells`)."""
-        self._call, self._name, self.tells = call, name, tells
+        self._call, self._name = call, name
+        self.why_untold = "" if tells else f"{name} could not be run with what was found: it takes no second argument"
 
     def repeat(
         self, recorded: Signals, model: Model, *, rig: RigConfig, rng: np.random.Generator | None = None
@@ -62,8 +63,8 @@ class Called(OwnFriction):
         )
 
     def _run(self, commands: Commands, model: Model, friction: float) -> Answer:
-        if needs_telling(model, friction) and not self.tells:
-            raise UserError(f"{self._name} could not be run with what was found: it takes no second argument for it")
+        if self.why_untold and needs_telling(model, friction):
+            raise UserError(self.why_untold)
         try:
             return self._call(commands, model, friction)
         except UserError as error:

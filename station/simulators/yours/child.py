@@ -13,6 +13,7 @@ import queue
 import subprocess
 import sys
 import threading
+import weakref
 from pathlib import Path
 from typing import IO, Any
 
@@ -43,8 +44,10 @@ class Child:
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": paths}
         )
+        self.close = weakref.finalize(self, _end, self._process)
+        """Ends the process; so does the end of whoever holds this."""
         self._answers: queue.Queue[Any] = queue.Queue()
-        threading.Thread(target=self._listen, daemon=True).start()
+        threading.Thread(target=_listen, args=(self._process.stdout, self._answers), daemon=True).start()
         self.takes_found = bool(self._next(START_S, "importing it"))
 
     def run(self, commands: Commands, model: Model, friction: float) -> Answer:
@@ -58,15 +61,6 @@ class Child:
             pickle.dump((commands, model, friction), self._process.stdin)
             self._process.stdin.flush()
         return self._next(self._limit_s, "one run")
-
-    def _listen(self) -> None:
-        """Puts every answer into the queue; an exception is an answer, and the end is one, too."""
-        stream = self._process.stdout
-        assert stream is not None
-        with contextlib.suppress(EOFError, pickle.UnpicklingError, ValueError, OSError):
-            while True:
-                self._answers.put(pickle.load(stream))
-        self._answers.put(EOFError)
 
     def _next(self, limit_s: float, what: str) -> Any:
         try:
@@ -83,14 +77,21 @@ class Child:
             raise answer
         return answer
 
-    def close(self) -> None:
-        """Ends the process."""
-        self._process.kill()
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                with contextlib.suppress(OSError):
-                    stream.close()
+
+def _listen(stream: IO[bytes], answers: queue.Queue[Any]) -> None:
+    """Puts every answer into the queue; an exception is an answer, and the end is one, too."""
+    with contextlib.suppress(EOFError, pickle.UnpicklingError, ValueError, OSError), stream:
+        while True:
+            answers.put(pickle.load(stream))
+    answers.put(EOFError)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.kill()
+    process.wait()
+    if process.stdin is not None:
+        with contextlib.suppress(OSError):
+            process.stdin.close()
 
 
 def main() -> int:
