@@ -52,7 +52,9 @@ def recording(mu_s: float, drop: float) -> Examined:
 @cache
 def against(recorded: tuple[float, float], given: tuple[float, float]) -> Diagnosis:
     """The answer about a simulation without scatter and without noise."""
-    return against_given(recording(*recorded), simulated(model(*given)), known(), setting=SETTING, name="sim.mcap").diagnosis
+    return against_given(
+        recording(*recorded), simulated(model(*given)), known(), setting=SETTING, name="sim.mcap"
+    ).diagnosis
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,8 @@ class Answer(NamedTuple):
 
         Before the path begins and after it ends the block lies where it was.
         """
+        if self.known and len(self.t_s) == 1:
+            return np.repeat(self.pose, len(time_s), axis=0)
         if self.known:
             return PchipInterpolator(self.t_s, self.pose)(np.clip(time_s, self.t_s[0], self.t_s[-1]))
         lying = ~(time_s > self.onset_s)
