@@ -39,14 +39,15 @@ def point_block(mu: float, *, drop: float = 0.0, step_s: float = STEP_S) -> Simu
 
 
 SCENE = """<mujoco model="mine">
-  <option timestep="0.002" cone="elliptic" impratio="100"/>
+  <option timestep="0.002" cone="elliptic" impratio="50000" tolerance="1e-11"/>
   <worldbody>
     <geom name="plate" type="plane" size="1 1 0.01" friction="{mu} 0.005 0.0001"/>
     <body name="cube" pos="0 0 0.005">
       <freejoint/>
-      <geom type="box" size="0.005 0.005 0.005" mass="0.008" friction="{mu} 0.005 0.0001"/>
+      <geom type="box" size="0.005 0.005 0.005" mass="0.008" friction="{mu} 0.005 0.0001"
+            solref="0.007 1" solimp="0.15 0.151 0.001 0.5 2"/>
     </body>
   </worldbody>
 </mujoco>
 """
-"""A scene as a user writes one down: a box on a plane, with a contact that creeps little."""
+"""A box on a plane, with a contact that neither creeps nor hops (station/simulators/mujoco/contact.py)."""
