@@ -80,6 +80,7 @@ class Driver:
             :, 2
         ]
         mj.mj_forward(scene.model, scene.data)
+        scene.stand()
 
     def _followed(self, run: Run, found: Found | None) -> Array:
         """Rows of t, x, y, yaw (k, 4)."""

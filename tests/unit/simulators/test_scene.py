@@ -88,7 +88,7 @@ def test_a_scene_that_cannot_be_driven_is_one_sentence(name: str, tmp_path: Path
 def test_a_scene_that_explodes_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # MuJoCo writes its log into the working folder
     loud = SCENE.format(mu=MU).replace('timestep="0.002"', 'timestep="0.05"')
-    loud = loud.replace('mass="0.008"', 'mass="0.008" solref="-1e7 0"')
+    loud = loud.replace('solref="0.007 1"', 'solref="-1e7 0"')
     signals, rig = golden()
     with pytest.raises(UserError, match="run 0 of the session: ") as told:
         opened(scene(tmp_path, loud)).repeat(signals, AS_IT_IS, rig=rig)
