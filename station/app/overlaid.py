@@ -8,7 +8,6 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
 from station.app.simulating import simulator_of
-from station.diagnosis.predict.simulated import AS_IT_IS
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import Catalogue
@@ -17,7 +16,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of, recorded_runs
-from station.simulators.simulator import OwnFriction
+from station.simulators.simulator import AS_IT_IS, OwnFriction
 from station.view import colours
 from station.view.overlay import Ghost, Overlay, Stretch
 from station.view.overlay import Path as BlockPath

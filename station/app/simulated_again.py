@@ -11,7 +11,7 @@ from station.app.simulations import Simulation
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.given import against_given
 from station.diagnosis.observations.evidence import Setting
-from station.diagnosis.predict.simulated import AS_IT_IS, parts_of_plain
+from station.diagnosis.predict.simulated import parts_of_plain
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
 from station.signals.session import Signals
@@ -20,7 +20,7 @@ from station.simulators.mujoco.numerics import BASELINE, numerics
 from station.simulators.mujoco.own_settings import own_setup
 from station.simulators.rerun import RUNS, Part, rerun_in_parts
 from station.simulators.same_runs import refuse_other_runs
-from station.simulators.simulator import Elsewhere, OwnFriction
+from station.simulators.simulator import AS_IT_IS, Elsewhere, OwnFriction
 
 Progress = Callable[[str], None]
 

@@ -47,11 +47,15 @@ class Simulator(Protocol):
 class OwnFriction:
     """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
 
-    `Model(mu_s=1.0)` leaves it as it is. `why_untold` is the reason, in one sentence, why it cannot be told of friction
+    `AS_IT_IS` leaves it as it is. `why_untold` is the reason, in one sentence, why it cannot be told of friction
     and pushes; empty: it can.
     """
 
     why_untold: str = ""
+
+
+AS_IT_IS = Model(mu_s=1.0)
+"""What a simulator with a friction of its own is told before anything is found: nothing is to be changed."""
 
 
 class Elsewhere(OwnFriction):

@@ -53,6 +53,8 @@ SHORTER = {
     "diagnose sim.mcap --report": "diagnose twenty.mcap --report",
     "diagnose session.mcap --overlay": "diagnose twenty.mcap --overlay",
     "--simulate mine.mcap": "--simulate session.mcap",
+    "session.mcap --simulate my_sim.py": "twenty.mcap --simulate my_sim.py",
+    "session.mcap --simulate scene.xml": "twenty.mcap --simulate scene.xml",
 }
 """The same for less time."""
 

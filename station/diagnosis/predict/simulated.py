@@ -16,9 +16,7 @@ from station.physics.between import between
 from station.physics.effect import Effect
 from station.physics.model import Model
 from station.simulators.rerun import Part
-
-AS_IT_IS = Model(mu_s=1.0)
-"""What a simulator with a friction of its own is told before anything is found: nothing is to be changed."""
+from station.simulators.simulator import AS_IT_IS
 
 
 def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: Collection[Effect]) -> FitQuality:
