@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import io
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -84,7 +85,7 @@ def test_the_difference_is_named_and_the_simulator_gets_better(name: str, tmp_pa
     _told_in_order(answer)
 
 
-def _it_gets_better(table: dict[str, Any], *, level: bool, slide: bool) -> None:
+def _it_gets_better(table: Mapping[str, Any], *, level: bool, slide: bool) -> None:
     """In runs that the numbers know nothing of; what is left of the onset is the runs' own scatter."""
     before, after = table["before"], table["after"]
     assert table["held_out"]
@@ -116,7 +117,7 @@ def _held_out_figures_are_against_the_simulation(answer: Diagnosis, *, differs: 
 
 def _told_in_order(answer: Diagnosis) -> None:
     assert as_json(answer)["fit"]["simulator_rerun"]["after"]["se"]
-    console = Console(width=200, record=True, quiet=True)
+    console = Console(width=200, record=True, file=io.StringIO())
     console.print(summary(answer))
     told = console.export_text()
     assert "from the simulation to what the recording has" in told

@@ -11,6 +11,7 @@ import numpy as np
 from shared.errors import UserError
 from station.physics.contact import Array
 from station.simulators.mujoco.bindings import mj
+from station.simulators.planar.plate import Index
 from station.simulators.scene.keys import Keys, keys_beside
 
 
@@ -81,7 +82,7 @@ class Scene:
         )
         return place.copy(), turn.reshape(3, 3).copy()
 
-    def _geoms(self, plate: int) -> tuple[Array, Array]:
+    def _geoms(self, plate: int) -> tuple[Index, Index]:
         """The geoms (g,) of block and plate, and the explicit pairs (p,) that one of the block's is in."""
         of_body = self.model.geom_bodyid
         mine = np.flatnonzero(self.model.body_rootid[of_body] == self.model.body_rootid[self.block])

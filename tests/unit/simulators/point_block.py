@@ -44,10 +44,11 @@ SCENE = """<mujoco model="mine">
     <geom name="plate" type="plane" size="1 1 0.01" friction="{mu} 0.005 0.0001"/>
     <body name="cube" pos="0 0 0.005">
       <freejoint/>
-      <geom type="box" size="0.005 0.005 0.005" mass="0.008" friction="{mu} 0.005 0.0001"
+      <inertial pos="0 0 0" mass="0.008" diaginertia="100 100 100"/>
+      <geom type="sphere" pos="0 0 -0.0045" size="0.0005" friction="{mu} 0.005 0.0001"
             solref="0.007 1" solimp="0.15 0.151 0.001 0.5 2"/>
     </body>
   </worldbody>
 </mujoco>
 """
-"""A box on a plane, with a contact that neither creeps nor hops (station/simulators/mujoco/contact.py)."""
+"""A block on one foot, too inert to rock, with a contact that neither creeps nor hops (mujoco/contact.py)."""

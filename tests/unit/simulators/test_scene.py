@@ -53,7 +53,7 @@ def test_what_was_found_acts_on_the_blocks_friction(tmp_path: Path) -> None:
 
 def test_a_pair_has_its_own_friction(tmp_path: Path) -> None:
     pair = f'<contact><pair geom1="plate" geom2="sole" friction="{MU} {MU} 0.005 0.0001 0.0001"/></contact>'
-    text = SCENE.format(mu=0.9).replace('type="box"', 'name="sole" type="box" contype="0"')
+    text = SCENE.format(mu=0.9).replace('type="sphere"', 'name="sole" type="sphere" contype="0"')
     found = apart(scene(tmp_path, text.replace("</mujoco>", f"{pair}</mujoco>")), AS_IT_IS, Model(mu_s=MU))
     assert np.abs(found.onset_deg).max() < 0.1
 

@@ -48,6 +48,15 @@ def run_number(place: int) -> Run:
     return run_of(row, Plate(row, AS_IT_IS))
 
 
+def always(answer: float | None) -> Callable[[Run], float | None]:
+    """A function that gives the same onset for every run."""
+
+    def simulate(run: Run) -> float | None:
+        return answer
+
+    return simulate
+
+
 def dropping(mu_s: float, drop: float) -> Model:
     return Model(mu_s=mu_s).with_term(Term(catalogue()["kinetic_drop"], {"drop": drop}))
 
@@ -124,7 +133,7 @@ def _row() -> Any:
 
 def test_an_onset_alone_leaves_the_slide_unseen() -> None:
     signals, rig = golden()
-    again = of_function(lambda _: 2.0).repeat(signals, AS_IT_IS, rig=rig)
+    again = of_function(always(2.0)).repeat(signals, AS_IT_IS, rig=rig)
     run = recorded_runs(signals)[0]
     frames = again.corners.between(run.begin_ns, run.end_ns)
     assert again.samples[0].slip_ns == run.begin_ns + 2_000_000_000
@@ -135,7 +144,7 @@ def test_an_onset_alone_leaves_the_slide_unseen() -> None:
 @pytest.mark.parametrize("nothing", [None, math.nan])
 def test_a_block_that_holds_has_no_onset(nothing: float | None) -> None:
     signals, rig = golden()
-    again = of_function(lambda _: nothing).repeat(signals, AS_IT_IS, rig=rig)
+    again = of_function(always(nothing)).repeat(signals, AS_IT_IS, rig=rig)
     assert all(sample.censored for sample in again.samples)
 
 
@@ -179,7 +188,11 @@ def test_a_camera_is_the_tools_own_work() -> None:
     effects = catalogue()
     late = between(Model(mu_s=MU, terms=(Term(effects["clock_offset"], {"delay_s": 0.03}),)), Model(mu_s=MU))
     signals, rig = golden()
-    plain = of_function(lambda run: point_block(MU)(run, Found(AS_IT_IS, _row())))
+
+    def untold(run: Run) -> Any:
+        return point_block(MU)(run, Found(AS_IT_IS, _row()))
+
+    plain = of_function(untold)
     on_time, delayed = (plain.repeat(signals, told, rig=rig) for told in (AS_IT_IS, late))
     for was, now in zip(on_time.samples, delayed.samples, strict=True):
         assert now.slip_ns - was.slip_ns == pytest.approx(30e6, abs=2)
@@ -232,7 +245,7 @@ def test_a_wrong_answer_is_one_sentence(name: str) -> None:
 def test_a_function_without_a_second_argument_cannot_be_told_of_friction() -> None:
     signals, rig = golden()
     with pytest.raises(UserError, match="could not be run with what was found: it takes no second argument"):
-        of_function(lambda _: None).repeat(signals, Model(mu_s=1.4), rig=rig)
+        of_function(always(None)).repeat(signals, Model(mu_s=1.4), rig=rig)
 
 
 # --- a file, in a process of its own ----------------------------------------------------------------------------------
