@@ -24,7 +24,7 @@ from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue
 from station.physics.model import Model
 from station.signals.session import Signals
-from station.simulators.rerun import errors
+from station.simulators.errors import errors
 from station.simulators.same_runs import refuse_other_runs
 from station.simulators.simulator import simulator
 from tests.unit.diagnosis import recorded as sessions

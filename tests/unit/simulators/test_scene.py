@@ -10,7 +10,7 @@ import pytest
 from shared.errors import UserError
 from station.physics.between import between
 from station.physics.model import Model
-from station.simulators.rerun import Errors, errors
+from station.simulators.errors import Errors, errors
 from station.simulators.simulator import opened, simulator
 from tests.unit.simulators.point_block import SCENE
 from tests.unit.simulators.test_yours import AS_IT_IS, MU, dropping, golden

@@ -20,10 +20,10 @@ from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.signals.session import Signals
 from station.signals.tracks import AttitudeTrack
+from station.simulators.errors import Errors, errors
 from station.simulators.planar.plate import Plate
 from station.simulators.planar.session import commands_of
 from station.simulators.recorded_runs import recorded_runs
-from station.simulators.rerun import Errors, errors
 from station.simulators.simulator import Simulator, opened, simulator
 from station.simulators.yours.called import of_function
 from station.simulators.yours.found import Found
