@@ -88,7 +88,9 @@ def _rerun(
     progress: Progress,
 ) -> Diagnosis:
     """The diagnosis with the simulator's errors before and after, in runs that what it was told knows nothing of."""
-    most = len(recorded.runs) if isinstance(simulation.engine, Elsewhere) else RUNS
+    most = RUNS
+    if isinstance(simulation.engine, Elsewhere):  # it is read and not run: all its runs at once
+        most, parts = len(recorded.runs), (Part(runs=frozenset(recorded.runs), before=AS_IT_IS, after=AS_IT_IS),)
     again = rerun_in_parts(
         recorded, parts, rig=rig, engine=simulation.engine, name=simulation.name, runs=most, progress=progress
     )
