@@ -24,6 +24,8 @@ SETTLE_S = 0.3
 0.02 s); with none the first frames would show it sink (tests/unit/simulators/test_scene.py)."""
 STORED_S = 0.005
 """A place is stored at least so often: twice between two frames of a camera of 90 Hz."""
+HELD = 0.8
+"""A block that needs less of its friction takes several steps, up to the next place that is stored, with one load."""
 STILL_M_S = 1e-3
 """A block that its friction can hold again rests when it is slower; MuJoCo's contact never stops it wholly."""
 
@@ -86,19 +88,22 @@ class Driver:
         """Rows of t, x, y, yaw (k, 4)."""
         scene, step_s = self.scene, float(self.scene.model.opt.timestep)
         every = max(1, int(STORED_S / step_s))
-        times = np.arange(0.0, run.end_s + step_s, step_s)
+        times = np.arange(0.0, run.end_s + every * step_s, step_s)
         load = _Loads(run, times)
         rows, began = [(0.0, *scene.pose())], 0.0 if run.vx_m_s or run.vy_m_s else math.inf
-        for number, time_s in enumerate(times[:-1].tolist()):
+        number = 0
+        while times[number] < run.end_s:
             pose, velocity = scene.pose(), scene.velocity()
             pull = load.at(number, pose, velocity)
             scene.model.opt.gravity[:] = scene.turn @ pull
             if found is not None:
-                began = self._told(found, time_s, pose=pose, velocity=velocity, pull=pull, began=began)
-            mj.mj_step(scene.model, scene.data)
-            if (number + 1) % every == 0 or number + 2 == len(times):
-                mj.mj_kinematics(scene.model, scene.data)
-                rows.append((float(times[number + 1]), *scene.pose()))
+                began = self._told(found, float(times[number]), pose=pose, velocity=velocity, pull=pull, began=began)
+            quiet = math.isinf(began) and math.hypot(*velocity) < STILL_M_S and self._holds(pull)
+            steps = every if quiet else 1
+            mj.mj_step(scene.model, scene.data, steps)
+            number += steps
+            mj.mj_kinematics(scene.model, scene.data)
+            rows.append((float(times[number]), *scene.pose()))
         table = np.array(rows)
         table[:, 3] = run.yaw_rad + np.unwrap(table[:, 3]) - table[0, 3]
         return table
@@ -126,6 +131,13 @@ class Driver:
         inertia = scene.data.cinert[scene.block][:3].max() if turning else 0.0
         scene.data.xfrc_applied[scene.block] = [*force, *(turning * inertia * scene.turn[:, 2])]
         return began
+
+    def _holds(self, pull: Array) -> bool:
+        """True if the block needs less than HELD of its friction as it is set now."""
+        geoms, pairs = self.scene.touching
+        model = self.scene.model
+        mu = model.pair_friction[pairs, 0].max() if len(pairs) else model.geom_friction[geoms, 0].max()
+        return math.hypot(pull[0], pull[1]) < HELD * float(mu) * -float(pull[2])
 
     def _multiply(self, factor: float) -> None:
         geoms, pairs = self.scene.touching
