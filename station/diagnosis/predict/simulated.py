@@ -22,8 +22,8 @@ from station.simulators.simulator import AS_IT_IS
 def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: Collection[Effect]) -> FitQuality:
     """How well the simulation's numbers predict the recording's unseen runs, and how well the recording's own do.
 
-    The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and nuisances
-    are fitted around them; `kept` are the effects that count as found in either.
+    The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
+    readings are fitted around them; `kept` are the effects that count as found in either.
     """
     given = model_of(simulated.evidence, against.simulation, kept)
     folds = [replace(fold, before=_as_given(fold.of(recorded.evidence), given, fold.before)) for fold in recorded.folds]
@@ -71,9 +71,11 @@ def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collec
 
 
 def _as_given(evidence: Evidence, given: Model, plain: Fit) -> Fit:
-    """The simulation's model in the recording's evidence, with the nuisances that the plain fit allows for."""
-    allowed = tuple(term for term in plain.model.terms if is_nuisance(term.effect))
-    return fit(evidence, replace(given, terms=(*given.terms, *allowed)), (), noise=plain.noise, level=False)
+    """The simulation's model in the recording's evidence: only the readings of onsets and places are fitted around it.
+
+    The nuisances for what mu absorbs are left out: they would take up the very level that the simulation has wrong.
+    """
+    return fit(evidence, given, (), noise=plain.noise, level=False)
 
 
 def _runs(evidence: Evidence, fold: Fold) -> frozenset[int]:
