@@ -17,7 +17,7 @@ from shared.programs import exit_status
 from shared.system.desktop import outlive_terminal, print_all_letters
 from shared.system.processes import follow_parent
 
-FOLDER = Path(__file__).parent / "app" / "commands"
+COMMANDS = Path(__file__).parent / "app" / "commands"
 _ABOUT = """\
 The laptop's side of Repose: a robot arm tilts a plate until a block slides, a camera watches the block, and the
 station measures friction from it. Without hardware, `station rig` runs the whole rig simulated, and `station demo`
@@ -70,7 +70,7 @@ def examples() -> list[str]:
 
 def commands() -> dict[str, Path]:
     """The file of each command by the command's name."""
-    return {_constant(path, "NAME"): path for path in sorted(FOLDER.glob("[a-z]*.py"))}
+    return {_constant(path, "NAME"): path for path in sorted(COMMANDS.glob("[a-z]*.py"))}
 
 
 def _imported(module: str) -> ModuleType:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,19 +12,21 @@ from threadpoolctl import threadpool_limits
 from shared import installed
 from shared.config import Table
 from shared.errors import UserError
-from shared.messages import Sample
 from shared.rig import RigConfig, load_rig
-from station.app.simulated_again import refuse_unknown, simulated_again
+from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
-from station.diagnosis.diagnose import Examined, examined
+from station.app.simulations import Given, Simulation, simulation_of
+from station.app.table_simulated import against_table, refuse_no_table
+from station.diagnosis.diagnose import Examined, Recorded, examined
 from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.predict.folds import Folding, named
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
 from station.recording.arrays import load_signals
+from station.recording.measured import read_measured
 from station.recording.reader import open_recording
-from station.recording.tables import read_samples
 from station.signals.session import Signals
+from station.simulators.simulator import LIMIT_S
 
 TABLES = (".csv", ".parquet")
 PACKAGES = ("numpy", "scipy", "mujoco")
@@ -36,52 +37,57 @@ def diagnose_file(
     *,
     rig: Path | None = None,
     seed: int = 1,
-    simulate: str | None = None,
+    simulate: Given | None = None,
+    simulate_limit: float = LIMIT_S,
     folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
 ) -> Examined:
     """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
 
+    `simulate` is a simulator's name, a file or a function of the user's own (see `simulations.Given`), with a table the
+    path of a simulated table; `simulate_limit` is the longest that one run in a user's file may take, s.
+
     Raises:
         UserError: if it is missing, damaged or of another kind.
     """
     began = time.monotonic()
     if path.suffix in TABLES:
-        config = load_rig(rig) if rig else None
-        recorded = read_samples(path)
+        config, simulation = load_rig(rig) if rig else None, simulate
+        if simulate is not None:
+            refuse_no_table(simulate)
+        recorded: Recorded = read_measured(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
-        if simulate:
-            refuse_unknown(simulate, rig=config)
+        simulation = None if simulate is None else simulation_of(simulate, rig=config, limit_s=simulate_limit)
         status("reading the recording")
         recorded = load_signals(reader)
     found = diagnose_session(
-        recorded, name=str(path), rig=config, seed=seed, simulate=simulate, folding=folding, jobs=jobs, status=status
+        recorded, name=str(path), rig=config, seed=seed, simulate=simulation, folding=folding, jobs=jobs, status=status
     )
     return replace(found, diagnosis=replace(found.diagnosis, seconds=time.monotonic() - began))
 
 
 def diagnose_session(
-    recorded: Signals | Sequence[Sample],
+    recorded: Recorded,
     *,
     name: str,
     rig: RigConfig | None = None,
     seed: int = 1,
-    simulate: str | None = None,
+    simulate: Given | Simulation | None = None,
     folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
 ) -> Examined:
-    """Diagnoses a session's signals, or the rows of a table, by that name.
+    """Diagnoses a session's signals, or the rows of a table, by that name; the arguments are those of `diagnose_file`.
 
     Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
     as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
     OPENBLAS_NUM_THREADS=1: 10.5 s, and 17 to 23 s).
 
     Raises:
-        UserError: if a table is to be simulated, or the simulation cannot be.
+        UserError: if there is no rig to simulate with, or the simulation is not of these runs.
     """
     began = time.monotonic()
     setting = setting_of(rig)
@@ -91,12 +97,23 @@ def diagnose_session(
             recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
         )
     answer = found.diagnosis
-    if simulate:
-        if rig is None or not isinstance(recorded, Signals):
-            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {name}")
-        answer = simulated_again(found, recorded, rig=rig, setting=setting, simulate=simulate, progress=status)
-    answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
+    if simulate is not None and not isinstance(recorded, Signals):
+        answer = against_table(found, known, setting=setting, simulate=simulate, progress=status)
+    elif simulate is not None and isinstance(recorded, Signals):
+        if rig is None:
+            raise UserError(f"Expected a rig to simulate {name} with, got none; give one with --rig")
+        simulation = simulation_of(simulate, rig=rig)
+        answer = simulated_again(
+            found, recorded, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
+        )
+    notes = (*answer.notes, *planted_in(rig))
+    answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
+
+
+def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
+    """A note on what a simulated rig conceals on purpose, if its file says so."""
+    return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()
 
 
 def setting_of(rig: RigConfig | None) -> Setting:

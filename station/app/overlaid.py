@@ -16,7 +16,7 @@ from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of, recorded_runs
-from station.simulators.simulator import Elsewhere
+from station.simulators.simulator import AS_IT_IS, OwnFriction
 from station.view import colours
 from station.view.overlay import Ghost, Overlay, Stretch
 from station.view.overlay import Path as BlockPath
@@ -42,7 +42,7 @@ def write_overlay(
         rig: sizes of block and plate, for the simulation.
         known: the effects that the model may name.
         rig_path: the rig file that the shapes are drawn from; None: the recording's own.
-        simulate: name of a simulator, or a simulation's recording (.mcap), of which there is a before and no after.
+        simulate: name of a simulator, or a simulation of the user's, of which there is a before and no after.
 
     Raises:
         UserError: if nothing could be tested, if the recording cannot be simulated, or the file cannot be written.
@@ -62,9 +62,10 @@ def overlay_of(
 ) -> Overlay:
     """Simulates the recorded commands with the plain model and with the one that was found; raises as above."""
     engine = simulator_of(simulate)
-    before = engine.repeat(recorded, Model(mu_s=diagnosis.mu_s.value), rig=rig)
+    own = isinstance(engine, OwnFriction)  # a simulation of the user's is drawn as it is
+    before = engine.repeat(recorded, AS_IT_IS if own else Model(mu_s=diagnosis.mu_s.value), rig=rig)
     ghosts = [Ghost(name="before", path=_path(before), colour=colours.SIMULATED_BEFORE)]
-    both = bool(diagnosis.names) and not isinstance(engine, Elsewhere)
+    both = bool(diagnosis.names) and not own
     if both:
         after = engine.repeat(recorded, model_of_table(diagnosis.model, known), rig=rig)
         ghosts.append(Ghost(name="after", path=_path(after), colour=colours.SIMULATED_AFTER))

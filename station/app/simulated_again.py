@@ -4,79 +4,94 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from shared.errors import UserError
 from shared.rig import RigConfig
+from station.app.simulations import Simulation
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.given import against_given
 from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.predict.simulated import parts_of_plain
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
-from station.physics.model import Model, model_of_table
-from station.recording.arrays import load_signals
-from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.simulators.artefacts import artefacts
 from station.simulators.mujoco.numerics import BASELINE, numerics
 from station.simulators.mujoco.own_settings import own_setup
-from station.simulators.rerun import Errors, errors, rerun
-from station.simulators.simulator import names
+from station.simulators.rerun import RUNS, Part, rerun_in_parts
+from station.simulators.same_runs import refuse_other_runs
+from station.simulators.simulator import AS_IT_IS, Elsewhere, OwnFriction
 
 Progress = Callable[[str], None]
 
 
 def simulated_again(
-    examined: Examined, recorded: Signals, *, rig: RigConfig, setting: Setting, simulate: str, progress: Progress
+    examined: Examined,
+    recorded: Signals,
+    *,
+    rig: RigConfig,
+    setting: Setting,
+    simulation: Simulation,
+    seed: int = 1,
+    progress: Progress = lambda _: None,
 ) -> Diagnosis:
     """The diagnosis with `simulator_rerun` and `numerics` filled in, and against the simulation that was given.
 
-    `simulate` is the name of a simulator, or the path of a simulation's recording (.mcap).
+    One of our own simulators has no friction of its own: it is tried with the plain model and with what was found. A
+    simulation of the user's is the baseline, and where it can be called it is tried as it is and with what was found.
 
     Raises:
-        UserError: for another name, or a file that cannot be read.
+        UserError: if the simulation is one of other commands, or whatever its maker's function does wrong.
     """
-    refuse_unknown(simulate, rig=rig)
-    diagnosis = examined.diagnosis
-    if diagnosis.verdict == "untestable":
-        return diagnosis
-    mu_s = diagnosis.mu_s.value
-    if simulate.endswith(".mcap"):
-        simulated = load_signals(open_recording(Path(simulate)))
-        known = catalogue_of_table(rig.physics)
-        answer = against_given(examined, simulated, known, setting=setting, name=simulate, progress=progress)
-        return _elsewhere(answer, recorded, simulated, mu_s=mu_s)
-    found: list[dict[str, Any]] = []
-    if simulate == "mujoco":
-        progress("checking what MuJoCo's own settings do")
-        found = numerics(recorded, rig=rig, mu_s=mu_s, baseline=own_setup(rig) or BASELINE)
-    progress(f"simulating with {simulate}, before and after")
-    before = Model(mu_s=mu_s, scatter=diagnosis.scatter)
-    after = model_of_table(diagnosis.model, catalogue_of_table(rig.physics))
-    table = rerun(recorded, before, after, rig=rig, engine=simulate).table()
-    fit = replace(diagnosis.fit, simulator_rerun=table)
-    return replace(diagnosis, simulator=simulate, fit=fit, numerics=tuple(found))
-
-
-def refuse_unknown(simulate: str, *, rig: RigConfig) -> None:
-    """Refuses, before anything is computed, what `simulated_again` cannot simulate with.
-
-    Raises:
-        UserError: for an unknown simulator, a recording that cannot be opened, or settings of it that cannot be.
-    """
-    if simulate.endswith(".mcap"):
-        open_recording(Path(simulate))
-    elif simulate not in names():
-        raise UserError(
-            f"Expected {', '.join(names())} or a simulation's recording (.mcap) to simulate with, got {simulate}"
+    if examined.diagnosis.verdict == "untestable" or examined.found is None:
+        return examined.diagnosis
+    if isinstance(simulation.engine, OwnFriction):
+        return _against_the_users(
+            examined, recorded, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=progress
         )
-    own_setup(rig)
+    answer, found = examined.diagnosis, list[dict[str, Any]]()
+    if simulation.name == "mujoco":
+        progress("checking what MuJoCo's own settings do")
+        found = numerics(recorded, rig=rig, mu_s=answer.mu_s.value, baseline=own_setup(rig) or BASELINE)
+    told = _rerun(answer, recorded, parts_of_plain(examined.found), rig=rig, simulation=simulation, progress=progress)
+    return replace(told, simulator=simulation.name, numerics=tuple(found))
 
 
-def _elsewhere(diagnosis: Diagnosis, recorded: Signals, simulated: Signals, *, mu_s: float) -> Diagnosis:
-    """Adds the errors of a recording that another simulator made: there is a before, and no after."""
-    before: Errors = errors(recorded, simulated)
-    table = {"engine": diagnosis.simulator, "before": before.summary(), "after": {}}
-    fit = replace(diagnosis.fit, simulator_rerun=table)
-    return replace(diagnosis, fit=fit, numerics=tuple(artefacts(simulated, mu_s=mu_s)))
+def _against_the_users(
+    examined: Examined,
+    recorded: Signals,
+    *,
+    rig: RigConfig,
+    setting: Setting,
+    simulation: Simulation,
+    seed: int,
+    progress: Progress,
+) -> Diagnosis:
+    progress(f"simulating the recorded commands with {simulation.name}")
+    simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
+    refuse_other_runs(recorded, simulated, name=simulation.name)
+    known = catalogue_of_table(rig.physics)
+    given = against_given(
+        examined, simulated, known, setting=setting, name=simulation.name, seed=seed, progress=progress
+    )
+    told = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
+    return replace(told, numerics=tuple(artefacts(simulated, mu_s=given.mu_s)))
+
+
+def _rerun(
+    answer: Diagnosis,
+    recorded: Signals,
+    parts: tuple[Part, ...],
+    *,
+    rig: RigConfig,
+    simulation: Simulation,
+    progress: Progress,
+) -> Diagnosis:
+    """The diagnosis with the simulator's errors before and after, in runs that what it was told knows nothing of."""
+    most = RUNS
+    if isinstance(simulation.engine, Elsewhere):  # it is read and not run: all its runs at once
+        most, parts = len(recorded.runs), (Part(runs=frozenset(recorded.runs), before=AS_IT_IS, after=AS_IT_IS),)
+    again = rerun_in_parts(
+        recorded, parts, rig=rig, engine=simulation.engine, name=simulation.name, runs=most, progress=progress
+    )
+    return replace(answer, fit=replace(answer.fit, simulator_rerun=again.table()))

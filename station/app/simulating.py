@@ -13,7 +13,7 @@ from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
 from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader, open_recording
-from station.simulators.simulator import Elsewhere, Simulator, simulator
+from station.simulators.simulator import Elsewhere, Simulator, opened
 
 
 def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
@@ -51,11 +51,11 @@ def model_of(path: Path, *, rig: RigConfig | None) -> Model:
 
 
 def simulator_of(name: str) -> Simulator:
-    """A simulator by its name, or a recording (.mcap) that another one made.
+    """A simulator by its name, a file of the user's own, or a recording (.mcap) that another one made.
 
     Raises:
         UserError: if there is neither.
     """
     if name.endswith(".mcap"):
         return Elsewhere(load_signals(open_recording(Path(name))))
-    return simulator(name)
+    return opened(name)

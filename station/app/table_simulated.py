@@ -16,29 +16,31 @@ from station.recording.measured import read_measured
 TABLES = (".csv", ".parquet")
 
 
-def refuse_no_table(simulate: str) -> None:
-    """Refuses, before anything is computed, what a table cannot be compared with.
+def refuse_no_table(simulate: object) -> Path:
+    """The path of a simulated table; refuses, before anything is computed, what a table cannot be compared with.
 
     Raises:
         UserError: if it is no table.
     """
-    if Path(simulate).suffix not in TABLES:
+    if not isinstance(simulate, str | Path) or Path(simulate).suffix not in TABLES:
         raise UserError(f"Expected a simulated table (.csv, .parquet) together with a table, got {simulate}")
+    return Path(simulate)
 
 
 def against_table(
-    examined: Examined, known: Catalogue, *, setting: Setting, simulate: str, progress: Progress
+    examined: Examined, known: Catalogue, *, setting: Setting, simulate: object, progress: Progress
 ) -> Diagnosis:
     """The diagnosis of a table with a simulated table in place of the plain model.
 
     Raises:
         UserError: if the simulated table cannot be read, or measures another kind of friction.
     """
-    simulated = read_measured(Path(simulate))
+    path = refuse_no_table(simulate)
+    simulated = read_measured(path)
     if examined.found is None:
         return examined.diagnosis
     mine, theirs = examined.found.evidence, evidence_from(simulated, setting)
     for name, words in (("onset", "at rest"), ("along", "while sliding")):
         if mine.channel(name) is not None and theirs.channel(name) is None:
-            raise UserError(f"Expected a simulated table with friction {words}, as the measured one has, in {simulate}")
-    return against_given(examined, simulated, known, setting=setting, name=simulate, progress=progress)
+            raise UserError(f"Expected a simulated table with friction {words}, as the measured one has, in {path}")
+    return against_given(examined, simulated, known, setting=setting, name=str(path), progress=progress).diagnosis

@@ -23,6 +23,7 @@ from station.diagnosis.inference.fit import Fit, as_simulated, fit
 from station.diagnosis.inference.values import inexact, values_of
 from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.belief import Belief, called, sure
 from station.diagnosis.search.search import Search
@@ -33,11 +34,15 @@ from station.physics.model import Term
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
-    """The evidence of one recording (the user's or the given simulation's) and what the search found in it."""
+    """The evidence of one recording (the user's or the given simulation's) and what the search found in it.
+
+    `folds` are the fits without each fold of the runs, as they were judged; a simulation has none.
+    """
 
     evidence: Evidence
     search: Search
     belief: Belief
+    folds: tuple[Fold, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,12 +69,15 @@ class Against:
     """All comparisons, with the level of friction apart.
 
     `differ_p` is the p-value of all differences together; `shared` is the fit to the recording of what both have alike.
+    `recording` and `simulation` are the fits of all effects to each of the two.
     """
 
     level: Beside
     effects: tuple[Beside, ...]
     differ_p: float
     shared: Fit
+    recording: Fit
+    simulation: Fit
 
     @property
     def differs(self) -> tuple[Differs, ...]:
@@ -102,7 +110,14 @@ def against(recorded: Found, simulated: Found) -> Against:
     gain = level.gain + sum(one.gain for one in beside)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
     alike = [one.effect for one in beside if one.effect is not None and one.odds <= 0]
-    return Against(level=level, effects=beside, differ_p=differ_p, shared=_refit(recorded.evidence, fits[0], alike))
+    return Against(
+        level=level,
+        effects=beside,
+        differ_p=differ_p,
+        shared=_refit(recorded.evidence, fits[0], alike),
+        recording=fits[0],
+        simulation=fits[1],
+    )
 
 
 def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:

@@ -115,7 +115,8 @@ def examined(
     quality = compared(evidence, sift, model)
     answer = _answer(evidence, found, _Judged(belief, sift.own, model, quality), catalogue, name=name)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
-    return Examined(diagnosis=answer, pictures=pictures, found=Found(evidence=evidence, search=found, belief=belief))
+    judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
+    return Examined(diagnosis=answer, pictures=pictures, found=judged)
 
 
 def _why_not(evidence: Evidence) -> str | None:

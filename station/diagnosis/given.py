@@ -1,9 +1,10 @@
-"""The diagnosis against a simulation that the user gives as a recording: it is about the difference of the two."""
+"""The diagnosis against a simulation that the user gives: it is about the difference of the two."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,12 +14,27 @@ from station.diagnosis.against import Against, Beside, Found, against, as_noisy_
 from station.diagnosis.diagnose import Examined, Recorded, evidence_from, overall
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.diagnosis.search.belief import beliefs, called
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
 from station.physics.catalogue import Catalogue
+from station.physics.effect import Effect
 from station.physics.model import Model
+from station.simulators.rerun import Part
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """The diagnosis against a given simulation, and what a simulator that can be called is to be told in each fold.
+
+    `mu_s` is the simulation's coefficient of friction.
+    """
+
+    diagnosis: Diagnosis
+    parts: tuple[Part, ...] = ()
+    mu_s: float = math.nan
 
 
 def against_given(
@@ -30,7 +46,7 @@ def against_given(
     name: str,
     seed: int = 1,
     progress: Progress = lambda _: None,
-) -> Diagnosis:
+) -> Given:
     """The diagnosis with a simulation's recording of the same commands in place of the plain model.
 
     Args:
@@ -47,7 +63,7 @@ def against_given(
     """
     answer, recorded = examined.diagnosis, examined.found
     if recorded is None:
-        return answer
+        return Given(diagnosis=answer)
     progress("reading the simulation")
     evidence = as_noisy_as(recorded, evidence_from(simulated, setting))
     if evidence.used() < thresholds.LEAST_RUNS:
@@ -68,17 +84,34 @@ def against_given(
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
     progress("comparing recording and simulation")
     compared = against(recorded, theirs)
-    left, _ = looked_at(recorded.evidence, compared.shared, staged.offered, rng=rng, progress=progress)
+    # What remains in the recording is tested with all that the recording can show, also where the simulation cannot.
+    left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
     told = _told(answer, compared, theirs)
+    kept = _kept(told, compared)
     least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # the smaller of two p-values
-    return replace(
+    progress("predicting unseen runs by the simulation, and by what was found")
+    diagnosis = replace(
         told,
+        fit=quality_of_given(recorded, theirs, compared, kept),
         simulator=name,
         given=True,
         global_p=min(1.0, 2.0 * least_p),
         located=located(recorded.evidence, [left]),
         none_probability=0.0 if told.names else 1.0 - max((one.probability for one in told.effects), default=0.0),
     )
+    return Given(
+        diagnosis=diagnosis,
+        parts=parts_of_given(recorded, theirs, compared, kept, changed=bool(told.names) or compared.level.odds > 0),
+        mu_s=compared.level.numbers[0].simulation.value,
+    )
+
+
+def _kept(told: Diagnosis, compared: Against) -> tuple[Effect, ...]:
+    """The effects that are claimed, and those that both have alike, whose part the others would take up."""
+    claimed = {effect.id for effect in told.effects if effect.verdict != "not supported"}
+    alike = {called(one.effect.id) for one in compared.effects if one.effect and one.side == "both"}
+    effects = [one.effect for one in compared.effects if one.effect is not None]
+    return tuple(effect for effect in effects if called(effect.id) in claimed | alike)
 
 
 def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:

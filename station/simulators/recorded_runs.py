@@ -90,7 +90,8 @@ def poses_of(signals: Signals) -> Poses:
     if len(signals.corners) and signals.geometry is not None:
         seen = signals.corners.seen()
         pose = seen.pose(signals.geometry)
-        return Poses(seen.time_ns, pose, ~seen.tipped)
+        known = np.isfinite(pose).all(axis=1)
+        return Poses(seen.time_ns[known], pose[known], ~seen.tipped[known])
     return _tracked(signals.block)
 
 

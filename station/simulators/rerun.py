@@ -9,7 +9,7 @@ of the path what the model has wrong about the slide.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -22,56 +22,57 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 from station.signals.session import Signals
-from station.simulators.recorded_runs import Poses, RecordedRun, numbers, poses_of, recorded_runs
-from station.simulators.simulator import Simulator, simulator
+from station.simulators.errors import Errors, errors
+from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
+from station.simulators.simulator import OwnFriction, Simulator, simulator
 
 RUNS = 60
 LEVELLED = 3
 _LEVELS = (0.3, 3.0)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Errors:
-    """Differences of a simulation from the recording, run by run (n,); nan where there is nothing to compare.
-
-    `onset_deg` is simulated minus recorded; `path_mm` is the root mean square distance over the frames from the
-    recorded onset to the run's end.
-    """
-
-    run: Array
-    onset_deg: Array
-    path_mm: Array
-
-    def summary(self) -> dict[str, float | int | None]:
-        """Root mean squares over the runs that have them."""
-        return {
-            "onset_rmse_deg": _rms(self.onset_deg),
-            "path_rmse_mm": _rms(self.path_mm),
-            "onset_bias_deg": float(np.nanmean(self.onset_deg)) if np.isfinite(self.onset_deg).any() else None,
-            "onsets": int(np.isfinite(self.onset_deg).sum()),
-            "paths": int(np.isfinite(self.path_mm).sum()),
-        }
-
-
 @dataclass(frozen=True, kw_only=True)
 class Rerun:
-    """The errors of a simulator in some runs with two models, and the same with each run's own level of friction."""
+    """The errors of a simulator in some runs with two models, and the same with each run's own level of friction.
+
+    `held_out` is True if the models knew nothing of the runs in which they were tried. A simulator that cannot be told
+    what was found has no errors after it and none at a level of the runs' own; `why` says so in one sentence.
+    """
 
     engine: str
     runs: tuple[int, ...]
     before: Errors
-    after: Errors
-    before_own_level: Errors
-    after_own_level: Errors
+    after: Errors | None = None
+    before_own_level: Errors | None = None
+    after_own_level: Errors | None = None
+    held_out: bool = False
+    why: str = ""
 
     def table(self) -> dict[str, Any]:
         """The table in the contract of `--json` under `fit.simulator_rerun`."""
         return {
             "engine": self.engine,
             "runs": len(self.runs),
-            "before": self.before.summary() | {"own_level": self.before_own_level.summary()},
-            "after": self.after.summary() | {"own_level": self.after_own_level.summary()},
+            "held_out": self.held_out,
+            "before": _told(self.before, self.before_own_level),
+            "after": _told(self.after, self.after_own_level),
+            **({"no_after": self.why} if self.why else {}),
         }
+
+
+def _told(errors: Errors | None, own_level: Errors | None) -> dict[str, Any]:
+    if errors is None:
+        return {}
+    return errors.summary() | ({} if own_level is None else {"own_level": own_level.summary()})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """Some runs of a session by their numbers, and the models to try in them."""
+
+    runs: frozenset[int]
+    before: Model
+    after: Model
 
 
 def rerun(
@@ -98,24 +99,51 @@ def rerun(
     Raises:
         UserError: if the recording lacks what a simulation needs, or there is no such simulator.
     """
+    every = (Part(runs=frozenset(recorded.runs), before=before, after=after),)
+    return rerun_in_parts(recorded, every, rig=rig, engine=engine, runs=runs, progress=progress)
+
+
+def rerun_in_parts(
+    recorded: Signals,
+    parts: Sequence[Part],
+    *,
+    rig: RigConfig,
+    engine: str | Simulator = "mujoco",
+    name: str = "",
+    runs: int = RUNS,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Rerun:
+    """As `rerun`, each part of the session with its own two models: those of a fold may know nothing of its runs.
+
+    A simulator with a friction of its own (`OwnFriction`) that cannot be told what was found is tried before it alone.
+    `name` is the simulator's in the result.
+    """
     if runs < 1:
         raise UserError(f"Expected at least one run to simulate again, got {runs}")
     own = simulator(engine) if isinstance(engine, str) else engine
-    name = engine if isinstance(engine, str) else type(engine).__name__
-    part = some_runs(recorded, runs)
-    found = list[Errors]()
-    for label, model in (("before", before), ("after", after)):
-        progress(f"simulating {len(part.runs)} runs again in {name}, {label}")
-        plain = own.repeat(part, model, rig=rig)
-        found += [errors(part, plain), errors(part, _levelled(part, plain, model, rig=rig, engine=own))]
-    return Rerun(
-        engine=name,
-        runs=part.runs,
-        before=found[0],
-        before_own_level=found[1],
-        after=found[2],
-        after_own_level=found[3],
-    )
+    name = name or (engine if isinstance(engine, str) else type(engine).__name__)
+    some = some_runs(recorded, runs)
+    why = own.why_untold if isinstance(own, OwnFriction) else ""
+    found: dict[str, list[Errors]] = {}
+    for part in parts:
+        chosen = only_runs(some, part.runs)
+        if chosen is None:
+            continue
+        for label, model in (("before", part.before), ("after", part.after))[: 1 if why else 2]:
+            progress(f"simulating {len(chosen.runs)} runs again in {name}, {label}")
+            if label == "after" and part.after is part.before:
+                found.setdefault(label, []).append(found["before"][-1])
+                found.setdefault("after_own_level", []).append(found["before_own_level"][-1])
+                continue
+            plain = own.repeat(chosen, model, rig=rig)
+            found.setdefault(label, []).append(errors(chosen, plain))
+            if not why:
+                level = errors(chosen, _levelled(chosen, plain, model, rig=rig, engine=own))
+                found.setdefault(f"{label}_own_level", []).append(level)
+    if not found:
+        raise UserError("Expected runs that can be simulated again among those that were diagnosed, found none")
+    joined = {label: Errors.joined(each) for label, each in found.items()}
+    return Rerun(engine=name, runs=some.runs, held_out=len(parts) > 1, why=why, **joined)
 
 
 def some_runs(recorded: Signals, count: int) -> Signals:
@@ -128,6 +156,16 @@ def some_runs(recorded: Signals, count: int) -> Signals:
     if len(every) > count:
         places = np.unique(np.linspace(0, len(every) - 1, count).round().astype(int))
         every = tuple(every[place] for place in places.tolist())
+    return _with_runs(recorded, every)
+
+
+def only_runs(recorded: Signals, wanted: Collection[int]) -> Signals | None:
+    """The session with these of its runs that can be repeated; None if there are none."""
+    every = [run for run in recorded_runs(recorded) if run.run in wanted]
+    return _with_runs(recorded, every) if every else None
+
+
+def _with_runs(recorded: Signals, every: Sequence[RecordedRun]) -> Signals:
     chosen = {run.run for run in every}
     events = recorded.events
     return replace(
@@ -146,34 +184,6 @@ def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
         first, last = np.searchsorted(track.time_ns, (run.begin_ns, run.end_ns + 1))
         inside[first:last] = True
     return track.select(inside)
-
-
-def errors(recorded: Signals, simulated: Signals) -> Errors:
-    """The errors of a simulation of a recording."""
-    runs = recorded_runs(recorded)
-    seen, told = poses_of(recorded), poses_of(simulated)
-    was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
-    onset, path = np.full(len(runs), np.nan), np.full(len(runs), np.nan)
-    for place, run in enumerate(runs):
-        first, second = was.get(run.run), now.get(run.run)
-        begin_ns = run.begin_ns
-        if first is not None and second is not None and not run.velocity.any():
-            if first.censored:
-                continue
-            begin_ns = first.slip_ns
-            # The sample of a block that held has the steepest tilt: the error is at least as large.
-            onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
-        path[place] = _apart_mm(seen.between(begin_ns, run.end_ns), told.between(begin_ns, run.end_ns))
-    return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path)
-
-
-def _apart_mm(seen: Poses, told: Poses) -> float:
-    """Root mean square distance of two paths over the frames that both have; nan without any."""
-    _, first, second = np.intersect1d(seen.time_ns, told.time_ns, return_indices=True)
-    if not len(first):
-        return math.nan
-    away = seen.pose[first, :2] - told.pose[second, :2]
-    return 1e3 * math.sqrt(float(np.mean(np.sum(away * away, axis=1))))
 
 
 # --- each run's own level -------------------------------------------------------------------------------------------
@@ -243,8 +253,3 @@ def by_engine(table: Mapping[str, Any]) -> str:
 
 def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
-
-
-def _rms(values: Array) -> float | None:
-    known = values[np.isfinite(values)]
-    return math.sqrt(float(np.mean(known * known))) if len(known) else None

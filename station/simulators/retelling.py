@@ -227,9 +227,9 @@ class _Tracked:
             position[frames, :2] = pose[mine, :2]
             position[frames, 2] = recorded.position_m[seen[0], 2]
             quaternion[frames] = _turned(recorded.quaternion[seen[0]], pose[mine, 2] - run.start[2])
-        lost = ~recorded.found
-        position[lost], quaternion[lost] = np.nan, np.nan
-        return replace(recorded, position_m=position, quaternion=quaternion)
+        found = recorded.found & np.isfinite(position).all(axis=1)
+        position[~found], quaternion[~found] = np.nan, np.nan
+        return replace(recorded, position_m=position, quaternion=quaternion, found=found)
 
 
 def _turned(quaternion: Array, angle_rad: Array) -> Array:

@@ -1,7 +1,8 @@
 """The interface of a simulator to the rest of the station, and the available simulators.
 
 A simulator is a folder here with a module `session` that has one class with `repeat`: `planar`, `mujoco`, or one that
-is added beside them. A recording that another simulator made stands in for one, too (`Elsewhere`).
+is added beside them. Files of a user's own are simulators by the module of `of_file` that has their suffix's name. A
+recording that another simulator made stands in for one, too (`Elsewhere`).
 """
 
 from __future__ import annotations
@@ -43,8 +44,24 @@ class Simulator(Protocol):
         ...
 
 
-class Elsewhere:
+class OwnFriction:
+    """A simulator that has a friction of its own: its model says what to change in it, and mu_s is a factor.
+
+    `AS_IT_IS` leaves it as it is. `why_untold` is the reason, in one sentence, why it cannot be told of friction
+    and pushes; empty: it can.
+    """
+
+    why_untold: str = ""
+
+
+AS_IT_IS = Model(mu_s=1.0)
+"""What a simulator with a friction of its own is told before anything is found: nothing is to be changed."""
+
+
+class Elsewhere(OwnFriction):
     """A simulation that somebody else made, as a recording of the same runs."""
+
+    why_untold = "A recorded simulation could not be run with what was found; give the simulator itself to --simulate"
 
     def __init__(self, simulated: Signals) -> None:
         self._simulated = simulated
@@ -64,6 +81,36 @@ class Elsewhere:
                 f"{_listed(self._simulated.runs)}"
             )
         return self._simulated
+
+
+LIMIT_S = 60.0
+"""The longest that a run of a user's simulator takes unless it is given more (s): a MuJoCo scene at a step of 0.1 ms
+takes some 20 s for a run of 10 s. `--simulate-limit` changes it."""
+
+
+def suffixes() -> tuple[str, ...]:
+    """The suffixes of the files that are simulators."""
+    modules = (Path(__file__).parent / "of_file").glob("[a-z]*.py")
+    return tuple(sorted(f".{path.stem}" for path in modules))
+
+
+def file_of(name: str) -> tuple[Path, str] | None:
+    """The file that a name means, and the part of it after a colon; None if it is no file that is a simulator."""
+    path, _, part = name.rpartition(":") if Path(name).suffix not in suffixes() else (name, "", "")
+    return (Path(path), part) if Path(path).suffix in suffixes() else None
+
+
+def opened(name: str, *, limit_s: float = LIMIT_S) -> Simulator:
+    """The simulator that a name, or a file of the user's own with or without a part (`my_sim.py:function`), means.
+
+    Raises:
+        UserError: if there is none, or its file cannot be loaded.
+    """
+    file = file_of(name)
+    if file is None:
+        return simulator(name)
+    module = importlib.import_module(f"{__package__}.of_file.{file[0].suffix[1:]}")
+    return module.opened(*file, limit_s=limit_s)
 
 
 def names() -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.physics.catalogue import catalogue
 from station.physics.model import model_of_table

@@ -13,11 +13,12 @@ from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
 from tests.concealed.session import SessionRecord, run_session
 from tests.concealed.world import NULL
-from tests.readmes.blocks import ROOT
+from tests.readmes.blocks import ROOT, blocks
 from tests.system.processes import rig_file
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.test_importers import made_up
+from tests.unit.simulators.point_block import SCENE
 
 
 def furnish(folder: Path) -> Path:
@@ -30,7 +31,15 @@ def furnish(folder: Path) -> Path:
     shutil.copy(GOLDEN, folder / "session.mcap")
     write_samples(samples(grain=0.2), folder / "samples.csv")
     write_samples(samples(seed=4), folder / "simulated.csv")
+    (folder / "my_sim.py").write_text(_own_simulator(), encoding="utf-8")
+    (folder / "scene.xml").write_text(SCENE.format(mu=0.35).replace("cube", "block"), encoding="utf-8")
     return folder
+
+
+def _own_simulator() -> str:
+    """The simulator that its page shows, and a second function in the same file."""
+    (text,) = [block.text for block in blocks("python") if block.readme == "station/simulators/yours/README.md"]
+    return f"{text}\n\nother = simulate\n"
 
 
 def write_twenty_runs(path: Path) -> None:

@@ -42,6 +42,8 @@ ELSEWHERE = {
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station prove": "hundreds of runs: tests/recovery/test_prove.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
+    "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
+    "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",
     "deploy/deploy.sh": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
     "uv tool install": "tests/system/test_wheel.py installs and uses the wheel",
@@ -61,6 +63,7 @@ SHORTER = {
     "diagnose sim.mcap --report": "diagnose twenty.mcap --report",
     "diagnose session.mcap --overlay": "diagnose twenty.mcap --overlay",
     "--simulate mine.mcap": "--simulate session.mcap",
+    "session.mcap --simulate my_sim.py": "twenty.mcap --simulate my_sim.py",
 }
 """The same for less time."""
 

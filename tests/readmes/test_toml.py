@@ -14,6 +14,7 @@ from shared.memory_bus import MemoryBus
 from shared.rig import load_rig
 from station.__main__ import main as station
 from station.angles.instruments import Instruments
+from station.simulators.scene.keys import Keys, keys_beside
 from tests.readmes.blocks import ROOT, Block, blocks
 from tests.readmes.reader import furnish
 from tests.system.processes import rig_file
@@ -51,7 +52,14 @@ def _own_effect(text: str) -> None:
     assert station(["plan", "--separate", "humidity", "--rig", str(rig)]) == 0
 
 
+def _scene(text: str) -> None:
+    """The keys name what a scene calls its bodies."""
+    Path("scene.toml").write_text(text, encoding="utf-8")
+    assert keys_beside(Path("scene.xml")) == Keys()
+
+
 READERS: dict[str, Callable[[str], None]] = {
+    "block": _scene,
     "angles": _sources,
     "friction": _model,
     "smooth": _smooth,

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from shared.errors import UserError
+from station.diagnosis import given
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.given import against_given
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.inference.columns import Scores
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.evidence import Evidence, Setting
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis, as_json
+from station.diagnosis.search.search import Stage, looked_at
 from station.physics.catalogue import Catalogue, catalogue
+from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.signals.session import Signals
 from station.simulators.simulator import simulator
@@ -52,7 +59,9 @@ def recording(mu_s: float, drop: float) -> Examined:
 @cache
 def against(recorded: tuple[float, float], given: tuple[float, float]) -> Diagnosis:
     """The answer about a simulation without scatter and without noise."""
-    return against_given(recording(*recorded), simulated(model(*given)), known(), setting=SETTING, name="sim.mcap")
+    return against_given(
+        recording(*recorded), simulated(model(*given)), known(), setting=SETTING, name="sim.mcap"
+    ).diagnosis
 
 
 @dataclass(frozen=True)
@@ -110,6 +119,22 @@ def test_without_a_simulation_the_recordings_own_answer_stands() -> None:
     answer = as_json(recording(0.35, 0.2).diagnosis)
     assert answer["baseline"]["differs"] == []
     assert answer["effects"][0]["side"] == "recording"
+
+
+def test_what_remains_is_tested_with_all_that_the_recording_can_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A simulation that tells of onsets alone cannot show what a slide does, and the recording can."""
+    asked = list[set[str]]()
+
+    def noted(evidence: Evidence, current: Fit, offered: Sequence[Effect], **rest: Any) -> tuple[Stage, Scores]:
+        asked.append({effect.id for effect in offered})
+        return looked_at(evidence, current, offered, **rest)
+
+    monkeypatch.setattr(given, "looked_at", noted)
+    onsets = replace(simulated(model(0.25, 0.0)), geometry=None)
+    answer = against_given(recording(0.35, 0.2), onsets, known(), setting=SETTING, name="onsets.mcap").diagnosis
+    assert {"viscous", "rate_strengthening"} <= asked[-1]
+    assert any(one.name == "mu_s" for one in answer.differs)
+    assert answer.fit.before.onset_median_deg > 2.0 > answer.fit.after.onset_median_deg
 
 
 def test_a_simulation_with_too_little_in_it_is_one_sentence() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shared.errors import UserError
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis
 from tests.benchmarks.real_tables import written

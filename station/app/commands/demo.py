@@ -17,8 +17,8 @@ from rich.console import Console
 from shared.config import Table
 from shared.errors import UserError
 from shared.programs import how_to_call
-from station.app.commands.diagnose import diagnose_file
 from station.app.demonstration import PLAIN, conceal, drawn, reveal
+from station.app.diagnosing import diagnose_file
 from station.app.planting import plant
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary

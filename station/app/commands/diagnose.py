@@ -10,47 +10,33 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import importlib.metadata
 import json
 import os
 import sys
-import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 from joblib import Parallel, delayed
 from rich.console import Console
-from threadpoolctl import threadpool_limits
 
-from shared import installed
-from shared.config import Table
 from shared.errors import UserError
-from shared.rig import RigConfig, load_rig
+from station.app.diagnosing import TABLES, diagnose_file
 from station.app.outputs import require_writable
-from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
-from station.app.table_simulated import against_table, refuse_no_table
-from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.observations.evidence import Setting
-from station.diagnosis.predict.folds import Folding, named, nested
+from station.diagnosis.diagnose import Examined
+from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
-from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
-from station.recording.arrays import load_signals
-from station.recording.measured import read_measured
 from station.recording.reader import open_recording
-from station.signals.session import Signals
+from station.simulators.simulator import LIMIT_S
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
 EXAMPLE = "station diagnose sim.mcap --report page.html --overlay seen.rrd --model model.toml --json"
-_TABLES = (".csv", ".parquet")
-PACKAGES = ("numpy", "scipy", "mujoco")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,8 +57,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulate",
         metavar="NAME",
-        help="simulate the recording again, before and after: planar, mujoco, or a simulation's recording (.mcap); "
+        help="simulate the recording again, before and after: planar, mujoco, a simulation's recording (.mcap), a "
+        "Python function of your own (my_sim.py or my_sim.py:function), or a MuJoCo scene of your own (scene.xml); "
         "with a table, a simulated table",
+    )
+    parser.add_argument(
+        "--simulate-limit",
+        type=float,
+        default=LIMIT_S,
+        metavar="SECONDS",
+        help="the longest that one run in your own simulator may take, in seconds",
     )
     parser.add_argument(
         "--nested",
@@ -94,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     for name in ("model", "report", "overlay"):
         if getattr(options, name) and len(files) > 1:
             raise UserError(f"Expected one file together with --{name}, got {len(files)}")
-    if options.overlay and files[0].suffix in _TABLES:
+    if options.overlay and files[0].suffix in TABLES:
         raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
     for name in ("model", "report", "overlay"):
         if path := getattr(options, name):
@@ -130,6 +124,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
                     rig=options.rig,
                     seed=options.seed,
                     simulate=options.simulate,
+                    simulate_limit=options.simulate_limit,
                     folding=options.folding,
                     jobs=options.jobs or os.cpu_count() or 1,
                     status=status.update,
@@ -137,7 +132,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
             ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "folding")}
+    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "simulate_limit", "folding")}
     work = (delayed(diagnose_file)(path, **asked) for path in files)
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
@@ -145,83 +140,6 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
         console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
         found.append(one)
     return found
-
-
-def diagnose_file(
-    path: Path,
-    *,
-    rig: Path | None = None,
-    seed: int = 1,
-    simulate: str | None = None,
-    folding: Folding = named,
-    jobs: int = 1,
-    status: Progress = lambda _: None,
-) -> Examined:
-    """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
-
-    Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
-    as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
-    OPENBLAS_NUM_THREADS=1: 10.5 s, and 17 to 23 s).
-
-    Raises:
-        UserError: if it is missing, damaged or of another kind.
-    """
-    began = time.monotonic()
-    tell = status
-    if path.suffix in _TABLES:
-        config = load_rig(rig) if rig else None
-        if simulate:
-            refuse_no_table(simulate)
-        recorded = read_measured(path)
-    else:
-        reader = open_recording(path)
-        config = rig_of(reader, path=rig)
-        if simulate:
-            refuse_unknown(simulate, rig=config)
-        tell("reading the recording")
-        recorded = load_signals(reader)
-    setting, known = setting_of(config), catalogue_of_table(config.physics if config else Table({}))
-    with threadpool_limits(limits=1, user_api="blas"):
-        found = examined(
-            recorded,
-            known,
-            name=str(path),
-            setting=setting,
-            seed=seed,
-            folding=folding,
-            jobs=jobs,
-            progress=tell,
-        )
-    answer = found.diagnosis
-    if simulate and not isinstance(recorded, Signals):
-        answer = against_table(found, known, setting=setting, simulate=simulate, progress=tell)
-    elif simulate and config is not None and isinstance(recorded, Signals):
-        answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
-    notes = (*answer.notes, *planted_in(config))
-    answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())
-    return replace(found, diagnosis=answer)
-
-
-def setting_of(rig: RigConfig | None) -> Setting:
-    """The sizes that the evidence needs."""
-    if rig is None:
-        return Setting()
-    return Setting(
-        opening_radius_m=0.5 * rig.plate.opening_m,
-        opening_outline_m=rig.plate.opening_outline_m,
-        block_side_m=rig.block.size_m[0],
-        block_mass_kg=rig.block.mass_kg,
-    )
-
-
-def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
-    """A note on what a simulated rig conceals on purpose, if its file says so."""
-    return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()
-
-
-def versions() -> dict[str, str]:
-    """Of the packages that the answer depends on."""
-    return {"repose": installed.version()} | {package: importlib.metadata.version(package) for package in PACKAGES}
 
 
 def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import tomli_w
 from rich.console import RenderableType
 
+from shared.errors import UserError
 from shared.installed import missing_said
 from shared.messages import Sample
 from shared.rig import RigConfig
@@ -28,6 +29,7 @@ from station.physics.model import Model, model_of_table, table_of_model
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of
 from station.simulators.rerun import errors
+from station.simulators.simulator import Elsewhere, OwnFriction, names
 
 
 @missing_said()
@@ -61,7 +63,13 @@ def simulate(
         chosen = planted(plant, chosen, catalogue_of_table(config.physics))
         text = tomli_w.dumps(table_of_model(chosen))
     rng = None if seed is None else np.random.default_rng(seed)
-    signals = simulating.simulator_of(simulator).repeat(recorded.signals, chosen, rig=config, rng=rng)
+    engine = simulating.simulator_of(simulator)
+    if isinstance(engine, OwnFriction) and not isinstance(engine, Elsewhere):
+        raise UserError(
+            f"Expected {' or '.join(names())} to simulate with a model, but {simulator} has a friction of its own: "
+            "station diagnose --simulate runs it as it is, and with what was found"
+        )
+    signals = engine.repeat(recorded.signals, chosen, rig=config, rng=rng)
     said = {"simulated_from": Path(recorded.name).name, "simulator": simulator}
     if seed is not None:
         said["simulation_seed"] = str(seed)

@@ -116,6 +116,7 @@ def fit(
     noise: Noise | None = None,
     refine: bool = True,
     steps: int = MOST_STEPS,
+    level: bool = True,
 ) -> Fit:
     """Fits mu_s and the effects' parameters from `start`.
 
@@ -126,9 +127,10 @@ def fit(
         noise: the noise to begin with; None: it is estimated from the residuals at the start.
         refine: if True, the noise is estimated anew as long as that makes the recording more likely.
         steps: the largest number of Newton steps.
+        level: if False, mu_s keeps its value.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
-    free = free_numbers(evidence, [*nuisances(evidence, start), *named])
+    free = free_numbers(evidence, [*nuisances(evidence, start), *named])[0 if level else 1 :]
     search = _Search(evidence, start, free, noise=noise)
     converged = search.climb(steps)
     for _ in range(NOISE_ROUNDS if refine else 0):

@@ -17,6 +17,7 @@ from station.diagnosis.predict.held_out import HeldOut, Parts, predicted, with_p
 from station.diagnosis.result import FitQuality, Own, Quality, Value
 from station.diagnosis.search.belief import called
 from station.physics.contact import Array
+from station.simulators import figures
 
 Classes = Mapping[str, Collection[str]]
 """Ids of what was found in all runs, each with the ids that cannot be told from it."""
@@ -50,6 +51,14 @@ def sifted(evidence: Evidence, folds: Sequence[Fold], classes: Classes) -> Sifte
         alike, after = {called(name), *left.pop(name)}, without[name]
         folds = [fold if (its := _one_of(fold, alike)) is None else dropped(evidence, fold, its) for fold in folds]
     return Sifted(tuple(folds), own, before, after if _named(folds) else before)
+
+
+def of_folds(evidence: Evidence, folds: Sequence[Fold]) -> Sifted:
+    """The predictions of both models of the folds as they are, without asking what each name adds."""
+    before, after = (
+        _held(evidence, [(fold.left_out, getattr(fold, when)) for fold in folds]) for when in ("before", "after")
+    )
+    return Sifted(tuple(folds), {}, before, after)
 
 
 def _named(folds: Sequence[Fold]) -> bool:
@@ -107,7 +116,7 @@ def quality(held: HeldOut) -> Quality:
     """The summary of predictions, each figure with its standard error."""
     score, within = _mean(held.log_run), _mean(held.within)
     onset, path = np.degrees(np.abs(held.onset_rad)), 1e3 * held.path_m
-    figures = {
+    found = {
         "log_score": score,
         "onset_rmse_deg": _rms(onset),
         "path_rmse_mm": _rms(path),
@@ -115,8 +124,8 @@ def quality(held: HeldOut) -> Quality:
         "onset_median_deg": _median(onset),
         "path_median_mm": _median(path),
     }
-    values = {name: figure.value for name, figure in figures.items()}
-    return Quality(**values, se={name: figure.sd for name, figure in figures.items()})
+    values = {name: figure.value for name, figure in found.items()}
+    return Quality(**values, se={name: figure.sd for name, figure in found.items()})
 
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:
@@ -129,24 +138,16 @@ def _floor_deg(evidence: Evidence, after: Fit) -> float:
 
 
 def _mean(values: Array, *, unit: str = "1") -> Value:
-    known = values[np.isfinite(values)]
-    sd = float(known.std(ddof=1)) / math.sqrt(len(known)) if len(known) > 1 else math.nan
-    return Value(value=float(known.mean()) if len(known) else math.nan, sd=sd, unit=unit)
+    return _valued(figures.mean(values), unit)
 
 
 def _rms(values: Array) -> Value:
-    """Root mean square, with its standard error from that of the mean square."""
-    square = _mean(values**2)
-    root = math.sqrt(square.value) if square.value >= 0 else math.nan
-    return Value(value=root, sd=0.5 * square.sd / root if root > 0 else square.sd, unit="1")
+    return _valued(figures.rms(values))
 
 
 def _median(values: Array, *, unit: str = "1") -> Value:
-    """The median, with half the width of its 68 % interval by order statistics (no distribution is assumed)."""
-    known = np.sort(values[np.isfinite(values)])
-    if len(known) < 2:
-        return Value(value=float(known[0]) if len(known) else math.nan, sd=math.nan, unit=unit)
-    reach = 0.5 * math.sqrt(len(known))
-    low, high = np.clip([0.5 * len(known) - reach, 0.5 * len(known) + reach - 1], 0, len(known) - 1)
-    ends = np.interp([low, high], np.arange(len(known)), known)
-    return Value(value=float(np.median(known)), sd=0.5 * float(ends[1] - ends[0]), unit=unit)
+    return _valued(figures.median(values), unit)
+
+
+def _valued(figure: figures.Figure, unit: str = "1") -> Value:
+    return Value(value=figure.value, sd=figure.sd, unit=unit)

@@ -37,7 +37,8 @@ def numerics(diagnosis: Diagnosis) -> str:
     why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
     head = ("what", "size", "unit", "with these settings", "cured", "cured by")
     table = html.table(head, rows)
-    return html.section("Numerics first", html.paragraph(why), table, name="numerics")
+    title = "The simulation's numerics" if diagnosis.given else "Numerics first"
+    return html.section(title, html.paragraph(why), table, name="numerics")
 
 
 _NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")

@@ -40,7 +40,8 @@ def _table(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
     errors = ("onset error (°): rms, median", "path error (mm): rms, median")
     head = ("unseen runs", "log score a run", *errors, "within 90 %")
-    rows = [_quality("before: plain model", fit.before), _quality("after: with what was found", fit.after)]
+    plain = "the given simulation" if diagnosis.given else "plain model"
+    rows = [_quality(f"before: {plain}", fit.before), _quality("after: with what was found", fit.after)]
     rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
     rows.append(["floor: equal runs", "", html.number(fit.floor_onset_deg), "", ""])
     rows += _rerun(fit.simulator_rerun)
@@ -85,8 +86,18 @@ def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
 
 
 def _cells(said: Mapping[str, Any]) -> list[str]:
-    numbers = (said.get(name) for name in ("log_score", "onset_rmse_deg", "path_rmse_mm", "coverage90"))
-    return [html.number(float("nan") if value is None else float(value)) for value in numbers]
+    told = {name: f"{_plain(said.get(name))}{_error(said, name)}" for name in _FIGURES}
+    errors = [", ".join(told[name] for name in each) for each in (_FIGURES[1:3], _FIGURES[3:5])]
+    return [told["log_score"], *errors, told["coverage90"]]
+
+
+def _error(said: Mapping[str, Any], name: str) -> str:
+    se = said.get("se", {}).get(name)
+    return "" if se is None else f" ± {html.number(float(se))}"
+
+
+def _plain(value: float | None) -> str:
+    return html.number(float("nan") if value is None else float(value))
 
 
 def _parameters(diagnosis: Diagnosis) -> str:

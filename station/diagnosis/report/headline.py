@@ -46,7 +46,7 @@ def _better(diagnosis: Diagnosis) -> str:
     if changes[0] and math.isfinite(fit.floor_onset_deg):
         changes[0] += f" (equal runs differ by {number(fit.floor_onset_deg)}°)"
     changes.append(f"the log score a run changes by {number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}")
-    since = ", from one constant friction to what the recording has" if diagnosis.given else ""
+    since = ", from the simulation to what the recording has" if diagnosis.given else ""
     return f"On runs that the fit has not seen{since}, {', '.join(change for change in changes if change)}."
 
 

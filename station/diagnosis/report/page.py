@@ -56,7 +56,10 @@ def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None =
     with style():
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
         if diagnosis.verdict != "untestable":
-            parts += [numerics(diagnosis), where(diagnosis, pictures), what(diagnosis), fit(diagnosis, pictures)]
+            told = [where(diagnosis, pictures), what(diagnosis)]
+            # What the user's own simulation does by its numerics comes after what it leaves out; ours is cured first.
+            parts += [*told, numerics(diagnosis)] if diagnosis.given else [numerics(diagnosis), *told]
+            parts.append(fit(diagnosis, pictures))
         else:
             parts.append(what(diagnosis))
         parts += [next_step(diagnosis), provenance(diagnosis, seed=seed)]

@@ -20,8 +20,9 @@ def _said(diagnosis: Diagnosis) -> str:
         return f"Nothing can be tested with this recording: {reason}"
     claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
     parts = [words.format(_names(claimed[side])) for side, words in _CLAIMS.items() if claimed[side]]
+    level = any(one.name == "mu_s" for one in diagnosis.differs)
     if parts:
-        said = "; ".join(parts)
+        said = "; ".join(["the friction has another level", *parts] if level else parts)
         return said[0].upper() + said[1:]
     if diagnosis.given:
         return "Nothing is left out of the simulation" + _but(diagnosis)
@@ -49,10 +50,17 @@ def own_level(rerun: Mapping[str, Any]) -> str:
 
 
 _CLAIMS: dict[Side, str] = {
-    "recording": "The simulation leaves out {}",
     "both": "recording and simulation differ in {}",
+    "recording": "the simulation leaves out {}",
     "simulation": "only the simulation has {}",
 }
+
+
+def in_order(diagnosis: Diagnosis) -> tuple[EffectFound, ...]:
+    """The effects by probability; against a given simulation first those of both, then each one's own."""
+    if not diagnosis.given:
+        return diagnosis.effects
+    return tuple(sorted(diagnosis.effects, key=lambda effect: list(_CLAIMS).index(effect.side)))
 
 
 def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ...]:

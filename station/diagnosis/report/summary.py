@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.report.sentences import own_level, sentence, set_differently
+from station.diagnosis.report.sentences import in_order, own_level, sentence, set_differently
 from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
@@ -16,17 +18,24 @@ _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported":
 
 
 def summary(diagnosis: Diagnosis) -> RenderableType:
-    """The verdict first, then effects, places, improvement and the next step."""
+    """The verdict first, then effects, places, improvement and the next step.
+
+    Against a given simulation: what both set differently, what it lacks, what it has alone, and its numerics.
+    """
     parts: list[RenderableType] = [_headline(diagnosis)]
     parts += [Text(f"Set differently: {said}") for said in set_differently(diagnosis)]
     if diagnosis.verdict == "untestable":
         return Group(*parts, *(Text(f"  {note}") for note in diagnosis.notes))
     if diagnosis.effects:
         parts.append(_effects(diagnosis))
+    if diagnosis.given:
+        parts += _numerics(diagnosis)
     if diagnosis.located:
         parts.append(Text("Where:"))
         parts += [Text(f"  {place.summary} (p = {place.p:.2g})") for place in diagnosis.located[:MOST_PLACES]]
     parts.append(_fit(diagnosis))
+    if not diagnosis.given:
+        parts += _numerics(diagnosis)
     parts += _simulated(diagnosis)
     if diagnosis.next_experiment is not None:
         parts.append(Text(f"Next: {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"))
@@ -44,28 +53,49 @@ def _headline(diagnosis: Diagnosis) -> Text:
     return line
 
 
-def _simulated(diagnosis: Diagnosis) -> list[Text]:
-    """Lines on the simulator's numerical artefacts, and on its quality before and after."""
-    lines = [
+def _numerics(diagnosis: Diagnosis) -> list[Text]:
+    """Lines on the simulator's numerical artefacts."""
+    return [
         Text(f"Numerics, not physics: {one['id']} {one['size']:.2g} {one['unit']}, cured by {one['cured_by']}")
         for one in diagnosis.numerics
     ]
-    rerun = diagnosis.fit.simulator_rerun
-    if rerun:
-        own = own_level(rerun)
-        sides = [rerun[when] for when in ("before", "after") if rerun.get(when)]
-        levels = [one["own_level"] if own else one for one in sides]
-        figures = [
-            " to ".join("–" if (one := level[key]) is None else f"{one:.2f}" for level in levels) for key in _RERUN
-        ]
-        level = f", at {own}" if own else ""
-        lines.append(Text(f"In {rerun['engine']}{level}: onset {figures[0]}°, path {figures[1]} mm"))
-    return lines
 
+
+def _simulated(diagnosis: Diagnosis) -> list[Text]:
+    """Lines on the simulator's onsets and paths before and after, plain and robust, in runs that are held out."""
+    rerun = diagnosis.fit.simulator_rerun
+    if not rerun:
+        return []
+    before, after = rerun["before"], rerun.get("after") or {}
+    lines = [_line(rerun, before, after, words="as simulated")]
+    if level := own_level(rerun):
+        own = after.get("own_level", {})
+        lines.append(_line(rerun, before["own_level"], own, words=f"at {level} of friction"))
+    return [*lines, *([Text(f"{rerun['no_after']}.")] if rerun.get("no_after") else [])]
+
+
+def _line(rerun: Mapping[str, Any], before: Mapping[str, Any], after: Mapping[str, Any], *, words: str) -> Text:
+    figures = [
+        f"{name} {_rerun(before, key)}{' to ' + _rerun(after, key) if after else ''}{unit}"
+        for name, key, unit in _RERUN
+    ]
+    held_out = " unseen" if rerun.get("held_out") and after else ""
+    return Text(f"In {rerun['engine']}, {rerun.get('runs', '–')}{held_out} runs, {words}: {', '.join(figures)}")
+
+
+def _rerun(told: Mapping[str, Any], key: str) -> str:
+    value, se = told.get(key), told.get("se", {}).get(key)
+    return "–" if value is None else f"{value:.2f}" + ("" if se is None else f" ± {se:.2f}")
+
+
+_RERUN = (
+    ("median onset error", "onset_median_deg", "°"),
+    ("rms", "onset_rmse_deg", "°"),
+    ("median path error", "path_median_mm", " mm"),
+    ("rms", "path_rmse_mm", " mm"),
+)
 
 _WHERE: dict[Side, str] = {"recording": "recording", "simulation": "simulation", "both": "recording and simulation"}
-
-_RERUN = ("onset_rmse_deg", "path_rmse_mm")
 
 
 def _effects(diagnosis: Diagnosis) -> Table:
@@ -73,7 +103,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
     columns = ("What", "in the", "probability", "verdict", "how much")
     for column in columns if diagnosis.given else (columns[0], *columns[2:]):
         table.add_column(column)
-    for effect in diagnosis.effects:
+    for effect in in_order(diagnosis):
         values = ", ".join(f"{name} = {value}" for name, value in effect.parameters.items())
         known = (Value(value=one.value, sd=one.sd, unit=one.unit) for one in effect.determined)
         values += "".join(f"; {one.expression}: {value}" for one, value in zip(effect.determined, known, strict=True))
@@ -93,7 +123,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
     told = [part for part in parts if part]
-    since = ", from one constant friction to what the recording has" if diagnosis.given else ""
+    since = ", from the simulation to what the recording has" if diagnosis.given else ""
     return Text(f"Prediction of unseen runs{since}: {'; '.join(told) or 'there is nothing to compare'}")
 
 

@@ -6,6 +6,7 @@ import math
 from html import escape
 
 from station.diagnosis.report import html
+from station.diagnosis.report.sentences import in_order
 from station.diagnosis.result import Candidates, Diagnosis
 
 _MOST = 10
@@ -26,10 +27,11 @@ def what(diagnosis: Diagnosis) -> str:
 def _probabilities(diagnosis: Diagnosis) -> str:
     rows = [
         [escape(", ".join(one.class_ids)), escape(one.title), html.number(one.probability), one.verdict, one.side]
-        for one in diagnosis.effects
+        for one in in_order(diagnosis)
     ]
     rows.append(["other", "something outside the catalogue", html.number(diagnosis.other_probability), "", ""])
-    rows.append(["none", "the plain model is right", html.number(diagnosis.none_probability), "", ""])
+    right = "the simulation is right" if diagnosis.given else "the plain model is right"
+    rows.append(["none", right, html.number(diagnosis.none_probability), "", ""])
     columns = ("effect or class", "in words", "probability", "verdict", "who has it")
     shown = len(columns) if diagnosis.given else len(columns) - 1
     table = html.table(columns[:shown], [row[:shown] for row in rows], caption="What is believed")

@@ -71,7 +71,7 @@ class Search:
     """All stages. `model` is the last fit, `places` stand out where no effect acts, `untestable` has reasons by id.
 
     `compared` has, for each term of the model by its id, what could stand in its place; `ends` are the ends of all
-    fits.
+    fits, and `offered` the effects and smooth terms that this evidence can show.
     """
 
     null: Fit
@@ -81,6 +81,7 @@ class Search:
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
     ends: Begins
+    offered: Sequence[Effect] = ()
 
     @property
     def global_p(self) -> float:
@@ -172,6 +173,7 @@ def search(staged: Staged, progress: Progress) -> Search:
         places=tuple(staged.places),
         untestable=staged.untestable,
         ends=staged.fitter.ends(),
+        offered=tuple(staged.offered),
     )
 
 

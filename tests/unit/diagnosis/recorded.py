@@ -44,14 +44,15 @@ def session() -> Signals:
 def joined(parts: Sequence[Signals], *, first_run: int = 0) -> Signals:
     """Sessions one after another, with runs numbered through from the first one's number, and by so much more."""
     length = int(max(part.corners.time_ns[-1] for part in parts) - min(part.corners.time_ns[0] for part in parts))
-    later = [_later(part, place * (length + 10_000_000_000), first_run + 3 * place) for place, part in enumerate(parts)]
+    moved = [later(part, place * (length + 10_000_000_000), first_run + 3 * place) for place, part in enumerate(parts)]
     names = ("corners", "attitude", "commands", "motions", "events", "environment", "block")
-    tracks: dict[str, Any] = {name: _stacked([getattr(part, name) for part in later]) for name in names}
-    samples = tuple(sample for part in later for sample in part.samples)
-    return replace(later[0], **tracks, fiducials={}, angles={}, samples=samples)
+    tracks: dict[str, Any] = {name: _stacked([getattr(part, name) for part in moved]) for name in names}
+    samples = tuple(sample for part in moved for sample in part.samples)
+    return replace(moved[0], **tracks, fiducials={}, angles={}, samples=samples)
 
 
-def _later(part: Signals, by_ns: int, runs: int) -> Signals:
+def later(part: Signals, by_ns: int, runs: int) -> Signals:
+    """The same session by so much later, its runs numbered by so much more."""
     names = ("corners", "attitude", "commands", "motions", "events", "environment", "block")
     tracks: dict[str, Any] = {name: _shifted(getattr(part, name), by_ns, runs) for name in names}
     return replace(part, **tracks, samples=tuple(_shifted(sample, by_ns, runs) for sample in part.samples))

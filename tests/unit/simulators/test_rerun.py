@@ -11,7 +11,8 @@ import pytest
 from shared.errors import UserError
 from station.physics.model import Model
 from station.signals.session import Signals
-from station.simulators.rerun import Rerun, by_engine, errors, rerun, some_runs
+from station.simulators.errors import errors
+from station.simulators.rerun import Rerun, by_engine, rerun, some_runs
 from station.simulators.simulator import simulator
 from tests.unit.simulators.test_planar_session import MU, golden, tossed, with_effect
 

@@ -1,0 +1,65 @@
+"""What can stand after `--simulate`, or be passed as a simulation: a name, a file of the user's own, a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from shared.errors import UserError
+from shared.rig import RigConfig
+from station.recording.arrays import load_signals
+from station.recording.reader import open_recording
+from station.signals.session import Signals
+from station.simulators.mujoco.own_settings import own_setup
+from station.simulators.simulator import LIMIT_S, Elsewhere, Simulator, file_of, names, opened, suffixes
+from station.simulators.yours.called import of_function
+
+Given = str | Path | Signals | Simulator | Callable[..., Any]
+"""A simulator's name; a file (a recording .mcap, my_sim.py[:function], scene.xml); the signals of a recorded
+simulation; a simulator; or a function as `station/simulators/yours/README.md` says."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulation:
+    """A simulator with the name that results call it by."""
+
+    name: str
+    engine: Simulator
+
+
+def simulation_of(given: Given | Simulation, *, rig: RigConfig, limit_s: float = LIMIT_S) -> Simulation:
+    """Opens a simulation, before anything is computed.
+
+    Args:
+        given: what the user gave.
+        rig: the recording's rig, whose table [simulator.mujoco] must be right.
+        limit_s: the longest that one run of a user's file may take, s.
+
+    Raises:
+        UserError: for an unknown name, a file that cannot be opened, or settings that cannot be.
+    """
+    own_setup(rig)
+    if isinstance(given, Simulation):
+        return given
+    if isinstance(given, str | Path):
+        return Simulation(name=str(given), engine=_of_name(str(given), limit_s))
+    if isinstance(given, Signals):
+        return Simulation(name="the given simulation", engine=Elsewhere(given))
+    if isinstance(given, Simulator):
+        return Simulation(name=type(given).__name__, engine=given)
+    name = str(getattr(given, "__name__", "the given simulation"))
+    return Simulation(name=name, engine=of_function(given, name=name))
+
+
+def _of_name(name: str, limit_s: float) -> Simulator:
+    if name.endswith(".mcap"):
+        return Elsewhere(load_signals(open_recording(Path(name))))
+    if name not in names() and file_of(name) is None:
+        files = ", ".join(f"*{suffix}" for suffix in suffixes())
+        raise UserError(
+            f"Expected {', '.join(names())}, a simulation's recording (.mcap) or a simulator of your own ({files}) "
+            f"to simulate with, got {name}"
+        )
+    return opened(name, limit_s=limit_s)

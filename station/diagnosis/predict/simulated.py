@@ -1,0 +1,82 @@
+"""The given simulation as a prediction of unseen runs, before and after what was found, and the models for a rerun."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from station.diagnosis.against import Against, Found
+from station.diagnosis.inference.fit import Fit, as_simulated, fit
+from station.diagnosis.likelihood.systematic import is_nuisance
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.predict.folds import Fold
+from station.diagnosis.predict.quality import compared, of_folds
+from station.diagnosis.result import FitQuality
+from station.physics.between import between
+from station.physics.effect import Effect
+from station.physics.model import Model
+from station.simulators.rerun import Part
+from station.simulators.simulator import AS_IT_IS
+
+
+def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: Collection[Effect]) -> FitQuality:
+    """How well the simulation's numbers predict the recording's unseen runs, and how well the recording's own do.
+
+    The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
+    readings are fitted around them; `kept` are the effects that count as found in either.
+    """
+    given = model_of(simulated.evidence, against.simulation, kept)
+    folds = [replace(fold, before=_as_given(fold.of(recorded.evidence), given, fold.before)) for fold in recorded.folds]
+    return compared(recorded.evidence, of_folds(recorded.evidence, folds), recorded.search.model)
+
+
+def parts_of_given(
+    recorded: Found, simulated: Found, against: Against, kept: Collection[Effect], *, changed: bool
+) -> tuple[Part, ...]:
+    """The models that turn the simulator into one with the recording's friction, each fitted without its fold's runs.
+
+    If nothing was found to differ (`changed` is False), nothing is to be changed.
+    """
+    given = model_of(simulated.evidence, against.simulation, kept)
+    parts = list[Part]()
+    for fold in recorded.folds:
+        after = between(_without_fold(recorded.evidence, fold, against, kept), given) if changed else AS_IT_IS
+        parts.append(Part(runs=_runs(recorded.evidence, fold), before=AS_IT_IS, after=after))
+    return tuple(parts)
+
+
+def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
+    """The plain model and the one that was found, for our own simulators, each fitted without its fold's runs."""
+    parts = list[Part]()
+    for fold in recorded.folds:
+        evidence = fold.of(recorded.evidence)
+        before = as_simulated(evidence, fold.before)
+        after = before if fold.after is fold.before else as_simulated(evidence, fold.after)
+        parts.append(Part(runs=_runs(recorded.evidence, fold), before=before, after=after))
+    return tuple(parts)
+
+
+def model_of(evidence: Evidence, fitted: Fit, kept: Collection[Effect]) -> Model:
+    """The fitted model with these of its effects, as a simulator takes it."""
+    terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect in kept)
+    return as_simulated(evidence, replace(fitted, model=replace(fitted.model, terms=terms)))
+
+
+def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collection[Effect]) -> Model:
+    part, whole = fold.of(evidence), against.recording
+    terms = tuple(term for term in whole.model.terms if is_nuisance(term.effect) or term.effect in kept)
+    named = [term.effect for term in terms if not is_nuisance(term.effect)]
+    again = fit(part, replace(whole.model, terms=terms), named, noise=whole.noise)
+    return as_simulated(part, again)
+
+
+def _as_given(evidence: Evidence, given: Model, plain: Fit) -> Fit:
+    """The simulation's model in the recording's evidence: only the readings of onsets and places are fitted around it.
+
+    The nuisances for what mu absorbs are left out: they would take up the very level that the simulation has wrong.
+    """
+    return fit(evidence, given, (), noise=plain.noise, level=False)
+
+
+def _runs(evidence: Evidence, fold: Fold) -> frozenset[int]:
+    return frozenset(evidence.run_number[fold.left_out].astype(int).tolist())

@@ -1,0 +1,108 @@
+"""The errors of a simulation of a recording, run by run, and the figures that sum them up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from station.physics.contact import Array
+from station.signals.session import Signals
+from station.simulators import figures
+from station.simulators.recorded_runs import Poses, poses_of, recorded_runs
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Errors:
+    """Differences of a simulation from the recording, run by run (n,); nan where there is nothing to compare.
+
+    `onset_deg` is simulated minus recorded; `path_mm` is the root mean square distance over the frames from the
+    recorded onset to the run's end.
+    """
+
+    run: Array
+    onset_deg: Array
+    path_mm: Array
+
+    def summary(self) -> dict[str, Any]:
+        """Plain and robust figures over the runs that have them, and `se` with the standard error of each."""
+        onset, path = self.onset_deg, self.path_mm
+        found = {
+            "onset_rmse_deg": figures.rms(onset),
+            "path_rmse_mm": figures.rms(path),
+            "onset_bias_deg": figures.mean(onset),
+            "onset_median_deg": figures.median(np.abs(onset)),
+            "path_median_mm": figures.median(path),
+            "onset_trimmed_deg": figures.trimmed_rms(onset),
+            "path_trimmed_mm": figures.trimmed_rms(path),
+        }
+        return {
+            **{name: _or_none(figure.value) for name, figure in found.items()},
+            "se": {name: _or_none(figure.sd) for name, figure in found.items()},
+            "onsets": int(np.isfinite(onset).sum()),
+            "paths": int(np.isfinite(path).sum()),
+        }
+
+    @classmethod
+    def joined(cls, parts: Sequence[Errors]) -> Errors:
+        """The errors of several parts of the session, in the order of their runs."""
+        order = np.argsort(np.concatenate([part.run for part in parts]), kind="stable")
+        return cls(
+            **{
+                name: np.concatenate([getattr(part, name) for part in parts])[order]
+                for name in ("run", "onset_deg", "path_mm")
+            }
+        )
+
+
+def errors(recorded: Signals, simulated: Signals) -> Errors:
+    """The errors of a simulation of a recording, whose clock and rates may be others: each run counts from its begin.
+
+    A run that the simulation lacks has none.
+    """
+    runs = recorded_runs(recorded)
+    again = {run.run: run for run in recorded_runs(simulated)}
+    seen, told = poses_of(recorded), poses_of(simulated)
+    was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
+    onset, path = np.full(len(runs), np.nan), np.full(len(runs), np.nan)
+    for place, run in enumerate(runs):
+        first, second, same = was.get(run.run), now.get(run.run), again.get(run.run)
+        begin_ns = run.begin_ns
+        if first is not None and second is not None and not run.velocity.any():
+            if first.censored:
+                continue
+            begin_ns = first.slip_ns
+            # The sample of a block that held has the steepest tilt: the error is at least as large.
+            onset[place] = math.degrees(second.onset_angle_rad - first.onset_angle_rad)
+        if same is not None:
+            later_ns = same.tilt_ns - run.tilt_ns
+            theirs = told.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
+            path[place] = _apart_mm(seen.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
+    return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path)
+
+
+STEP_NS = 200_000_000
+"""Between simulated places farther apart in time the block is not looked for: a camera of 5 Hz shows no slide."""
+
+
+def _apart_mm(seen: Poses, told: Poses, *, later_ns: int) -> float:
+    """Root mean square distance of two paths at the frames of the first that the second has; nan without any."""
+    times = seen.time_ns + later_ns
+    if len(told.time_ns) < 2:
+        return math.nan
+    right = np.clip(np.searchsorted(told.time_ns, times), 1, len(told.time_ns) - 1)
+    inside = (times >= told.time_ns[0]) & (times <= told.time_ns[-1])
+    inside &= told.time_ns[right] - told.time_ns[right - 1] <= STEP_NS
+    if not inside.any():
+        return math.nan
+    base = told.time_ns[0]
+    known, wanted = (told.time_ns - base).astype(float), (times[inside] - base).astype(float)
+    away = seen.pose[inside, :2] - np.column_stack([np.interp(wanted, known, told.pose[:, axis]) for axis in (0, 1)])
+    return 1e3 * math.sqrt(float(np.mean(np.sum(away * away, axis=1))))
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,81 @@
+"""The function in a user's file, and one call of it: what goes wrong becomes one sentence."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shared.errors import UserError
+from station.physics.model import Model
+from station.simulators.planar.commands import Commands
+from station.simulators.planar.plate import Plate
+from station.simulators.yours.answer import Answer, answer_of
+from station.simulators.yours.found import Found
+from station.simulators.yours.run import run_of
+
+NAMED = "simulate"
+"""The function that is called where none is named."""
+Function = Callable[..., Any]
+
+
+def loaded(path: Path, name: str = NAMED) -> Function:
+    """The function of that name in a Python file, whose neighbours it can import.
+
+    Raises:
+        UserError: if the file cannot be read or run, or has no such function.
+    """
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise UserError(f"Expected a Python file with a simulator at {path}, found none")
+    module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(path.resolve().parent))
+    sys.modules[path.stem] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException as error:
+        raise UserError(f"Expected {path} to define a simulator, but importing it failed: {told(error)}") from error
+    function = getattr(module, name, None)
+    if not callable(function):
+        raise UserError(f"Expected a function {name} in {path}, found none; name another one as {path}:FUNCTION")
+    return function
+
+
+def takes_found(function: Function) -> bool:
+    """True if the function has a second argument, for what was found."""
+    try:
+        inspect.signature(function).bind(None, None)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def called(function: Function, commands: Commands, model: Model, friction: float) -> Answer:
+    """One run: `commands` has a single row; `friction` is this run's own factor on it.
+
+    Raises:
+        UserError: with the run and what the function did wrong.
+    """
+    run = run_of(commands, Plate(commands, model))
+    told_what = (Found(model, commands, friction=friction),) if takes_found(function) else ()
+    try:
+        with np.errstate(all="ignore"):
+            given = function(run, *told_what)
+    except (KeyboardInterrupt, GeneratorExit):
+        raise
+    except BaseException as error:
+        raise UserError(f"it raised {told(error)}") from error
+    try:
+        return answer_of(given, run)
+    except ValueError as error:
+        raise UserError(str(error)) from error
+
+
+def told(error: BaseException) -> str:
+    """An exception in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")

@@ -1,0 +1,132 @@
+"""A simulator of the user's own that is called: the answer is about the difference, and it gets better by it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from station.app import simulated_again as simulated_again_module
+from station.app.simulated_again import simulated_again
+from station.app.simulations import Given, simulation_of
+from station.diagnosis.report.page import html_page
+from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.summary import summary
+from station.diagnosis.result import Diagnosis, as_json
+from station.signals.session import Signals
+from tests.recovery.test_given_simulation import NEAR, SCATTER, SETTING, model, recording, simulated
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden
+from tests.unit.simulators.point_block import SCENE, point_block
+
+MU, DROP = 0.35, 0.2
+
+
+@dataclass(frozen=True)
+class Case:
+    """Level and drop of the recording, the simulator, and what must be said."""
+
+    recorded: tuple[float, float]
+    simulator: Callable[[Path], Given]
+    level: bool
+    side: str | None
+
+
+def scene(mu: float) -> Callable[[Path], Given]:
+    def written(folder: Path) -> Given:
+        (folder / "scene.xml").write_text(SCENE.format(mu=mu), encoding="utf-8")
+        (folder / "scene.toml").write_text('block = "cube"\n', encoding="utf-8")
+        return folder / "scene.xml"
+
+    return written
+
+
+def python(mu: float, drop: float = 0.0) -> Callable[[Path], Given]:
+    return lambda _: point_block(mu, drop=drop)
+
+
+CASES = {
+    "an effect is left out, and the level": Case((MU, DROP), python(0.25), level=True, side="recording"),
+    "the effect is contained": Case((MU, DROP), python(MU, DROP), level=False, side=None),
+    "only the simulation has it": Case((MU, 0.0), python(MU, DROP), level=False, side="simulation"),
+    "a scene: the level alone": Case((MU, 0.0), scene(0.25), level=True, side=None),
+    "a scene: an effect is left out": Case((MU, DROP), scene(MU), level=False, side="recording"),
+}
+
+
+@cache
+def recorded(truth: tuple[float, float]) -> Signals:
+    """The session of `recording`, with the same draws."""
+    return simulated(model(*truth, scatter=SCATTER), np.random.default_rng(20261342))
+
+
+def answered(case: Case, folder: Path) -> Diagnosis:
+    rig = replace(golden()[1], plate=replace(golden()[1].plate, opening_m=2 * OPENING_RADIUS_M))
+    own = simulation_of(case.simulator(folder), rig=rig)
+    return simulated_again(recording(*case.recorded), recorded(case.recorded), rig=rig, setting=SETTING, simulation=own)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_difference_is_named_and_the_simulator_gets_better(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulated_again_module, "RUNS", 15)  # each is simulated eight times
+    case = CASES[name]
+    answer = answered(case, tmp_path)
+    claimed = [effect for effect in answer.effects if effect.verdict in ("supported", "indistinguishable")]
+    assert {effect.side for effect in claimed} == ({case.side} if case.side else set()), sentence(answer)
+    assert all(set(effect.class_ids) & NEAR for effect in claimed), sentence(answer)
+    assert any(one.name == "mu_s" for one in answer.differs) == case.level, answer.differs
+    assert answer.numerics == ()
+    _it_gets_better(answer.fit.simulator_rerun, level=case.level, slide=bool(case.side))
+    _held_out_figures_are_against_the_simulation(answer, differs=case.level or bool(case.side))
+    _told_in_order(answer)
+
+
+def _it_gets_better(table: Mapping[str, Any], *, level: bool, slide: bool) -> None:
+    """In runs that the numbers know nothing of; what is left of the onset is the runs' own scatter."""
+    before, after = table["before"], table["after"]
+    assert table["held_out"]
+    for figure in ("onset_rmse_deg", "onset_median_deg", "onset_trimmed_deg"):
+        if level:
+            assert before[figure] - after[figure] > 5.0 * (before["se"][figure] + after["se"][figure])
+        else:
+            assert after[figure] < before[figure] + before["se"][figure]
+    own, now = before["own_level"], after["own_level"]
+    for figure in ("path_rmse_mm", "path_median_mm", "path_trimmed_mm"):
+        if slide:
+            assert own[figure] - now[figure] > own["se"][figure] + now["se"][figure]
+        else:
+            assert now[figure] < own[figure] + 0.2
+    if not level and not slide:
+        assert after == before
+
+
+def _held_out_figures_are_against_the_simulation(answer: Diagnosis, *, differs: bool) -> None:
+    fit = answer.fit
+    assert np.isfinite(fit.log_score_gain)
+    if differs:
+        assert fit.log_score_gain > 3.0 * fit.gain_se
+    else:
+        assert abs(fit.log_score_gain) < 1.0
+    if any(one.name == "mu_s" for one in answer.differs):
+        assert fit.before.onset_median_deg > 2.0 > fit.after.onset_median_deg
+
+
+def _told_in_order(answer: Diagnosis) -> None:
+    assert as_json(answer)["fit"]["simulator_rerun"]["after"]["se"]
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(summary(answer))
+    told = console.export_text()
+    assert "from the simulation to what the recording has" in told
+    assert "unseen runs, as simulated: median onset error" in told
+    places = [told.find(words) for words in ("Set differently", "in the", "Where:", "Prediction of unseen runs")]
+    found = [place for place in places if place >= 0]
+    assert found == sorted(found)
+    assert "before: the given simulation" in html_page(answer, recording(MU, 0.0).pictures)
