@@ -102,6 +102,11 @@ class AttitudeTrack(Track):
     rate_rad_s: Array
     pivot_m: Array
 
+    def known(self) -> AttitudeTrack:
+        """The readings that have an attitude, without those that are not later than the reading before."""
+        rises = np.diff(self.time_ns, prepend=self.time_ns[:1] - 1) > 0
+        return self.select(rises & np.isfinite(self.quaternion).all(axis=1))
+
     @property
     def tilt_rad(self) -> Array:
         """Angle between the plate's normal and up (n,); as `shared.geometry.tilt_of`."""

@@ -100,7 +100,12 @@ def test_the_twins_recorded_rates_are_its_attitudes_slope(twin: Signals) -> None
 
 @pytest.mark.parametrize("engine", ["planar", "mujoco"])
 def test_a_recording_simulated_again(engine: str, twin: Signals) -> None:
-    demand(simulator(engine).repeat(twin, Model(mu_s=0.36), rig=sharp_rig()))
+    """It comes when its attitude does, and the recorded pivot drives its plate."""
+    again = simulator(engine).repeat(twin, Model(mu_s=0.36), rig=sharp_rig())
+    demand(again)
+    found = lead_of(again, reach_m=REACH_M)
+    assert found.pivot_share_sd < 0.03, found
+    assert found.pivot_share == pytest.approx(1.0, abs=0.15), found
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PPoly
-from scipy.spatial.transform import Rotation
 
 from station.diagnosis.observations.attitude_fit import fitted
-from station.diagnosis.observations.pivot import pivot_acceleration
 from station.physics.contact import Array
+from station.signals.pivot import pivot_in_plate
 from station.signals.tracks import AttitudeTrack, MotionTrack
 
 Times = NDArray[np.int64]
@@ -71,8 +70,7 @@ class PlateMotion:
     """
 
     def __init__(self, attitude: AttitudeTrack, motions: MotionTrack) -> None:
-        rises = np.diff(attitude.time_ns, prepend=attitude.time_ns[:1] - 1) > 0
-        known = attitude.select(rises & np.isfinite(attitude.quaternion).all(axis=1))
+        known = attitude.known()
         self._origin = int(known.time_ns[0]) if len(known) else 0
         self._time_s: Array = np.asarray((known.time_ns - self._origin) * 1e-9, dtype=np.float64)
         rate, gravity = _rate(known, self._time_s), known.gravity
@@ -86,7 +84,8 @@ class PlateMotion:
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
         self._steps_ns = np.sort(motions.time_ns)
-        self._pivot = _pivot_in_plate(known, self._time_s)
+        pivot = pivot_in_plate(known, self._time_s)
+        self._pivot = None if pivot is None else np.ascontiguousarray(pivot.T)
 
     def __len__(self) -> int:
         return len(self._time_s)
@@ -185,15 +184,6 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
     return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
-
-
-def _pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
-    """The pivot's acceleration at the readings as columns (3, n) in P, m/s²; None where it is not known."""
-    acceleration = pivot_acceleration(time_s, known.pivot_m)
-    if acceleration is None:
-        return None
-    world_from_plate = Rotation.from_quat(known.quaternion, scalar_first=True)
-    return np.ascontiguousarray(world_from_plate.apply(acceleration(time_s), inverse=True).T)
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:

@@ -24,6 +24,7 @@ class Commands:
         time_s: (n, k) ascending from row to row's own zero; a shorter run repeats its last knot.
         gravity: (n, k, 3) unit vector of gravity in P as the arm reports it; between knots along the great circle.
         rate_rad_s, acceleration_rad_s2: (n, k−1, 3) the plate's angular velocity and acceleration between two knots.
+        pivot_m_s2: (n, k−1, 3) the acceleration in P of the point about which the plate turns, between two knots.
         start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
         velocity: (n, 3) of the block at the first knot, m/s and rad/s; mostly 0: it lies there.
         rest_s: (n,) how long it had lain there by then.
@@ -36,6 +37,7 @@ class Commands:
     gravity: Array
     rate_rad_s: Array
     acceleration_rad_s2: Array
+    pivot_m_s2: Array
     start: Array
     velocity: Array
     rest_s: Array
@@ -118,15 +120,23 @@ def ramps(
         gravity=gravity,
         rate_rad_s=rate,
         acceleration_rad_s2=np.zeros_like(rate),
+        pivot_m_s2=np.zeros_like(rate),
         border_m=border_m,
         **_circumstances(n, circumstances),
     )
 
 
 def tracks(
-    time_s: Sequence[Array], gravity: Sequence[Array], *, border_m: float = float("inf"), **circumstances: ArrayLike
+    time_s: Sequence[Array],
+    gravity: Sequence[Array],
+    *,
+    pivot_m_s2: Sequence[Array] | None = None,
+    border_m: float = float("inf"),
+    **circumstances: ArrayLike,
 ) -> Commands:
     """Runs of recorded attitudes, finely sampled: times (k_i,) and unit vectors of gravity in P (k_i, 3) of each run.
+
+    The pivot's accelerations in P (k_i − 1, 3), m/s², are those between the knots; without any the pivot rests.
 
     Rates are those along the great circles (a turn about gravity itself moves nothing that matters here), and
     accelerations their differences over 60 ms.
@@ -147,6 +157,7 @@ def tracks(
         gravity=down,
         rate_rad_s=rate,
         acceleration_rad_s2=_accelerations(times, rate),
+        pivot_m_s2=np.zeros_like(rate) if pivot_m_s2 is None else np.stack([_padded(own, k - 1) for own in pivot_m_s2]),
         border_m=border_m,
         **_circumstances(len(times), circumstances),
     )

@@ -1,11 +1,12 @@
 """The load on the block besides friction: gravity, the turning plate, the foam and the effects' pushes, per mass.
 
-In P, with the block's place r and velocity v, the plate's rate ω and acceleration α:
+In P, with the block's place r and velocity v, the plate's rate ω and acceleration α, and the pivot's acceleration A:
 
-    a = g − α × r − ω × (ω × r) − 2 ω × v + pushes,    N/m = −a_z.
+    a = g − A − α × r − ω × (ω × r) − 2 ω × v + pushes,    N/m = −a_z
 
-The pivot is at the plate's centre, at the height of the block. The foam is a spring and a damper that never pull; where
-a run begins with the block in it, it has given way to the block, and pushes only when that goes deeper.
+(Goldstein, Classical Mechanics, section 4.10). The pivot is at the plate's centre, at the height of the block. The foam
+is a spring and a damper that never pull; where a run begins with the block in it, it has given way to the block, and
+pushes only when that goes deeper.
 """
 
 from __future__ import annotations
@@ -98,6 +99,7 @@ class World:
         self.pushed = bool(model.acting("push"))
         self._twists = bool(commands.rate_rad_s[..., 2].any())
         self._jerks = bool(commands.acceleration_rad_s2.any())
+        self._strays = bool(commands.pivot_m_s2.any())
 
     def blocks(self, row: Index, number: Index, *, rest_from_s: Array, slid_from_s: Array | None = None) -> Blocks:
         """Blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,)."""
@@ -144,6 +146,9 @@ class World:
         if self._jerks:
             ax, ay, az = stretch[Column.ACCELERATION : Column.ACCELERATION + 3]
             x, y, z = x + az * at.y, y - az * at.x, z + ay * at.x - ax * at.y
+        if self._strays:
+            ax, ay, az = stretch[Column.PIVOT : Column.PIVOT + 3]
+            x, y, z = x - ax, y - ay, z - az
         return x, y, -z
 
     def driven(self, contact: Contact, friction: Array) -> Array:

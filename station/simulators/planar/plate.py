@@ -30,9 +30,10 @@ class Column(IntEnum):
     END = 8
     RATE = 9
     ACCELERATION = 12
-    RISING = 15
-    STEP_BEGIN = 16
-    COUNT = 17
+    PIVOT = 15
+    RISING = 18
+    STEP_BEGIN = 19
+    COUNT = 20
 
 
 class Down(NamedTuple):
@@ -44,7 +45,7 @@ class Down(NamedTuple):
 
 
 class Plate:
-    """The stretches between the knots of n runs: `table` (17, n·(k−1)), a run's stretches one after another."""
+    """The stretches between the knots of n runs: `table` (20, n·(k−1)), a run's stretches one after another."""
 
     def __init__(self, commands: Commands, model: Model) -> None:
         self.commands = commands
@@ -56,7 +57,7 @@ class Plate:
         self.table = self._tabled(first, last)
 
     def stretch(self, row: Index, number: Index) -> Array:
-        """The columns (17, a) of stretch `number` (a,) of run `row` (a,)."""
+        """The columns (20, a) of stretch `number` (a,) of run `row` (a,)."""
         return self.table.take(row * (self.knots - 1) + number, axis=1)
 
     def _tabled(self, first: Array, last: Array) -> Array:
@@ -74,6 +75,7 @@ class Plate:
         table[Column.BEGIN], table[Column.END] = commands.time_s[:, :-1], commands.time_s[:, 1:]
         table[Column.RATE : Column.RATE + 3] = np.moveaxis(commands.rate_rad_s, -1, 0)
         table[Column.ACCELERATION : Column.ACCELERATION + 3] = np.moveaxis(commands.acceleration_rad_s2, -1, 0)
+        table[Column.PIVOT : Column.PIVOT + 3] = np.moveaxis(commands.pivot_m_s2, -1, 0)
         table[Column.RISING], table[Column.STEP_BEGIN] = self.steps
         return table.reshape(Column.COUNT, -1)
 
@@ -87,7 +89,7 @@ class Plate:
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:
-    """Gravity in P at times (a,) within stretches (17, a)."""
+    """Gravity in P at times (a,) within stretches (20, a)."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
     cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS

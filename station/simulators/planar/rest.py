@@ -117,12 +117,14 @@ class Rest:
         return Grid(times, np.broadcast_to(number, times.shape))
 
     def _steepest(self, window: int) -> Grid:
-        """The knot with the steepest tilt in each window of knots, and with pushes the most abrupt one too."""
+        """The knot with the steepest load in each window of knots, and with pushes the most abrupt one too."""
         plate = self._world.plate
         n = len(self._world.commands)
         table = plate.table.reshape(Column.COUNT, n, -1)
         count = table.shape[2]
-        steepness = np.hypot(table[0], table[1]) / np.maximum(-table[2], 1e-6)
+        before = np.maximum(np.arange(count) - 1, 0)  # the grid looks at a knot from the stretch that ends there
+        x, y, z = table[Column.GRAVITY : Column.GRAVITY + 3] - table[Column.PIVOT : Column.PIVOT + 3][:, :, before]
+        steepness = np.hypot(x, y) / np.maximum(-z, 1e-6)
         scores = [steepness]
         if self._world.pushed:
             scores.append(np.abs(table[Column.ACCELERATION : Column.ACCELERATION + 3]).sum(axis=0))

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from shared.rig import RigConfig
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model
+from station.signals.pivot import pivot_in_plate
 from station.signals.session import Signals
+from station.signals.tracks import AttitudeTrack
 from station.simulators.planar.commands import Commands, tracks
 from station.simulators.planar.plate import Plate, gravity_at
 from station.simulators.planar.simulate import Chances, Motions, simulate
@@ -70,6 +72,7 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
     return tracks(
         times,
         [recorded.attitude.gravity_at(own) for own in stamps],
+        pivot_m_s2=_pivot(recorded.attitude, stamps),
         border_m=0.5 * rig.plate.opening_m,
         start=np.stack([run.start for run in runs]),
         velocity=np.stack([run.velocity for run in runs]),
@@ -81,6 +84,18 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
         temperature_c=[sample.temperature_c if sample else np.nan for sample in samples],
         relative_humidity=[sample.relative_humidity if sample else np.nan for sample in samples],
     )
+
+
+def _pivot(attitude: AttitudeTrack, stamps: Sequence[Integers]) -> list[Array] | None:
+    """The pivot's acceleration (k_i − 1, 3) in P, m/s², midway between the stamps of each run; None: not known."""
+    known = attitude.known()
+    origin_ns = known.time_ns[0]
+    time_s = (known.time_ns - origin_ns) * 1e-9
+    found = pivot_in_plate(known, time_s)
+    if found is None:
+        return None
+    between_s = [(own[:-1] + np.diff(own) // 2 - origin_ns) * 1e-9 for own in stamps]
+    return [np.column_stack([np.interp(own, time_s, column) for column in found.T]) for own in between_s]
 
 
 def _knots_s(run: RecordedRun) -> Array:

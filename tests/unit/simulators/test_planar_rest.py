@@ -43,6 +43,38 @@ def test_the_first_of_two_bumps_counts() -> None:
     assert simulate(commands, Model(mu_s=math.tan(0.35))).onset_s[0] < 2.0
 
 
+def strays(times: np.ndarray, pivot: np.ndarray, *, rate: float = 0.02) -> Commands:
+    """A slow tilt down to x whose pivot has the acceleration `pivot` (k − 1, 3) in P."""
+    angles = 0.1 + rate * times
+    gravity = np.column_stack([np.sin(angles), 0.0 * angles, -np.cos(angles)])
+    return tracks([times], [gravity], pivot_m_s2=[pivot])
+
+
+def test_a_pivot_that_is_accelerated_uphill_lets_the_block_slip_earlier() -> None:
+    """The onset is where g sin θ − A_x = mu (g cos θ + A_z)."""
+    times = np.arange(0.0, 12.0, 0.01)
+    pivot = np.tile([-0.5, 0.0, 0.3], (len(times) - 1, 1))
+    onset = simulate(strays(times, pivot), Model(mu_s=0.3)).onset_rad[0]
+    assert 9.81 * math.sin(onset) + 0.5 == pytest.approx(0.3 * (9.81 * math.cos(onset) + 0.3), abs=1e-6)
+
+
+def test_a_short_push_of_the_pivot_is_not_overlooked() -> None:
+    times = np.arange(0.0, 8.0, 0.01)
+    pivot = np.zeros((len(times) - 1, 3))
+    pivot[403:405, 0] = -2.0
+    motions = simulate(strays(times, pivot), Model(mu_s=math.tan(0.3)), time_s=[4.025, 4.04])
+    assert motions.onset_s[0] == pytest.approx(4.03, abs=1e-6)
+
+
+def test_a_level_plate_that_is_pulled_away_leaves_its_block_behind() -> None:
+    """The block's acceleration on the plate is A − mu g."""
+    times = np.arange(0.0, 0.3, 0.01)
+    pivot = np.tile([0.0, -5.0, 0.0], (len(times) - 1, 1))
+    level = np.tile([0.0, 0.0, -1.0], (len(times), 1))
+    path = simulate(tracks([times], [level], pivot_m_s2=[pivot]), Model(mu_s=0.3), time_s=[0.1, 0.2]).path[0]
+    assert path[:, 1] == pytest.approx(0.5 * (5.0 - 0.3 * 9.81) * np.array([0.1, 0.2]) ** 2, rel=1e-4)
+
+
 def test_only_effects_that_ask_for_the_direction_make_the_curve_oblong() -> None:
     assert asks_for_direction(ELLIPSE)
     assert not asks_for_direction(term("wear"))

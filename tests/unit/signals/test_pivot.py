@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from station.diagnosis.observations.pivot import QUIET_M_S2, pivot_acceleration
-from station.physics.contact import Array
+from shared.geometry import Array
+from station.signals.pivot import QUIET_M_S2, pivot_acceleration
 
 SIZE_M, RATE = 0.2e-3, 2 * np.pi * 2.0
 TIME_S = np.arange(0.0, 20.0, 0.01)

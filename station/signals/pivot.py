@@ -12,13 +12,15 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs, savgol_filter
+from scipy.spatial.transform import Rotation
 
-from station.physics.contact import Array
+from shared.geometry import Array
+from station.signals.tracks import AttitudeTrack
 
 QUIET_M_S2 = 0.02
 """The largest noise of the acceleration: half a per cent of the friction at mu = 0.4.
 
-tests/unit/diagnosis/test_pivot.py shows what it keeps in and out.
+tests/unit/signals/test_pivot.py shows what it keeps in and out.
 """
 
 WIDTHS = (3, 5, 9, 17, 33)
@@ -29,6 +31,15 @@ _FOURTH_DIFFERENCE, _MAD_PER_SD = float(np.sqrt(70.0)), 0.6745
 """The sd of a fourth difference of unit white noise, and the median absolute deviation of a unit Gaussian."""
 
 Acceleration = Callable[[Array], Array]
+
+
+def pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
+    """The pivot's acceleration (n, 3) in P, m/s², at readings at times (n,), s; None where it is not known."""
+    acceleration = pivot_acceleration(time_s, known.pivot_m)
+    if acceleration is None:
+        return None
+    world_from_plate = Rotation.from_quat(known.quaternion, scalar_first=True)
+    return np.asarray(world_from_plate.apply(acceleration(time_s), inverse=True))
 
 
 def pivot_acceleration(time_s: Array, pivot_m: Array) -> Acceleration | None:
