@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, NextExperiment, Own, Value, Verdict
 from station.diagnosis.search.belief import Belief, beliefs, called
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
@@ -150,6 +150,8 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
+    further = next_experiment(evidence, found, effects, catalogue)
+    effects = tuple(_advised(effect, further) for effect in effects)
     tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
@@ -177,7 +179,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=next_experiment(evidence, found, effects, catalogue),
+        next_experiment=further,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -197,6 +199,13 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         notes=evidence.notes,
         model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
     )
+
+
+def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
+    """An effect with the plan that settles its class as the advice, in place of its law's own."""
+    if further is None or not further.plan or not any(effect.id in group for group in further.separates):
+        return effect
+    return replace(effect, separated_by=further.why)
 
 
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:

@@ -8,7 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.report.sentences import sentence, set_differently
+from station.diagnosis.report.sentences import next_lines, sentence, set_differently
 from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
@@ -29,7 +29,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
     parts.append(_fit(diagnosis))
     parts += _simulated(diagnosis)
     if diagnosis.next_experiment is not None:
-        parts.append(Text(f"Next: {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"))
+        parts += [Text(line) for line in next_lines(diagnosis)]
     if diagnosis.untestable:
         parts.append(Text(f"Untestable with this recording: {', '.join(sorted(diagnosis.untestable))}"))
     parts += [Text(f"Note: {note}") for note in diagnosis.notes]
