@@ -36,19 +36,20 @@ def recorded_plan(reader: RecordingReader) -> str:
     return text
 
 
-def write_plan(plan: NextExperiment | None, path: Path) -> None:
-    """Writes the plan file.
+def write_plan(plan: NextExperiment | None, path: Path) -> str:
+    """Writes the plan file if there is a plan; the sentence that says so, or why there is none.
 
     Raises:
-        UserError: if there is no plan, or it cannot be written.
+        UserError: if it cannot be written.
     """
     if plan is None or not plan.plan:
         why = "no further experiment is called for" if plan is None else plan.why
-        raise UserError(f"Expected a plan to write to {path}, but there is none: {why}")
+        return f"No plan was written to {path}: {why}"
     try:
         path.write_text(plan.plan, encoding="utf-8")
     except OSError as error:
         raise UserError(f"Expected to write the plan to {path}, but that failed: {error.strerror}") from error
+    return f"Plan: {path}\nRun it:  station run --plan {path}"
 
 
 def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -123,7 +123,7 @@ def _write_files(found: Examined, options: argparse.Namespace) -> None:
     if options.report:
         _write(options.report, html_page(answer, found.pictures, seed=options.seed), what="report")
     if options.plan:
-        write_plan(answer.next_experiment, options.plan)
+        print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)
 
 
 def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:

@@ -44,11 +44,7 @@ def run(options: argparse.Namespace) -> int:
         print("No further experiment is called for")
         return 0
     print(f"{plan.runs} runs: {plan.why}" if plan.plan else plan.why)
-    if options.out is None:
-        print(f"\n{plan.plan}", end="")
-        return 0
-    write_plan(plan, options.out)
-    print(f"Plan: {options.out}\nRun it:  station run --plan {options.out}")
+    print(f"\n{plan.plan}" if options.out is None else write_plan(plan, options.out))
     return 0
 
 

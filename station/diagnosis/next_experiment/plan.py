@@ -160,7 +160,7 @@ def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) 
 def _separates(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     if choice.promise.told < POWER:
-        return _none(question, choice, NO_PLAN)
+        return _none(question, choice, bench, NO_PLAN)
     first, *others = (" or ".join(group) for group in choice.groups)
     return _told(
         tuple(name for group in choice.groups for name in group),
@@ -174,7 +174,7 @@ def _confirms(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     (name,) = question.ids
     if choice.promise.told < POWER:
-        return _none(question, choice, f"no plan alone shows {name} of this size")
+        return _none(question, choice, bench, f"no plan alone shows {name} of this size")
     return _told((name, "none"), choice, bench, f"shows {name}, if it is there,")
 
 
@@ -193,11 +193,13 @@ def _told(ids: tuple[str, ...], choice: Choice, bench: Bench, told: str) -> Next
     )
 
 
-def _none(question: Question, choice: Choice, words: str) -> NextExperiment:
+def _none(question: Question, choice: Choice, bench: Bench, words: str) -> NextExperiment:
+    """No plan: what the most promising one would do, and what the effects themselves advise."""
     reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
+    best = f"the most promising ({_words(choice.changes, bench)}) does in {choice.promise.told:.0%} of the sessions"
     return NextExperiment(
         separates=(question.ids,), plan="", runs=0, power=choice.promise.told,
-        why=f"{words}: it takes {'; or '.join(reasons)}",
+        why=f"{words}: {best}; it takes {'; or '.join(reasons)}",
     )  # fmt: skip
 
 
