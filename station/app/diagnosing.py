@@ -13,6 +13,7 @@ from shared import installed
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
+from station.app.planned import recorded_plan, upon
 from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
@@ -53,7 +54,7 @@ def diagnose_file(
     """
     began = time.monotonic()
     if path.suffix in TABLES:
-        config, simulation = load_rig(rig) if rig else None, simulate
+        config, simulation, plan = load_rig(rig) if rig else None, simulate, ""
         if simulate is not None:
             refuse_no_table(simulate)
         recorded: Recorded = read_measured(path)
@@ -62,10 +63,11 @@ def diagnose_file(
         config = rig_of(reader, path=rig)
         simulation = None if simulate is None else simulation_of(simulate, rig=config, limit_s=simulate_limit)
         status("reading the recording")
-        recorded = load_signals(reader)
+        recorded, plan = load_signals(reader), recorded_plan(reader)
     found = diagnose_session(
-        recorded, name=str(path), rig=config, seed=seed, simulate=simulation, folding=folding, jobs=jobs, status=status
-    )
+        recorded, name=str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding, jobs=jobs,
+        status=status,
+    )  # fmt: skip
     return replace(found, diagnosis=replace(found.diagnosis, seconds=time.monotonic() - began))
 
 
@@ -74,6 +76,7 @@ def diagnose_session(
     *,
     name: str,
     rig: RigConfig | None = None,
+    plan: str = "",
     seed: int = 1,
     simulate: Given | Simulation | None = None,
     folding: Folding = named,
@@ -81,6 +84,8 @@ def diagnose_session(
     status: Progress = lambda _: None,
 ) -> Examined:
     """Diagnoses a session's signals, or the rows of a table, by that name; the arguments are those of `diagnose_file`.
+
+    `plan` is the session's own plan file, upon which the next experiment is written.
 
     Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
     as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
@@ -97,6 +102,8 @@ def diagnose_session(
             recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
         )
     answer = found.diagnosis
+    if answer.next_experiment is not None:
+        answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))
     if simulate is not None and not isinstance(recorded, Signals):
         answer = against_table(found, known, setting=setting, simulate=simulate, progress=status)
     elif simulate is not None and isinstance(recorded, Signals):

@@ -8,7 +8,7 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.commands.replay import setup_for
 from station.app.simulating import simulator_of
-from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.sentences import next_lines, sentence
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, model_of_table
@@ -101,6 +101,6 @@ def _words(diagnosis: Diagnosis, simulate: str, *, both: bool) -> str:
     lines = [f"## {sentence(diagnosis)}", "", f"Global p = {diagnosis.global_p:.2g}", ""]
     lines += [f"- {place.summary} (p = {place.p:.2g})" for place in diagnosis.located]
     if diagnosis.next_experiment is not None:
-        lines += ["", f"**Next:** {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"]
+        lines += ["", *next_lines(diagnosis)]
     ghosts = f"grey wires: simulated before ({simulate})" + ("; green wires: simulated after" if both else "")
     return "\n".join([*lines, "", f"Solid block: recorded; {ghosts}; pink: where they differ."])

@@ -20,13 +20,17 @@ def recording_path(out: str | None) -> Path:
 
 
 def plan_toml(plan: Plan) -> str:
-    """The plan as TOML with every constant, so that the recording holds what was really used."""
+    """The plan as TOML with every constant, so that the recording holds what was used; empty lists are left out."""
     values = asdict(plan)
-    tables = {name: value for name, value in values.items() if isinstance(value, dict)}
+    tables = {name: _said(value) for name, value in values.items() if isinstance(value, dict)}
     lines = [f"{name} = {json.dumps(value)}" for name, value in values.items() if name not in tables]
     for name, table in tables.items():
         lines += ["", f"[{name}]", *(f"{key} = {json.dumps(value)}" for key, value in table.items())]
     return "\n".join(lines) + "\n"
+
+
+def _said(table: dict[str, object]) -> dict[str, object]:
+    return {key: value for key, value in table.items() if value != ()}
 
 
 def provenance(rig: RigConfig, plan: Plan, *, mode: str, started_ns: int) -> Provenance:

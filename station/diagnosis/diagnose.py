@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -164,6 +164,8 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
+    further = _next(evidence, found, effects, catalogue)
+    effects = tuple(_advised(effect, further) for effect in effects)
     tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
@@ -191,7 +193,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=_next(evidence, found, effects, catalogue),
+        next_experiment=further,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -219,6 +221,13 @@ def _next(
     if tilts(evidence):
         return next_experiment(evidence, found, effects, catalogue)
     return elsewhere(evidence, effects, catalogue)
+
+
+def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
+    """An effect with the plan that settles its class as the advice, in place of its law's own."""
+    if further is None or not further.plan or not any(effect.id in group for group in further.separates):
+        return effect
+    return replace(effect, separated_by=further.why)
 
 
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:

@@ -170,12 +170,23 @@ class FitQuality:
 
 @dataclass(frozen=True, kw_only=True)
 class NextExperiment:
-    """The cheapest plan that separates what the recording cannot."""
+    """The plan that settles in the least time what the recording leaves open.
+
+    `runs` is 0 and `plan` empty if no plan alone does. `power` is the probability that the session's own diagnosis
+    tells the rivals apart, `log_odds` the expected log odds of the true one; `sd` is the standard error that is
+    expected of the main number if it stands alone. What does not apply is nan. `changed` are the tables of the plan
+    that differ from the recording's.
+    """
 
     separates: tuple[tuple[str, ...], ...]
     plan: str
     runs: int
     why: str
+    power: float = math.nan
+    log_odds: float = math.nan
+    minutes: float = math.nan
+    sd: float = math.nan
+    changed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,6 +288,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "plan": plan.plan,
                 "runs": plan.runs,
                 "why": plan.why,
+                "power": plan.power,
+                "log_odds": plan.log_odds,
+                "minutes": plan.minutes,
+                "sd": plan.sd,
             },
             "candidates_tried": diagnosis.candidates_tried,
             "seconds": diagnosis.seconds,

@@ -25,16 +25,13 @@ WORDS: Mapping[str, str] = {
     "low_speed": r"slow slides|fine tilt steps",
     "frame_rate": r"frame rate|frames a second|rate_hz",
 }
-_NO_PLAN = "no plan alone"
 
 
 def features(plan: Mapping[str, Any] | None) -> frozenset[str]:
-    """What the advised experiment varies. Where the tool says that no plan does it alone, its reason is what counts."""
+    """What the advised experiment varies, by its reason: its plan also has what was recorded."""
     if plan is None:
         return frozenset()
-    why = str(plan["why"])
-    text = why if why.startswith(_NO_PLAN) else f"{plan['plan']}\n{why}"
-    return frozenset(name for name, words in WORDS.items() if re.search(words, text, re.IGNORECASE))
+    return frozenset(name for name, words in WORDS.items() if re.search(words, str(plan["why"]), re.IGNORECASE))
 
 
 def advice_right(truth: Truth, said: Said) -> bool:

@@ -60,10 +60,14 @@ class Phases:
         state = self.state
         dwell = math.exp(self._rng.uniform(math.log(self._plan.dwell.min_s), math.log(self._plan.dwell.max_s)))
         direction = state.run.direction
-        state.run = Run(state.run.number + 1, state.now_ns, dwell, direction=direction)
+        state.run = Run(state.run.number + 1, state.now_ns, dwell, direction=direction, rate_deg_s=self._rate_deg_s())
         state.command = -1  # the motion to level is step 0, those of the tilt 1 to n, the return n + 1
         state.enter("LEVEL")
         state.level()
+
+    def _rate_deg_s(self) -> float:
+        rates = self._plan.tilt.rates_deg_s
+        return float(self._rng.choice(rates)) if rates else self._plan.tilt.rate_deg_s
 
     def dwell(self, rest_ns: int | None) -> None:
         """Ends the dwell once the block has rested since `rest_ns` (None: it moves) for the time that was drawn."""
@@ -106,7 +110,7 @@ class Phases:
             return
         state.run.step += 1
         state.command = state.run.step - 1
-        state.tilt(state.run.angles_rad[state.run.step - 1], rate_deg_s=self._plan.tilt.rate_deg_s)
+        state.tilt(state.run.angles_rad[state.run.step - 1], rate_deg_s=state.run.rate_deg_s)
 
     def watch(self, message: MarkerCorners, frame_ns: int) -> None:
         """Looks at a frame while the plate is being tilted: tipped, slipped, or ready for the next step."""
@@ -165,7 +169,7 @@ class Phases:
             previous=self._previous_direction,
             specimen=self._specimen,
             start=self.tracks.place_of(run.reference.corners_px if run.reference else ()),
-            rate_rad_s=math.radians(self._plan.tilt.rate_deg_s),
+            rate_rad_s=math.radians(self.state.run.rate_deg_s),
             environment=self.environment,
         )
         self._previous_direction = run.direction.number

@@ -42,7 +42,8 @@ class TiltPlan:
 
     `steps` from 0 to `max_deg`; once `adapt_after` samples of a direction are there, from mean − `adapt_sd` to
     mean + `adapt_sd` standard deviations of that direction. Between steps the arm moves at `rate_deg_s` and then holds
-    for `hold_s`. `adapt_after = 0` never narrows the range.
+    for `hold_s`. `adapt_after = 0` never narrows the range. If `rates_deg_s` has rates, each run's is drawn from them
+    at random, in place of `rate_deg_s`.
     """
 
     steps: int = 50
@@ -50,6 +51,7 @@ class TiltPlan:
     adapt_after: int = 25
     adapt_sd: float = 3.0
     rate_deg_s: float = 5.0
+    rates_deg_s: tuple[float, ...] = ()
     return_rate_deg_s: float = 20.0
     hold_s: float = 0.1
 
@@ -57,6 +59,8 @@ class TiltPlan:
         _finite(self)
         if self.steps < 1 or not 0 < self.max_deg < 90 or min(self.rate_deg_s, self.return_rate_deg_s) <= 0:
             raise ValueError("expected steps >= 1, 0 < max_deg < 90 and positive rates")
+        if not all(math.isfinite(rate) and rate > 0 for rate in self.rates_deg_s):
+            raise ValueError(f"expected positive rates_deg_s, got {list(self.rates_deg_s)}")
         if min(self.adapt_after, self.adapt_sd, self.hold_s) < 0:
             raise ValueError("expected adapt_after, adapt_sd and hold_s of 0 or more")
 

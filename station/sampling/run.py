@@ -29,6 +29,7 @@ class Run:
     start_ns: int
     dwell_wanted_s: float
     direction: Direction = field(default_factory=lambda: Direction(0, 0.0))
+    rate_deg_s: float = 5.0
     reference: Reference | None = None
     angles_rad: tuple[float, ...] = ()
     step: int = 0

@@ -24,6 +24,7 @@ from rich.console import Console
 from shared.errors import UserError
 from station.app.diagnosing import TABLES, diagnose_file
 from station.app.outputs import require_writable
+from station.app.planned import write_plan
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
@@ -48,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON (a list for several files)")
     parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
     parser.add_argument("--report", type=Path, metavar="PATH", help="write it as one HTML page with figures")
+    parser.add_argument("--plan", type=Path, metavar="PATH", help="write the next experiment for station run --plan")
     parser.add_argument(
         "--overlay",
         type=Path,
@@ -85,12 +87,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnoses the files; 0."""
     files: list[Path] = options.files
-    for name in ("model", "report", "overlay"):
+    for name in ("model", "report", "overlay", "plan"):
         if getattr(options, name) and len(files) > 1:
             raise UserError(f"Expected one file together with --{name}, got {len(files)}")
     if options.overlay and files[0].suffix in TABLES:
         raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
-    for name in ("model", "report", "overlay"):
+    for name in ("model", "report", "overlay", "plan"):
         if path := getattr(options, name):
             require_writable(path, what=name)
     if options.overlay:  # should the viewer's package be missing, it is said before the work is done
@@ -105,14 +107,21 @@ def run(options: argparse.Namespace) -> int:
         terminal = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
         for diagnosis in found:
             terminal.print(summary(diagnosis))
-    if options.model:
-        _write(options.model, tomli_w.dumps(dict(found[0].model)), what="model")
-    if options.report:
-        _write(options.report, html_page(found[0], everything[0].pictures, seed=options.seed), what="report")
+    _write_files(everything[0], options)
     if options.overlay:
         with console.status("simulating the recording before and after"):
             _overlay(files[0], found[0], options)
     return 0
+
+
+def _write_files(found: Examined, options: argparse.Namespace) -> None:
+    answer = found.diagnosis
+    if options.model:
+        _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
+    if options.report:
+        _write(options.report, html_page(answer, found.pictures, seed=options.seed), what="report")
+    if options.plan:
+        print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)
 
 
 def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:

@@ -1,6 +1,7 @@
 """Plans the experiment that would tell effects apart, with the number of runs; `station run --plan` takes the plan.
 
-With one effect it is the experiment that would show it at all, at its typical size.
+With a recording it is the next experiment of its diagnosis, the very same that `station diagnose` reports. With
+--separate the effects have their typical sizes on a typical rig; one effect alone is to be shown at all.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from pathlib import Path
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import load_rig
-from station.diagnosis.next_experiment.on_paper import Bench
+from station.app.commands.diagnose import diagnose_file
+from station.app.planned import write_plan
 from station.diagnosis.next_experiment.plan import separate
+from station.diagnosis.result import NextExperiment
 from station.physics.catalogue import Catalogue, catalogue_of_table
 from station.physics.effect import Effect
 
@@ -25,30 +28,36 @@ EXAMPLE = "station plan --separate contact_aging,wear"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument(
-        "--separate", required=True, metavar="A,B", help="ids of the effects to tell apart, or of one to confirm"
-    )
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="recording (.mcap) or table to go on from")
+    parser.add_argument("--separate", metavar="A,B", help="ids of the effects to tell apart, or of one to confirm")
     parser.add_argument("--rig", type=Path, help="rig file with effects of your own")
     parser.add_argument("--mu", type=float, default=0.4, help="the friction coefficient that is expected")
+    parser.add_argument("--seed", type=int, default=1, help="of the diagnosis of FILE")
     parser.add_argument("--out", type=Path, metavar="plan.toml", help="where the plan goes; printed without it")
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints why and how many runs, and writes the plan; 0."""
+    if (options.file is None) == (options.separate is None):
+        raise UserError("Expected either a recording or --separate with ids of effects, got both or neither")
+    plan = _after(options) if options.file else _between(options)
+    if plan is None:
+        print("No further experiment is called for")
+        return 0
+    print(f"{plan.runs} runs: {plan.why}" if plan.plan else plan.why)
+    print(f"\n{plan.plan}" if options.out is None else write_plan(plan, options.out))
+    return 0
+
+
+def _after(options: argparse.Namespace) -> NextExperiment | None:
+    return diagnose_file(options.file, rig=options.rig, seed=options.seed).diagnosis.next_experiment
+
+
+def _between(options: argparse.Namespace) -> NextExperiment:
     if not 0.0 < options.mu < 5.0:
         raise UserError(f"Expected a friction coefficient between 0 and 5 after --mu, got {options.mu:g}")
-    table = load_rig(options.rig).physics if options.rig else Table({})
-    plan = separate(chosen(options.separate, catalogue_of_table(table)), bench=Bench(mu_s=options.mu))
-    print(f"{plan.runs} runs: {plan.why}")
-    if options.out is None:
-        print(f"\n{plan.plan}", end="")
-        return 0
-    try:
-        options.out.write_text(plan.plan, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"Expected to write the plan to {options.out}, but that failed: {error.strerror}") from error
-    print(f"Plan: {options.out}\nRun it:  station run --plan {options.out}")
-    return 0
+    known = catalogue_of_table(load_rig(options.rig).physics if options.rig else Table({}))
+    return separate(chosen(options.separate, known), known, mu_s=options.mu)
 
 
 def chosen(text: str, known: Catalogue) -> Sequence[Effect]:

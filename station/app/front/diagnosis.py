@@ -15,6 +15,7 @@ from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, path_of
 from station.app.front.text import as_text
 from station.app.outputs import write_text
+from station.app.planned import recorded_plan
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.drawing import style
@@ -64,7 +65,8 @@ def diagnose(
         "status": progress,
     }
     if isinstance(recording, Recording):
-        found = diagnose_session(recording.signals, name=recording.name, rig=recording.rig(rig), **asked)
+        plan = recorded_plan(recording.reader)
+        found = diagnose_session(recording.signals, name=recording.name, rig=recording.rig(rig), plan=plan, **asked)
     else:
         found = diagnose_file(path_of(recording), rig=None if rig is None else path_of(rig), **asked)
     return Diagnosed(diagnosis=found.diagnosis, pictures=found.pictures, found=found.found, seed=seed)

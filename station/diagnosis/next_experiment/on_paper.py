@@ -1,16 +1,14 @@
-"""A synthetic session for planning: onsets and slides as a protocol would place them, without any effect or noise."""
+"""A session on paper for plans without a recording: onsets and slides as the paper's protocol would place them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.next_experiment.redone import STANDARD_RATE_RAD_S, Draw, Recorded
 from station.diagnosis.observations.channel import Rows, rows_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.moments import Moments, RunFacts
@@ -18,18 +16,18 @@ from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Attitude, Times
 from station.diagnosis.observations.slides import Across, Along, Motion, Turn
 from station.physics.contact import GRAVITY_M_S2, Array
-from station.physics.model import Model
+from station.physics.covariates import covariates_of
 
-TRIAL_RUNS = 120
+RUNS = 120
 SLIDE_POINTS = 4
-FEWEST_RECORDED = 20
-STANDARD_RATE_RAD_S, LEAST_RATE_RAD_S = math.radians(5.0), math.radians(0.5)
-Draw = dict[str, Array]
-Protocol = Callable[[np.random.Generator, int], Draw]
-"""Draws a session's numbers, (runs,) each by name."""
-
-Vary = Callable[[np.random.Generator, int, Draw], None]
-"""Changes a protocol's numbers, (runs,) each by name, in place."""
+NAMES = ("onset", "along", "across", "turn")
+NOISE = Noise(
+    friction=0.1,
+    own={"onset": 0.04, "along": 0.02, "across": 0.002, "turn": 0.3},
+    factor=dict.fromkeys(NAMES, 1.0),
+    tail=dict.fromkeys(NAMES, thresholds.GAUSSIAN),
+)
+"""A typical rig's noise: friction scatters by a tenth from run to run."""
 
 
 def standard(rng: np.random.Generator, runs: int) -> Draw:
@@ -43,62 +41,18 @@ def standard(rng: np.random.Generator, runs: int) -> Draw:
         "mount": np.zeros(runs),
         "mass_kg": np.full(runs, 0.008),
         "rate": np.full(runs, STANDARD_RATE_RAD_S),
-        "rest_s": np.full(runs, 8.0) * np.exp(rng.normal(0, 0.02, runs)),
+        "dwell_s": np.full(runs, 4.0),
         "number": np.arange(runs, dtype=np.float64),
     }
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Bench:
-    """The rig of a synthetic session: its friction, its noise (a typical one by default), and its protocol.
-
-    A plan changes one thing of the protocol; what else varies together in it (a dwell that falls with the runs) goes on
-    doing so.
-    """
-
-    mu_s: float = 0.4
-    noise: Noise | None = None
-    protocol: Protocol = standard
-
-
-def as_recorded(evidence: Evidence) -> Protocol:
-    """The protocol that a recording's onsets show, its runs in their order; the standard one if it has too few."""
-    onset = evidence.channel("onset")
-    if not isinstance(onset, Onsets) or len(onset.moments) < FEWEST_RECORDED:
-        return standard
-    at = onset.moments.reported
-
-    def protocol(rng: np.random.Generator, runs: int) -> Draw:
-        del rng
-        chosen = np.linspace(0, len(at) - 1, runs).round().astype(np.int64)
-        order = np.argsort(at.run, kind="stable")[chosen]
-        rate = np.linalg.norm(at.rate_rad_s[order], axis=1)
-        known = {
-            "down": at.down_rad[order],
-            "x": at.x_m[order],
-            "y": at.y_m[order],
-            "yaw": at.yaw_rad[order],
-            "mount": at.mount_rad[order],
-            "mass_kg": at.mass_kg[order],
-            # A plate that holds at the onset has no rate.
-            "rate": np.where(rate > LEAST_RATE_RAD_S, rate, STANDARD_RATE_RAD_S),
-            "rest_s": at.rest_s[order],
-            "number": at.run[order],
-        }
-        return {name: np.nan_to_num(values) for name, values in known.items()}
-
-    return protocol
-
-
-def trial(vary: Vary, bench: Bench) -> tuple[Evidence, Fit]:
-    """A synthetic session of TRIAL_RUNS runs with the protocol that `vary` changes, and the plain model's fit to it."""
-    rng = np.random.default_rng(7)
-    runs, mu_s = TRIAL_RUNS, bench.mu_s
-    draw = bench.protocol(rng, runs)
-    vary(rng, runs, draw)
+def on_paper(draw: Draw, *, mu_s: float) -> Recorded:
+    """A session with a protocol (runs,) on a plate with this friction, without any effect or noise."""
+    runs = len(draw["number"])
+    tilt = math.atan(mu_s)
     facts = RunFacts(
         number=draw["number"],
-        rest_ns=-np.round(draw["rest_s"] * 1e9).astype(np.int64),
+        rest_ns=-np.round((draw["dwell_s"] + tilt / draw["rate"]) * 1e9).astype(np.int64),
         mount_rad=draw["mount"],
         mass_kg=draw["mass_kg"],
         area_m2=np.full(runs, 1e-4),
@@ -106,23 +60,9 @@ def trial(vary: Vary, bench: Bench) -> tuple[Evidence, Fit]:
         relative_humidity=np.full(runs, np.nan),
     )
     channels = (_onsets(draw, facts, mu_s), *_slides(draw, facts, mu_s))
-    trial = Evidence(channels=channels, run_number=draw["number"], facts=facts, total_runs=runs)
-    return trial, fit(trial, Model(mu_s=mu_s), (), noise=_noise(bench.noise), refine=False, steps=1)
-
-
-def _noise(noise: Noise | None) -> Noise:
-    names = ("onset", "along", "across", "turn")
-    if noise is None:
-        own = {"onset": 0.04, "along": 0.02, "across": 0.002, "turn": 0.3}
-        return Noise(
-            friction=0.1, own=own, factor=dict.fromkeys(names, 1.0), tail=dict.fromkeys(names, thresholds.GAUSSIAN)
-        )
-    return Noise(
-        friction=noise.friction,
-        own={name: noise.own.get(name, 0.02) for name in names},
-        factor={name: noise.factor.get(name, 1.0) for name in names},
-        tail=dict.fromkeys(names, thresholds.GAUSSIAN),
-    )
+    recorded = Recorded.of(Evidence(channels=channels, run_number=draw["number"], facts=facts, total_runs=runs))
+    assert recorded is not None
+    return recorded
 
 
 def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude:
@@ -151,33 +91,33 @@ def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Times, *, speed: A
     )
 
 
-def _rows(run: Times, sigma: float) -> Rows:
-    count = len(run)
-    none = np.zeros(count, dtype=np.int64)
-    return rows_of({"run": run, "from_ns": none, "to_ns": none, "sigma": np.full(count, sigma)}, {})
+def _rows(run: Times, sigma: float, moments: Moments, every: int) -> Rows:
+    none = np.zeros(len(run), dtype=np.int64)
+    known = {name: values[every // 2 :: every] for name, values in covariates_of(moments.reported).items()}
+    return rows_of({"run": run, "from_ns": none, "to_ns": none, "sigma": np.full(len(run), sigma)}, known)
 
 
 def _onsets(draw: Draw, facts: RunFacts, mu_s: float) -> Onsets:
-    place = np.arange(TRIAL_RUNS)
-    tilt = np.full(TRIAL_RUNS, math.atan(mu_s))
+    runs = len(draw["number"])
+    place, still = np.arange(runs), np.zeros(runs)
     moments = _moments(
-        draw, facts, tilt, place, speed=np.zeros(TRIAL_RUNS), time_ns=np.zeros(TRIAL_RUNS, dtype=np.int64)
+        draw, facts, np.full(runs, math.atan(mu_s)), place, speed=still, time_ns=np.zeros(runs, dtype=np.int64)
     )
-    return Onsets(_rows(place, 0.003), moments)
+    return Onsets(_rows(place, 0.003, moments, 1), moments)
 
 
 def _slides(draw: Draw, facts: RunFacts, mu_s: float) -> tuple[Along, Across, Turn]:
-    """A few windows of each slide, from slow to fast, at speeds that grow with the root of the tilt rate."""
-    runs = np.repeat(np.arange(TRIAL_RUNS), SLIDE_POINTS)
-    share = np.tile((np.arange(SLIDE_POINTS) + 0.5) / SLIDE_POINTS, TRIAL_RUNS)
+    """A few windows of each slide, from slow to fast, at speeds that grow with the cube root of the tilt rate."""
+    count = len(draw["number"])
+    runs = np.repeat(np.arange(count), SLIDE_POINTS)
+    share = np.tile((np.arange(SLIDE_POINTS) + 0.5) / SLIDE_POINTS, count)
     place = np.repeat(runs, 3)
-    speed = np.repeat(0.12 * share * np.sqrt(draw["rate"][runs] / math.radians(5.0)), 3)
-    excess = np.repeat(0.03 * share, 3)
-    tilt = math.atan(mu_s) + excess
+    speed = np.repeat(0.12 * share * np.cbrt(draw["rate"][runs] / STANDARD_RATE_RAD_S), 3)
+    tilt = math.atan(mu_s) + np.repeat(0.03 * share, 3)
     time_ns = np.round(np.repeat(0.5 * share, 3) * 1e9).astype(np.int64)
     moments = _moments(draw, facts, tilt, place, speed=speed, time_ns=time_ns)
-    middle = slice(1, None, 3)
-    gained = GRAVITY_M_S2 * (np.sin(tilt) - mu_s * np.cos(tilt))[middle]
+    gained = GRAVITY_M_S2 * (np.sin(tilt) - mu_s * np.cos(tilt))[1::3]
     way = np.column_stack([np.cos(draw["down"][runs]), np.sin(draw["down"][runs])])
     motion = Motion(moments, gained[:, None] * way, np.zeros(len(runs)))
-    return Along(_rows(runs, 0.006), motion), Across(_rows(runs, 0.006), motion), Turn(_rows(runs, 0.8), motion)
+    own = _rows(runs, 0.006, moments, 3)
+    return Along(own, motion), Across(own, motion), Turn(_rows(runs, 0.8, moments, 3), motion)

@@ -1,272 +1,266 @@
-"""The next experiment: the plan that would separate what this recording cannot, and its number of runs.
+"""The next experiment: the plan that would settle what a recording leaves open, and what it promises.
 
-Every design is tried on a synthetic session: the candidates' slopes are computed there, and the information that
-remains for one while the others and mu are free says how many runs show an effect of its size with 80 % power at 5 %.
+A finding with rivals is told from them; one that stands alone has its number measured twice as well; a suspicion is
+confirmed. The report, `station diagnose --plan` and `station plan` all ask here.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+import tomli_w
 
-from station.diagnosis.inference.columns import scores
-from station.diagnosis.inference.fit import as_simulated
-from station.diagnosis.next_experiment.on_paper import TRIAL_RUNS, Bench, Draw, Vary, as_recorded, trial
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.values import inexact, values_of
+from station.diagnosis.likelihood.systematic import without_nuisances
+from station.diagnosis.next_experiment.changes import FREE, Changes
+from station.diagnosis.next_experiment.choice import POWER, Bench, Choice, narrowing, separating
+from station.diagnosis.next_experiment.on_paper import NOISE, RUNS, on_paper, standard
+from station.diagnosis.next_experiment.outlook import OTHER, Question, Rival
+from station.diagnosis.next_experiment.redone import Draw, Recorded
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import EffectFound, NextExperiment
+from station.diagnosis.result import EffectFound, NextExperiment, Value
+from station.diagnosis.search.candidates import Candidate
+from station.diagnosis.search.comparison import Comparison
 from station.diagnosis.search.search import Search
-from station.physics.contact import Array
 from station.physics.effect import Effect
+from station.physics.model import Model, Term
 
-POWER = 2.8
-"""An effect of so many standard errors shows in 80 of 100 experiments at a level of 5 %."""
-
-FEWEST, MOST = 20, 5000
 USUAL_RUNS = 200
-LAWS = 0.05
-"""What is left of an effect below this share of its own information relies on the laws being exact."""
+HALF = 0.5
+"""A number that stands alone is to be known twice as well."""
 
-SHOWS = 0.5
-"""Another shape counts as showing as well if it has at least this share of the best shape's information."""
+SUSPECTED = 4.0
+"""An effect is suspected if it gains more in twice the log likelihood: two standard errors of one number. No claim
+depends on it (`station diagnose FILE` of a recording in which nothing is found shows its effect)."""
 
-
-@dataclass(frozen=True)
-class Design:
-    """A design of a session: its plan beside the defaults, what a person must do, and how it changes the protocol."""
-
-    name: str
-    plan: str
-    by_hand: str
-    vary: Vary
-    effort: float = 1.0
-    """The cost of a run relative to one that needs nobody."""
-
-
-def _dwell(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["rest_s"] = np.exp(rng.uniform(math.log(1.0), math.log(100.0), runs))
-
-
-def _free(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["down"] = rng.uniform(-math.pi, math.pi, runs)
-
-
-def _rates(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["rate"] = np.radians(np.exp(rng.uniform(math.log(1.0), math.log(20.0), runs)))
-
-
-def _masses(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["mass_kg"] = draw["mass_kg"] * rng.choice([0.5, 1.0, 2.0, 5.0], runs)
-
-
-def _mount(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["mount"] = rng.choice([0.0, math.pi / 4, math.pi / 2, math.pi], runs)
-
-
-def _yaw(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["yaw"] = rng.uniform(-math.pi, math.pi, runs)
-
-
-def _both(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    _mount(rng, runs, draw)
-    _yaw(rng, runs, draw)
-
-
-def _starts(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["x"], draw["y"] = rng.uniform(-0.03, 0.03, runs), rng.uniform(-0.03, 0.03, runs)
-
-
-def _order(rng: np.random.Generator, runs: int, draw: Draw) -> None:
-    draw["number"] = rng.permutation(runs).astype(np.float64)
-    _dwell(rng, runs, draw)
-
-
-BY_HAND = 2.0
-"""The effort of a run for which a person has to do something now and then."""
-
-DESIGNS = (
-    Design("dwell at random", "[dwell]\nmin_s = 1.0\nmax_s = 100.0\n", "", _dwell),
-    Design("free azimuths", '[direction]\nmode = "free"\n', "", _free),
-    Design(
-        "tilt rates from 1 to 20 °/s",
-        "[tilt]\nrate_deg_s = 1.0\n",
-        "repeat the plan with rate_deg_s = 5.0 and 20.0",
-        _rates,
-        effort=BY_HAND,
-    ),
-    Design(
-        "masses over ten to one",
-        "",
-        "change the block's mass (×0.5, 1, 2, 5) every few runs, in random order",
-        _masses,
-        effort=BY_HAND,
-    ),
-    Design(
-        "plate turned in its mount",
-        "",
-        "turn the plate by 45°, 90° and 180° in its mount every quarter",
-        _mount,
-        effort=BY_HAND,
-    ),
-    Design("block turned", "", "turn the block by a random angle every few runs", _yaw, effort=BY_HAND),
-    Design(
-        "plate and block turned",
-        "",
-        "turn the plate by 45°, 90° and 180° in its mount every quarter, the block by a random angle every few runs",
-        _both,
-        effort=1.5 * BY_HAND,
-    ),
-    Design("designed starts", "", "put the block back to a random place every few runs", _starts, effort=BY_HAND),
-    Design("dwell at random, in one long session", "[dwell]\nmin_s = 1.0\nmax_s = 100.0\n", "", _order),
-)
+CHOSEN = 2.0
+"""A plan has a range of dwells if one in twenty was so many times another; tilts up to the onset vary them by less."""
+NO_PLAN = "no plan alone separates them"
 
 
 def next_experiment(
     evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]
 ) -> NextExperiment | None:
-    """The plan that would settle the main finding, or else the strongest suspicion; None if there is neither.
-
-    A finding is separated from the rest of its class; one that stands alone, from the effects that are known to look
-    like it.
-    """
-    level = as_simulated(evidence, found.model).mu_s
-    bench = Bench(mu_s=level, noise=found.model.noise, protocol=as_recorded(evidence))
-    named = [effect for effect in effects if set(effect.class_ids) & catalogue.keys()]
-    if named:
-        main = max(named, key=lambda effect: _gained(found, effect))
-        members = [catalogue[name] for name in main.class_ids if name in catalogue]
-        rivals = members if len(members) > 1 else [members[0], *_alike(members[0], catalogue)]
-        return separate(rivals, sizes=_sizes(found), bench=bench)
+    """The plan for the main finding, or else for the strongest suspicion; None if there is neither."""
+    bench = _bench(evidence)
+    if bench is None:
+        return None
+    main = _main(found, effects, catalogue)
+    if main is not None:
+        question = asked(found, found.compared[main.id], main.class_ids, catalogue)
+        if not question.rivals:
+            return None
+        if len(question.ids) > 1:
+            return _separates(question, bench)
+        return _narrows(question, bench, found.model)
     suspicion = _suspicion(found)
-    return None if suspicion is None else _confirm(suspicion, bench, catalogue)
+    return None if suspicion is None else _confirms(_suspected(found, suspicion, catalogue), bench)
 
 
 def more_runs() -> NextExperiment:
     """The plan for a recording of which most runs could not be used."""
-    design = next(design for design in DESIGNS if design.vary is _free)
     return NextExperiment(
-        separates=(), plan=_toml(design, USUAL_RUNS), runs=USUAL_RUNS,
+        separates=(), plan=_toml((FREE,), USUAL_RUNS), runs=USUAL_RUNS,
         why="too few runs can be used: free azimuths bring the block away from the border, where it leans on the foam",
+        changed=("direction",),
     )  # fmt: skip
 
 
-def _gained(found: Search, effect: EffectFound) -> float:
-    """The largest gain of a candidate with the effect's id in the comparisons."""
-    gains = [
-        one.twice_gain
-        for comparison in found.compared.values()
-        for one in comparison.candidates
-        if effect.id in one.ids
-    ]
-    return max(gains, default=0.0)
-
-
-def _alike(effect: Effect, catalogue: Mapping[str, Effect]) -> list[Effect]:
-    """The effects that are known to look like this one."""
-    return [catalogue[name] for name in effect.confounded_with if name in catalogue]
-
-
 def separate(
-    effects: Sequence[Effect], *, sizes: Mapping[str, float] | None = None, bench: Bench | None = None
+    effects: Sequence[Effect],
+    catalogue: Mapping[str, Effect],
+    *,
+    mu_s: float = 0.4,
+    protocol: Draw | None = None,
 ) -> NextExperiment:
-    """The cheapest design that separates the first effect from the others.
+    """The plan that tells effects of typical size apart, or shows a single one, on a typical rig without a recording.
 
-    `sizes` are the effects' expected sizes by id, in typical sizes (1 by default); `bench` is the rig.
+    `protocol` is that of the session that would be done otherwise: the paper's by default.
     """
-    ids = tuple(effect.id for effect in effects)
-    tried = [(_runs_needed(effects, design, sizes or {}, bench or Bench()), design) for design in DESIGNS]
-    needed, design = min(tried, key=lambda pair: max(pair[0], FEWEST) * pair[1].effort)
-    runs = _rounded(needed)
-    if not runs < MOST:
-        reason = "; ".join(dict.fromkeys(effect.separated_by for effect in effects))
-        return NextExperiment(
-            separates=(ids,),
-            plan=_toml(DESIGNS[1], USUAL_RUNS),
-            runs=USUAL_RUNS,
-            why=f"no plan alone separates them: {reason}",
-        )
-    does = f" separates {' from '.join(ids)}" if len(ids) > 1 else f", to see {effects[0].id}"
-    why = f"{design.name}{does}" + (f"; {design.by_hand}" if design.by_hand else "")
-    return NextExperiment(separates=(ids,), plan=_toml(design, runs), runs=runs, why=why)
+    draw = standard(np.random.default_rng(0), RUNS) if protocol is None else protocol
+    question = Question(
+        rivals=tuple(Rival(_typical(effect)) for effect in effects),
+        ids=tuple(effect.id for effect in effects),
+        beside=Model(mu_s=mu_s),
+        noise=NOISE,
+        effects=tuple(catalogue.values()),
+    )
+    bench = Bench(recorded=on_paper(draw, mu_s=mu_s))
+    return _separates(question, bench) if len(effects) > 1 else _confirms(question, bench)
 
 
-def _rounded(needed: float) -> int:
-    """The number of runs to ask for, from FEWEST to MOST, rounded up to tens."""
-    return math.ceil(min(max(needed, FEWEST), MOST) / 10) * 10
+def _typical(effect: Effect) -> Term:
+    """The effect with its first size at a typical value, or at the bound that is nearer."""
+    size = next(parameter for parameter in effect.parameters if not parameter.is_shape)
+    value = size.clipped(size.neutral + size.typical)
+    if value == size.neutral:
+        value = size.clipped(size.neutral - size.typical)
+    return Term(effect, {**effect.neutral(), size.name: value})
 
 
-def _suspicion(found: Search) -> Effect | None:
-    """The best single effect of the last stage, if it gained a little and nothing was chosen; else None."""
+def _bench(evidence: Evidence) -> Bench | None:
+    recorded = Recorded.of(evidence)
+    return None if recorded is None else Bench(recorded=recorded, usable=len(recorded.runs) / evidence.total_runs)
+
+
+def _main(found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str, Effect]) -> EffectFound | None:
+    """The claimed name of the catalogue that gains most."""
+    named = [one for one in effects if one.id in found.compared and set(one.class_ids) & catalogue.keys()]
+    claimed = [one for one in named if one.verdict in ("supported", "indistinguishable")]
+    return max(claimed, key=lambda one: found.compared[one.id].candidates[0].twice_gain, default=None)
+
+
+def asked(found: Search, comparison: Comparison, class_ids: Sequence[str], catalogue: Mapping[str, Effect]) -> Question:
+    """The question which member of a class is true: each as it was fitted, with its share of the posterior."""
+    shares = comparison.shares()
+    fitted = {one.ids[0]: one for one in comparison.candidates if one.fitted is not None}
+    rivals = tuple(Rival(_term(fitted[name]), shares[name]) for name in class_ids if name in fitted and name != OTHER)
+    return Question(
+        rivals=rivals,
+        ids=tuple(class_ids),
+        beside=without_nuisances(comparison.without.model),
+        noise=found.model.noise,
+        effects=tuple(catalogue.values()),
+        against={one.ids[0]: one.against for one in comparison.candidates},
+    )
+
+
+def _term(candidate: Candidate) -> Term:
+    assert candidate.fitted is not None
+    (effect,) = candidate.effects
+    return next(term for term in candidate.fitted.model.terms if term.effect.id == effect.id)
+
+
+def _suspicion(found: Search) -> Term | None:
+    """The best single effect of the last stage at its promised size, if it gained a little; None if none did."""
     last = found.stages[-1]
-    if last.chosen is not None:
+    if last.chosen is not None or found.compared:
         return None
-    singles = [one for one in last.candidates if len(one.effects) == 1 and not one.smooth and one.twice_gain > 4.0]
-    return max(singles, key=lambda one: one.bic).effects[0] if singles and last.global_p < 0.5 else None
+    singles = [
+        one
+        for one in last.candidates
+        if len(one.effects) == 1 and not one.smooth and one.starts and one.twice_gain > SUSPECTED
+    ]
+    return max(singles, key=lambda one: one.bic).starts[0] if singles else None
 
 
-def _confirm(effect: Effect, bench: Bench, catalogue: Mapping[str, Effect]) -> NextExperiment:
-    plan = separate([effect, *_alike(effect, catalogue)], bench=bench)
+def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) -> Question:
+    return Question(
+        rivals=(Rival(suspicion),),
+        ids=(suspicion.effect.id,),
+        beside=without_nuisances(found.model.model),
+        noise=found.model.noise,
+        effects=tuple(catalogue.values()),
+    )
+
+
+def _separates(question: Question, bench: Bench) -> NextExperiment:
+    choice = separating(question, bench)
+    if choice.promise.told < POWER:
+        return _none(question, choice, bench, NO_PLAN)
+    first, *others = (" or ".join(group) for group in choice.groups)
+    return _told(
+        tuple(name for group in choice.groups for name in group),
+        choice,
+        bench,
+        f"tells {first} from {' and '.join(others)}",
+    )
+
+
+def _confirms(question: Question, bench: Bench) -> NextExperiment:
+    choice = separating(question, bench)
+    (name,) = question.ids
+    if choice.promise.told < POWER:
+        return _none(question, choice, bench, f"no plan alone shows {name} of this size")
+    return _told((name, "none"), choice, bench, f"shows {name}, if it is there,")
+
+
+def _told(ids: tuple[str, ...], choice: Choice, bench: Bench, told: str) -> NextExperiment:
+    promise = choice.promise
+    promised = f"{told} with a probability of {promise.told:.2f} (about {choice.minutes:.0f} min)"
     return NextExperiment(
-        separates=((effect.id, "none"),),
-        plan=plan.plan,
-        runs=plan.runs,
-        why=f"to confirm or refute {effect.id}: {plan.why}",
+        separates=(ids,),
+        plan=_toml(choice.changes, choice.runs, bench),
+        runs=choice.runs,
+        why=f"{_words(choice.changes, bench)} {promised}",
+        power=promise.told,
+        log_odds=promise.log_odds,
+        minutes=choice.minutes,
+        changed=_tables(choice.changes),
     )
 
 
-def _sizes(found: Search) -> dict[str, float]:
-    sizes: dict[str, float] = {}
-    for stage in found.stages:
-        for one in stage.candidates:
-            if one.fitted is None:
-                continue
-            for term in one.fitted.model.terms:
-                largest = max(
-                    (
-                        abs(term.values[p.name] - p.null) / p.typical
-                        for p in term.effect.parameters
-                        if p.null is not None
-                    ),
-                    default=1.0,
-                )
-                sizes.setdefault(term.effect.id, max(largest, 0.1))
-    return sizes
+def _none(question: Question, choice: Choice, bench: Bench, words: str) -> NextExperiment:
+    """No plan: what the most promising one would do, and what the effects themselves advise."""
+    reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
+    best = f"the most promising ({_words(choice.changes, bench)}) does in {choice.promise.told:.0%} of the sessions"
+    return NextExperiment(
+        separates=(question.ids,), plan="", runs=0, power=choice.promise.told,
+        why=f"{words}: {best}; it takes {'; or '.join(reasons)}",
+    )  # fmt: skip
 
 
-def _toml(design: Design, runs: int) -> str:
-    by_hand = f"# by hand: {design.by_hand}\n" if design.by_hand else ""
-    return f"# {design.name}\n{by_hand}samples = {runs}\n\n{design.plan}"
-
-
-def _runs_needed(effects: Sequence[Effect], design: Design, sizes: Mapping[str, float], bench: Bench) -> float:
-    """The number of runs that show the first effect while the others and mu are free; inf if none would.
-
-    No recording has determined its shape yet: of the shapes that would show, the one with the least information beside
-    the others counts.
-    """
-    session, null = trial(design.vary, bench)
-    scored = scores(session, null, effects)
-    first = effects[0]
-    others = [column for variant in scored.variants if variant.effect is not first for column in variant.columns]
-    own = [variant.columns for variant in scored.variants if variant.effect is first]
-    alone = [_left(scored.information, columns, []) for columns in own]
-    left = min(
-        _left(scored.information, columns, others) - LAWS * shown
-        for columns, shown in zip(own, alone, strict=True)
-        if shown >= SHOWS * max(alone)
+def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
+    """The plan that halves the part of a standard error that more runs make smaller; None if it is small already."""
+    (rival,) = question.rivals
+    name, value, rest = _number(fitted, rival.term)
+    if value is None or value.sd <= rest / HALF:
+        return None
+    shrinks, goal = math.sqrt(value.sd**2 - rest**2), math.sqrt((HALF * value.sd) ** 2 - rest**2)
+    choice = narrowing(question, bench, ratio=goal / shrinks)
+    if choice is None:
+        return None
+    sd = math.hypot(choice.promise.told * shrinks, rest)
+    unit = "" if value.unit == "1" else f" {value.unit}"
+    why = (
+        f"{_words(choice.changes, bench)} measures {rival.id}'s {name} to ± {sd:.2g}{unit}, now {value} (about "
+        f"{choice.minutes:.0f} min)"
     )
-    sharp = sizes.get(first.id, 1.0) ** 2 * left / TRIAL_RUNS
-    return POWER**2 / sharp if sharp > 1e-12 else math.inf
+    return NextExperiment(
+        separates=((rival.id,),), plan=_toml(choice.changes, choice.runs, bench), runs=choice.runs, why=why,
+        minutes=choice.minutes, sd=sd, changed=_tables(choice.changes),
+    )  # fmt: skip
 
 
-def _left(information: Array, own: Sequence[int], others: Sequence[int]) -> float:
-    """The largest information on one of the `own` numbers while the `others` are free."""
-    if not own:
-        return 0.0
-    part = information[np.ix_(own, own)]
-    if others:
-        cross = information[np.ix_(own, others)]
-        part = part - cross @ np.linalg.pinv(information[np.ix_(others, others)], rcond=1e-6, hermitian=True) @ cross.T
-    return float(np.max(np.diag(part), initial=0.0))
+def _number(fitted: Fit, term: Term) -> tuple[str, Value | None, float]:
+    """The largest size of a term by typical sizes, its value, and the standard error that always remains."""
+    values = values_of(fitted, term)
+    sizes = [
+        parameter
+        for parameter in term.effect.parameters
+        if not parameter.is_shape and math.isfinite(values[parameter.name].sd) and not values[parameter.name].at_bound
+    ]
+    if not sizes:
+        return "", None, 0.0
+    largest = max(sizes, key=lambda one: abs(values[one.name].value) / one.typical)
+    return largest.name, values[largest.name], inexact(term, largest.name)
+
+
+def _words(changes: Changes, bench: Bench | None) -> str:
+    """The changes in words; what is not changed is done again in random order."""
+    if changes:
+        return ", ".join(change.name for change in changes)
+    dwell = {} if bench is None else _dwell_of(bench)
+    return "the same again, in random order" + (", each run's dwell drawn anew" if dwell else "")
+
+
+def _toml(changes: Changes, runs: int, bench: Bench | None = None) -> str:
+    """A plan file with what is changed; what it does not name stays at its default, or as recorded."""
+    lines = [f"# {_words(changes, bench)}", *(f"# by hand: {one.by_hand}" for one in changes if one.by_hand)]
+    tables: dict[str, object] = {"samples": runs, **({} if bench is None else _dwell_of(bench))}
+    for change in changes:
+        tables |= {name: dict(table) for name, table in change.tables.items()}
+    return "\n".join(lines) + "\n" + tomli_w.dumps(tables)
+
+
+def _tables(changes: Changes) -> tuple[str, ...]:
+    return tuple(name for change in changes for name in change.tables)
+
+
+def _dwell_of(bench: Bench) -> dict[str, dict[str, float]]:
+    """The recorded range of dwells for a recording that has no plan file, if they varied."""
+    low, high = (float(value) for value in np.quantile(bench.recorded.protocol()["dwell_s"], (0.05, 0.95)))
+    return {"dwell": {"min_s": round(low, 2), "max_s": round(high, 2)}} if high > CHOSEN * low else {}

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from station.diagnosis.observations.driving import fictitious
-from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.plate import Attitude, Times, turned
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
 from station.physics.effect import Effect, Values
 from station.physics.model import Model
@@ -63,6 +63,40 @@ class Latest(Generic[T]):
         if self._last is None or self._last[0] != acting:
             self._last = (acting, self._make(model))
         return self._last[1]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Changed:
+    """Changes of m rows whose runs are done again: `rows` are the recorded ones, `run` (m,) the new runs' places.
+
+    The run is turned about the plate's normal by `turn_rad` (m,) and carried from the place `from_m` to `to_m` (m, 2);
+    the block's heading changes by `yaw_rad` (m,), the tilt is `faster` (m,) by a factor, the block has rested for
+    `rested_s` (m,) at the onset, and slides off the line down the slope by `off_rad` (m,).
+    """
+
+    rows: Times
+    run: Times
+    facts: RunFacts
+    turn_rad: Array
+    from_m: Array
+    to_m: Array
+    yaw_rad: Array
+    faster: Array
+    rested_s: Array
+    off_rad: Array
+
+    @property
+    def way(self) -> Array:
+        """Unit vectors (m, 2) of the turns."""
+        return np.column_stack([np.cos(self.turn_rad), np.sin(self.turn_rad)])
+
+    @property
+    def swifter(self) -> Array:
+        """The factor (m,) on a slide's speed at the same place, and on its inverse duration.
+
+        A block that starts to slide on a plate tilted at the rate w has gone g w t³ / 6 and has the speed g w t² / 2.
+        """
+        return np.cbrt(self.faster)
 
 
 class Moments:
@@ -121,6 +155,32 @@ class Moments:
         other._plain = _load(other._contact, other._inertial)
         other._latest = Latest(other._loads, LOADING)
         return other
+
+    def again(self, changed: Changed) -> Moments:
+        """The moments of runs that are done again as `changed` says, on a plate that moves as recorded but for that."""
+        rows, way, swifter = changed.rows, changed.way, changed.swifter
+        time_ns, since = self.time_ns[rows], self._plate.tilt_rad[rows]
+        slid_ns = np.round((time_ns - self._slip_ns[rows]) / swifter).astype(np.int64)
+        steeper = self._steeper_rad
+        toward = self._plate.down_rad[rows] + changed.turn_rad + changed.off_rad
+        speed = np.hypot(self._velocity[rows, 0], self._velocity[rows, 1]) * swifter
+        return Moments(
+            time_ns=time_ns,
+            run=changed.run,
+            facts=changed.facts,
+            attitude=lambda delay_s: self._attitude(delay_s).again(
+                rows, turn_rad=changed.turn_rad, faster=changed.faster, since=since
+            ),
+            place_m=turned(self._place[rows] - changed.from_m, way) + changed.to_m,
+            yaw_rad=self._yaw[rows] + changed.yaw_rad,
+            velocity_m_s=np.column_stack([speed * np.cos(toward), speed * np.sin(toward)]),
+            moving=self._moving[rows],
+            slip_ns=time_ns - slid_ns,
+            border_m=self._border[rows],
+            rested_s=changed.rested_s,
+            at_rest=self._at_rest,
+            steeper_rad=steeper[rows] if isinstance(steeper, np.ndarray) else steeper,
+        )
 
     @property
     def reported(self) -> Contact:

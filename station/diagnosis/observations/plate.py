@@ -56,6 +56,30 @@ class Attitude:
         """Direction of the steepest descent in P (n,)."""
         return np.arctan2(self.gravity[:, 1], self.gravity[:, 0])
 
+    def again(self, rows: Times, *, turn_rad: Array, faster: Array, since: Array) -> Attitude:
+        """The chosen moments (m,) of runs that are done again, tilted `turn_rad` (m,) further round and `faster` (m,).
+
+        A tilt (n,) `since` which the plate has turned is passed at the other rate, so it changes by that much more.
+        """
+        way = np.column_stack([np.cos(turn_rad), np.sin(turn_rad)])
+        tilt, down = (since + faster * (self.tilt_rad[rows] - since), self.down_rad[rows] + turn_rad)
+        level = np.sin(tilt)
+        pivot = self.pivot_m_s2
+        return Attitude(
+            gravity=np.column_stack([level * np.cos(down), level * np.sin(down), -np.cos(tilt)]),
+            rate_rad_s=turned(self.rate_rad_s[rows] * faster[:, None], way),
+            acceleration_rad_s2=turned(self.acceleration_rad_s2[rows], way),
+            rising=self.rising[rows],
+            step_s=self.step_s[rows] / faster,
+            pivot_m_s2=turned(pivot[rows], way) if isinstance(pivot, np.ndarray) else pivot,
+        )
+
+
+def turned(vectors: Array, way: Array) -> Array:
+    """Vectors (n, 2 or 3) turned about the plate's normal by the angles whose unit vectors are `way` (n, 2)."""
+    x, y, (cosine, sine) = vectors[:, 0], vectors[:, 1], way.T
+    return np.column_stack([cosine * x - sine * y, sine * x + cosine * y, vectors[:, 2:]])
+
 
 class PlateMotion:
     """Interpolates the recorded attitude: gravity by cubics through its values and rates, the rates linearly.

@@ -5,27 +5,24 @@ from __future__ import annotations
 from html import escape
 
 from station.diagnosis.report import html
+from station.diagnosis.report.sentences import next_lines
 from station.diagnosis.result import Diagnosis
 
 
 def next_step(diagnosis: Diagnosis) -> str:
     """The next experiment as a plan that `station run --plan` takes, and the model as a file."""
     plan = diagnosis.next_experiment
-    parts: list[str] = []
-    if plan is None:
-        parts.append(html.paragraph("No further experiment is called for."))
-    else:
-        parts.append(html.paragraph(f"{plan.runs} runs: {plan.why}."))
-        if plan.plan:
-            parts.append(html.paragraph("Save this as plan.toml and run: station run --plan plan.toml"))
-            parts.append(f"<pre>{escape(plan.plan)}</pre>")
+    parts = [html.paragraph(escape(line)) for line in next_lines(diagnosis)]
+    if plan is not None and plan.plan:
+        parts.append(f"<pre>{escape(plan.plan)}</pre>")
+    settled = set[str]() if plan is None else {name for group in plan.separates for name in group}
     advice = [
         f"<li>{escape(', '.join(one.class_ids))}: {escape(one.separated_by)}</li>"
         for one in diagnosis.effects
-        if one.separated_by and len(one.class_ids) > 1
+        if one.separated_by and len(one.class_ids) > 1 and not settled & set(one.class_ids)
     ]
     if advice:
-        parts.append(f"<p>What separates a class:</p><ul>{''.join(advice)}</ul>")
+        parts.append(f"<p>What separates another class:</p><ul>{''.join(advice)}</ul>")
     return html.section("What to do next", *parts, name="next")
 
 

@@ -6,7 +6,7 @@ import math
 from html import escape
 
 from station.diagnosis.report.html import number, p_equals, paragraph
-from station.diagnosis.report.sentences import claimed_effects, sentence, set_differently
+from station.diagnosis.report.sentences import claimed_effects, next_lines, sentence, set_differently
 from station.diagnosis.result import Diagnosis
 
 _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
@@ -59,8 +59,7 @@ def _change(name: str, before: float, after: float, unit: str) -> str:
 
 
 def _next(diagnosis: Diagnosis) -> str:
-    plan = diagnosis.next_experiment
-    return f"Next: {plan.runs} runs; {plan.why}." if plan is not None else ""
+    return f"{next_lines(diagnosis)[0]}." if diagnosis.next_experiment is not None else ""
 
 
 def about(diagnosis: Diagnosis) -> str:

@@ -81,3 +81,14 @@ def _names(effects: tuple[EffectFound, ...]) -> str:
     return " and ".join(
         effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}" for effect in effects
     )
+
+
+def next_lines(diagnosis: Diagnosis) -> list[str]:
+    """The next experiment in a sentence, and the commands that do it."""
+    plan = diagnosis.next_experiment
+    if plan is None:
+        return ["No further experiment is called for"]
+    if not plan.plan:
+        return [f"Next: {plan.why}"]
+    do = f"station diagnose {diagnosis.recording} --plan next.toml; station run --plan next.toml"
+    return [f"Next: {plan.runs} runs; {plan.why}", f"  {do}"]

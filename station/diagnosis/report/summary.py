@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.report.sentences import in_order, own_level, sentence, set_differently
+from station.diagnosis.report.sentences import in_order, next_lines, own_level, sentence, set_differently
 from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
@@ -38,7 +38,7 @@ def summary(diagnosis: Diagnosis) -> RenderableType:
         parts += _numerics(diagnosis)
     parts += _simulated(diagnosis)
     if diagnosis.next_experiment is not None:
-        parts.append(Text(f"Next: {diagnosis.next_experiment.runs} runs; {diagnosis.next_experiment.why}"))
+        parts += [Text(line) for line in next_lines(diagnosis)]
     if diagnosis.untestable:
         parts.append(Text(f"Untestable with this recording: {', '.join(sorted(diagnosis.untestable))}"))
     parts += [Text(f"Note: {note}") for note in diagnosis.notes]

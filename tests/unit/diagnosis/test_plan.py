@@ -1,45 +1,117 @@
-"""The next experiment changes what the recording leaves together, and not what it already keeps apart."""
+"""The next experiment changes what the recording leaves together, and promises no more than its own sessions keep."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from station.diagnosis.next_experiment.on_paper import Bench, Draw, standard
+import numpy as np
+import pytest
+
+from station.diagnosis.likelihood.slopes import residuals
+from station.diagnosis.next_experiment.changes import SINGLE, Change
+from station.diagnosis.next_experiment.choice import Bench, protocol_of, sessions
+from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
+from station.diagnosis.next_experiment.outlook import Question, Rival, outlook
 from station.diagnosis.next_experiment.plan import separate
+from station.diagnosis.next_experiment.redone import Draw, redone
 from station.physics.catalogue import catalogue
+from station.physics.model import Model, Term
 
 KNOWN = catalogue()
+RUNS = 120
 
 
-def falling_dwell(rng: np.random.Generator, runs: int) -> Draw:
-    """The standard protocol, each run resting less than the one before: wear and ageing go together."""
-    return standard(rng, runs) | {"rest_s": np.geomspace(6.0, 0.3, runs)}
+def paper(**changes: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Draw:
+    return standard(np.random.default_rng(3), RUNS) | changes
 
 
-def test_a_plan_undoes_what_the_protocol_ties_together() -> None:
-    plan = separate([KNOWN["wear"], KNOWN["contact_aging"]], bench=Bench(protocol=falling_dwell))
-    assert "[dwell]" in plan.plan
-    assert plan.separates == (("wear", "contact_aging"),)
+def question(*terms: Term, mu_s: float = 0.4) -> Question:
+    return Question(
+        rivals=tuple(Rival(term) for term in terms),
+        ids=tuple(term.effect.id for term in terms),
+        beside=Model(mu_s=mu_s),
+        noise=NOISE,
+        effects=tuple(KNOWN.values()),
+    )
 
 
-def test_a_plan_keeps_what_the_protocol_does_well() -> None:
-    """Where the block already turns, both grains are apart: nothing needs to be done by hand."""
+AGEING = Term(KNOWN["contact_aging"], {**KNOWN["contact_aging"].neutral(), "per_decade": 0.1})
+WEAR = Term(KNOWN["wear"], {**KNOWN["wear"].neutral(), "fall": 0.2})
 
-    def turning(rng: np.random.Generator, runs: int) -> Draw:
-        return standard(rng, runs) | {"yaw": rng.uniform(-np.pi, np.pi, runs)}
 
+def test_where_order_and_cause_coincide_the_cause_is_drawn_at_random() -> None:
+    """Each run rests less than the one before: wear and ageing go together until the dwell is random."""
+    falling = paper(dwell_s=np.geomspace(30.0, 0.3, RUNS))
+    plan = separate([KNOWN["wear"], KNOWN["contact_aging"]], KNOWN, protocol=falling)
+    assert "random" in plan.why
+    assert "[dwell]" in plan.plan or "rates_deg_s" in plan.plan  # a session draws both anew for every run
+    assert plan.power >= 0.8
+
+
+DRAWN = {"dwell": "dwell_s", "direction": "down", "mass": "mass_kg", "heading": "yaw", "place": "x"}
+
+
+@pytest.mark.parametrize("change", SINGLE, ids=lambda change: change.factor)
+def test_a_change_has_no_order_left(change: Change) -> None:
+    """What a change draws does not depend on the run's number, wherever it did before."""
+    rows = np.arange(float(RUNS))
+    tied = paper(dwell_s=rows + 1.0, mass_kg=rows + 1.0, mount=rows / RUNS, yaw=rows / RUNS, x=rows / 1e4, y=rows / 1e4)
+    _, draw = protocol_of(on_paper(tied, mu_s=0.4), (change,), runs=100)
+    drawn = draw[DRAWN.get(change.factor, change.factor)]
+    assert abs(np.corrcoef(draw["number"], drawn)[0, 1]) < 3.0 / math.sqrt(len(drawn))
+
+
+def test_what_was_done_is_not_proposed() -> None:
+    """Where the block already turns, both grains are apart: the same again is enough, and nothing is done by hand."""
     rivals = [KNOWN["plate_anisotropy"], KNOWN["object_anisotropy"]]
-    assert "by hand" in separate(rivals).plan
-    assert "by hand" not in separate(rivals, bench=Bench(protocol=turning)).plan
+    turning = paper(yaw=np.random.default_rng(1).uniform(-np.pi, np.pi, RUNS))
+    assert "by hand" in separate(rivals, KNOWN).plan
+    done = separate(rivals, KNOWN, protocol=turning)
+    assert "by hand" not in done.plan
+    assert "block turned" not in done.why
 
 
-def test_a_nap_whose_frame_nobody_knows_is_told_from_a_level_error_by_turning_the_plate() -> None:
-    """A block that is turned alone tells only the block's nap from it."""
-    plan = separate([KNOWN["one_way_friction"], KNOWN["platform_level"]])
+def test_a_nap_is_told_from_a_level_error_by_turning_the_plate() -> None:
+    plan = separate([KNOWN["one_way_friction"], KNOWN["platform_level"]], KNOWN)
     assert "mount" in plan.plan
 
 
-def test_a_grain_of_the_plate_is_told_from_the_blocks_by_turning_either() -> None:
-    plan = separate([KNOWN["plate_anisotropy"], KNOWN["object_anisotropy"]])
-    assert "turned" in plan.why
-    assert plan.separates == (("plate_anisotropy", "object_anisotropy"),)
+def test_what_no_plan_separates_is_advised_by_the_effects_themselves() -> None:
+    """There is no plan then that could contradict them."""
+    pair = [KNOWN["camera_sag"], KNOWN["presliding"]]
+    plan = separate(pair, KNOWN)
+    assert (plan.plan, plan.runs) == ("", 0)
+    assert all(effect.separated_by in plan.why for effect in pair)
+
+
+def test_a_longer_session_promises_more() -> None:
+    bench, asked = Bench(recorded=on_paper(paper(), mu_s=0.4)), question(AGEING, WEAR)
+    trials = sessions(asked, bench, SINGLE[:1], runs=100)
+    groups = [("contact_aging",), ("wear",)]
+    told = [outlook(trials, groups, runs=runs, rng=np.random.default_rng(1)).told for runs in (20, 60, 200)]
+    assert told == sorted(told)
+    assert told[0] < told[-1]
+
+
+def test_the_same_question_has_the_same_answer() -> None:
+    assert separate([KNOWN["viscous"]], KNOWN) == separate([KNOWN["viscous"]], KNOWN)
+
+
+def test_a_session_done_again_unchanged_is_the_recorded_one() -> None:
+    """Its residuals under an isotropic model are the recorded ones."""
+    recorded, model = on_paper(paper(), mu_s=0.4), Model(mu_s=0.38)
+    again = redone(recorded, np.arange(RUNS), recorded.protocol(), truth=model)
+    before = residuals(recorded.evidence, model)
+    for name, after in residuals(again, model).items():
+        np.testing.assert_allclose(after, before[name], atol=1e-9)
+
+
+def test_a_session_turned_about_the_normal_differs_for_no_isotropic_law() -> None:
+    recorded, model = on_paper(paper(), mu_s=0.4), Model(mu_s=0.38).with_term(AGEING)
+    draw = recorded.protocol()
+    there = np.exp(1j) * (draw["x"] + 1j * draw["y"])
+    moved = draw | {"down": draw["down"] + 1.0, "x": there.real, "y": there.imag}
+    turned = redone(recorded, np.arange(RUNS), moved, truth=model)
+    before = residuals(redone(recorded, np.arange(RUNS), draw, truth=model), model)
+    for name, after in residuals(turned, model).items():
+        np.testing.assert_allclose(after, before[name], atol=1e-9)

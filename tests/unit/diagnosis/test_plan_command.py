@@ -1,45 +1,70 @@
-"""`station plan --separate`: why, how many runs, and a plan that a session takes as it is."""
+"""`station plan`: why, how many runs, and a plan that a session takes as it is; one source with `station diagnose`."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+import tomli_w
 
 from station.__main__ import main
-from station.diagnosis.next_experiment.plan import DESIGNS, separate
-from station.physics.catalogue import catalogue
-from station.sampling.plan import load_plan
+from station.app.planned import upon, write_plan
+from station.app.recordings import plan_toml
+from station.diagnosis.next_experiment.changes import SINGLE, Change
+from station.diagnosis.result import NextExperiment
+from station.sampling.plan import Plan, TiltPlan, load_plan
+
+CHANGED = NextExperiment(
+    separates=(("contact_aging", "wear"),), runs=40, why="dwell at random tells contact_aging from wear",
+    plan="# dwell at random\nsamples = 40\n\n[dwell]\nmin_s = 0.5\nmax_s = 30.0\n", changed=("dwell",),
+)  # fmt: skip
 
 
 def test_the_plan_is_one_that_a_session_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "plan.toml"
-    assert main(["plan", "--separate", "contact_aging,wear", "--out", str(out)]) == 0
+    assert main(["plan", "--separate", "viscous", "--out", str(out)]) == 0
     plan = load_plan(out)
     said = capsys.readouterr().out
     assert f"{plan.samples} runs: " in said
-    assert "separates contact_aging from wear" in said
-    assert plan.dwell.max_s > 10 * plan.dwell.min_s  # only dwell tells ageing from wear
+    assert "shows viscous" in said
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.name)
-def test_every_design_is_a_plan(design: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("station.diagnosis.next_experiment.plan.DESIGNS", (design,))
+@pytest.mark.parametrize("change", SINGLE, ids=lambda change: change.name)
+def test_every_change_is_a_plan_or_is_done_by_hand(change: Change, tmp_path: Path) -> None:
     path = tmp_path / "plan.toml"
-    path.write_text(separate([catalogue()["plate_anisotropy"]]).plan)
-    assert load_plan(path).samples >= 20
+    path.write_text(tomli_w.dumps(dict(change.tables)))
+    assert load_plan(path) != Plan() or change.by_hand
 
 
-def test_one_effect_is_to_be_confirmed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "--separate", "wear"]) == 0
-    said = capsys.readouterr().out
-    assert "to see wear" in said
-    assert "samples = " in said
+def test_a_recordings_next_experiment_is_that_of_its_diagnosis(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = SimpleNamespace(diagnosis=SimpleNamespace(next_experiment=CHANGED))
+
+    def diagnosed(_path: Path, **_: object) -> SimpleNamespace:
+        return found
+
+    monkeypatch.setattr("station.app.commands.plan.diagnose_file", diagnosed)
+    out = tmp_path / "plan.toml"
+    assert main(["plan", str(tmp_path / "session.mcap"), "--out", str(out)]) == 0
+    assert f"40 runs: {CHANGED.why}" in capsys.readouterr().out
+    assert out.read_text() == CHANGED.plan
 
 
-def test_what_no_plan_separates_is_said(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["plan", "--separate", "camera_sag,presliding"]) == 0
-    assert "no plan alone separates them" in capsys.readouterr().out
+def test_what_a_plan_leaves_open_stays_as_recorded(tmp_path: Path) -> None:
+    recorded = plan_toml(Plan(samples=7, tilt=TiltPlan(rate_deg_s=8.0, hold_s=0.5)))
+    path = tmp_path / "plan.toml"
+    write_plan(upon(recorded, CHANGED), path)
+    plan = load_plan(path)
+    assert (plan.samples, plan.tilt.rate_deg_s, plan.tilt.hold_s, plan.dwell.max_s) == (40, 8.0, 0.5, 30.0)
+    assert path.read_text().startswith("# dwell at random\n")
+
+
+def test_a_recorded_plan_has_no_list_that_is_empty() -> None:
+    """An older recording's plan, which had no rates, is the same text."""
+    assert "rates_deg_s" not in plan_toml(Plan())
+    assert "rates_deg_s = [2.0, 12.0]" in plan_toml(Plan(tilt=TiltPlan(rates_deg_s=(2.0, 12.0))))
 
 
 @pytest.mark.parametrize(
@@ -49,8 +74,9 @@ def test_what_no_plan_separates_is_said(capsys: pytest.CaptureFixture[str]) -> N
         (["--separate", " , "], "got none"),
         (["--separate", "solver_creep"], "simulator's own"),
         (["--separate", "wear", "--mu", "-1"], "friction coefficient between 0 and 5"),
-        (["--separate", "wear", "--out", "/proc/plan.toml"], "Expected to write the plan"),
         (["--separate", "wear", "--rig", "none.toml"], "none.toml"),
+        ([], "got both or neither"),
+        (["session.mcap", "--separate", "wear"], "got both or neither"),
     ],
 )
 def test_mistakes_get_a_sentence(words: list[str], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -58,3 +84,9 @@ def test_mistakes_get_a_sentence(words: list[str], expected: str, capsys: pytest
     said = capsys.readouterr().err
     assert expected in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("plan", [None, NextExperiment(separates=(), plan="", runs=0, why="no plan alone")])
+def test_no_plan_is_not_written(plan: NextExperiment | None, tmp_path: Path) -> None:
+    assert "No plan was written" in write_plan(plan, tmp_path / "plan.toml")
+    assert not (tmp_path / "plan.toml").exists()

@@ -30,6 +30,19 @@ def finished(rig: ScriptedRig, *, seconds: float = 120.0) -> ScriptedRig:
     return rig
 
 
+def test_the_rate_of_each_run_is_drawn_from_the_plans() -> None:
+    plan = Plan(samples=12, tilt=TiltPlan(rates_deg_s=(4.0, 12.0)))
+    rates = [math.degrees(sample.tilt_rate_rad_s) for sample in finished(ScriptedRig(plan), seconds=600.0).samples]
+    assert {round(rate) for rate in rates} == {4, 12}
+    assert rates != sorted(rates)
+
+
+@pytest.mark.parametrize("rates", [(0.0,), (5.0, -1.0), (math.inf,)])
+def test_a_rate_is_positive(rates: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="positive rates_deg_s"):
+        TiltPlan(rates_deg_s=rates)
+
+
 def test_a_good_session_goes_through_the_papers_phases_and_ends_level():
     rig = finished(ScriptedRig(Plan(samples=3)))
     assert rig.phases() == ["SYNC", *GOOD_RUN * 3]

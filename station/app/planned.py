@@ -1,0 +1,60 @@
+"""The next experiment as a plan file of its own: what it changes, upon the plan that the recording was made with."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from shared.config import Table, parse
+from shared.errors import UserError
+from station.diagnosis.result import NextExperiment
+from station.recording.reader import RecordingReader
+from station.sampling.plan import Plan
+
+
+def upon(recorded: str, plan: NextExperiment) -> NextExperiment:
+    """The plan with all that it leaves open as in the recorded plan file; unchanged if there is none, or no plan."""
+    if not recorded or not plan.plan:
+        return plan
+    comments = [line for line in plan.plan.splitlines() if line.startswith("#")]
+    changes = {key: value for key, value in tomllib.loads(plan.plan).items() if key in ("samples", *plan.changed)}
+    text = "\n".join([*comments, tomli_w.dumps(_merged(tomllib.loads(recorded), changes))])
+    return replace(plan, plan=text)
+
+
+def recorded_plan(reader: RecordingReader) -> str:
+    """The plan file in a recording; empty if it has none that a session takes."""
+    text = reader.attachments.get("plan.toml", b"").decode(errors="replace")
+    try:
+        parse(Plan, Table(tomllib.loads(text), "plan.toml", text))
+    except (tomllib.TOMLDecodeError, UserError):
+        return ""
+    return text
+
+
+def write_plan(plan: NextExperiment | None, path: Path) -> str:
+    """Writes the plan file if there is a plan; the sentence that says so, or why there is none.
+
+    Raises:
+        UserError: if it cannot be written.
+    """
+    if plan is None or not plan.plan:
+        why = "no further experiment is called for" if plan is None else plan.why
+        return f"No plan was written to {path}: {why}"
+    try:
+        path.write_text(plan.plan, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"Expected to write the plan to {path}, but that failed: {error.strerror}") from error
+    return f"Plan: {path}\nRun it:  station run --plan {path}"
+
+
+def _merged(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in changes.items():
+        both = isinstance(value, dict) and isinstance(base.get(key), dict)
+        merged[key] = _merged(base[key], value) if both else value
+    return merged

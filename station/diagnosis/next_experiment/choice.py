@@ -1,0 +1,181 @@
+"""The choice of the design that in the least time tells the rivals apart, or narrows a number's interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.next_experiment.changes import Changes, designs, run_s, together
+from station.diagnosis.next_experiment.outlook import Groups, Outlook, Question, Trial, outlook, tried
+from station.diagnosis.next_experiment.redone import Draw, Recorded, redone
+from station.diagnosis.observations.plate import Times
+
+POWER = 0.8
+"""A session is long enough if it tells the rivals apart with this probability: the usual convention (Cohen 1988)."""
+LENGTHS = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 720, 1000)
+"""The numbers of runs that are tried: nothing is said of fewer, and nobody records more for one question."""
+WORTH = 0.9
+"""A change has to save a tenth of the time: the session that was done is the one that is known to work."""
+SETTINGS = ("dwell_s", "rate", "mass_kg", "mount", "yaw")
+"""What a protocol sets: it is done again in random order, whatever the order was."""
+TRIAL_RUNS = 60
+"""The runs of a session that is done again on paper: of 4 values each has 15."""
+SEED = 7
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bench:
+    """A recorded session, and the share of its runs that could be used."""
+
+    recorded: Recorded
+    usable: float = 1.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Choice:
+    """A design with its number of runs, the time they take, and what they promise."""
+
+    changes: Changes
+    runs: int
+    minutes: float
+    promise: Outlook
+    groups: Groups = ()
+
+
+def separating(question: Question, bench: Bench) -> Choice:
+    """The design that tells the rivals apart in the least time; if none does, the one with the largest promise.
+
+    Where no design tells all of them apart, one of them is told from the rest.
+    """
+    known = _Known(question, bench)
+    partitions = [[(name,) for name in question.ids], *_one_and_rest(question)]
+    best = [_among(known, groups) for groups in partitions[:1]]
+    if best[0].promise.told < POWER:
+        best += [_among(known, groups) for groups in partitions[1:]]
+    return next((one for one in best if one.promise.told >= POWER), best[0])
+
+
+def _one_and_rest(question: Question) -> Iterator[Groups]:
+    """Each rival against all others together, if there are more than two."""
+    ids = question.ids
+    if len(ids) > 2:
+        yield from ([(name,), tuple(other for other in ids if other != name)] for name in ids)
+
+
+class _Known:
+    """The trials of each design, which answer every partition of the rivals."""
+
+    def __init__(self, question: Question, bench: Bench) -> None:
+        self.question, self.bench = question, bench
+        self._trials: dict[Changes, list[Trial]] = {}
+
+    def trials(self, changes: Changes) -> list[Trial]:
+        """The trials of a design, made when they are first asked for."""
+        if changes not in self._trials:
+            self._trials[changes] = sessions(self.question, self.bench, changes, runs=TRIAL_RUNS)
+        return self._trials[changes]
+
+
+def _among(known: _Known, groups: Groups) -> Choice:
+    """The best design for one partition; where none does alone, the most promising is tried with each other."""
+    choices = [_shortest(known, one, groups) for one in designs()]
+    if not any(one.promise.told >= POWER for one in choices):
+        best = max((one for one in choices if one.changes), key=lambda one: one.promise.log_odds)
+        choices += [_shortest(known, one, groups) for one in together(best.changes[0])]
+    return _confirmed(known, _best(choices))
+
+
+def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | None:
+    """The design that makes the standard error of the only rival's number `ratio` of what it is, in the least time.
+
+    None if none does; `promise.told` is the share of the standard error that remains.
+    """
+    known = _signal(question, bench, ()) * len(bench.recorded.runs)
+    choices = list[Choice]()
+    for changes in designs():
+        sharp = _signal(question, bench, changes) * bench.usable
+        enough = [runs for runs in LENGTHS if known <= ratio**2 * sharp * runs]
+        if enough:
+            left = Outlook(told=math.sqrt(known / (sharp * enough[0])), log_odds=0.0)
+            choices.append(_choice(question, bench, changes, (enough[0], left)))
+    return min(choices, key=_worth, default=None)
+
+
+def _signal(question: Question, bench: Bench, changes: Changes) -> float:
+    return sessions(question, bench, changes, runs=TRIAL_RUNS)[0].sharp
+
+
+def _best(choices: Sequence[Choice]) -> Choice:
+    enough = [one for one in choices if one.promise.told >= POWER]
+    return min(enough, key=_worth) if enough else max(choices, key=lambda one: one.promise.told)
+
+
+def _worth(choice: Choice) -> float:
+    return choice.minutes * (1.0 if choice.changes else WORTH)
+
+
+def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
+    """The shortest session of a design that promises enough, else the longest."""
+    trials, bench = known.trials(changes), known.bench
+    longest = _promise(trials, groups, LENGTHS[-1], bench)
+    if longest.told < POWER:
+        return _choice(known.question, bench, changes, (LENGTHS[-1], longest), groups)
+    promises = ((runs, _promise(trials, groups, runs, bench)) for runs in LENGTHS)
+    return _choice(known.question, bench, changes, _first(promises), groups)
+
+
+def _confirmed(known: _Known, choice: Choice) -> Choice:
+    """The choice with its own number of runs done again: what drifts with the runs drifts farther in more of them."""
+    question, bench, changes, groups = known.question, known.bench, choice.changes, choice.groups
+    longer = [runs for runs in LENGTHS if runs >= choice.runs]
+    promises = ((runs, _promise(sessions(question, bench, changes, runs=runs), groups, runs, bench)) for runs in longer)
+    return _choice(question, bench, changes, _first(promises), groups)
+
+
+Promised = tuple[int, Outlook]
+"""A number of runs, and what they promise."""
+
+
+def _first(promises: Iterable[Promised]) -> Promised:
+    """The first that promises enough, or else the last."""
+    last: Promised = (0, Outlook(told=0.0, log_odds=0.0))
+    for last in promises:
+        if last[1].told >= POWER:
+            break
+    return last
+
+
+def _promise(trials: Sequence[Trial], groups: Groups, runs: int, bench: Bench) -> Outlook:
+    return outlook(trials, groups, runs=runs * bench.usable, rng=np.random.default_rng(SEED))
+
+
+def _choice(question: Question, bench: Bench, changes: Changes, promised: Promised, groups: Groups = ()) -> Choice:
+    runs, promise = promised
+    tilt_rad = math.atan(question.beside.mu_s)
+    seconds = run_s(protocol_of(bench.recorded, changes, runs=TRIAL_RUNS)[1], tilt_rad=tilt_rad, changes=changes)
+    return Choice(changes=changes, runs=runs, minutes=runs * seconds / 60.0, promise=promise, groups=groups)
+
+
+def sessions(question: Question, bench: Bench, changes: Changes, *, runs: int) -> list[Trial]:
+    """The session with the changes, once for each rival as its truth."""
+    picked, draw = protocol_of(bench.recorded, changes, runs=runs)
+    return [
+        tried(question, rival, redone(bench.recorded, picked, draw, truth=question.beside.with_term(rival.term)))
+        for rival in question.rivals
+    ]
+
+
+def protocol_of(recorded: Recorded, changes: Changes, *, runs: int) -> tuple[Times, Draw]:
+    """TRIAL_RUNS of the recorded runs in their order, and the protocol of a session of `runs` runs with the changes."""
+    before, rng = recorded.protocol(), np.random.default_rng(SEED)
+    picked = np.linspace(0, len(recorded.runs) - 1, TRIAL_RUNS).round().astype(np.int64)
+    draw = {name: values[picked] for name, values in before.items()}
+    draw["number"] = np.arange(TRIAL_RUNS, dtype=np.float64) * (runs / TRIAL_RUNS)
+    for name in SETTINGS:
+        draw[name] = rng.permutation(draw[name])
+    for change in changes:
+        change.vary(rng, TRIAL_RUNS, draw)
+    return picked, draw

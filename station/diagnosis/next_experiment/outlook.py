@@ -1,0 +1,297 @@
+"""What a session would find: the search's own scores, priors and classes on sessions drawn from each rival.
+
+The rows of a session that is done again have the slopes of every candidate. A session drawn from a rival has scores
+whose mean is the rival's own signal and whose covariance is their information; from these follow the candidates' gains,
+odds and shares as in the search, and so the class that the diagnosis would report.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from station.diagnosis import thresholds
+from station.diagnosis.inference.columns import Scores, drawn_scores, scores
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.gain import gain, p_value
+from station.diagnosis.inference.parameters import free_numbers, vector_of
+from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.likelihood.slopes import residuals
+from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, nuisances, without_nuisances
+from station.diagnosis.likelihood.whitening import stack
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.search.misfit import temperature
+from station.diagnosis.search.smooth import smooth_terms
+from station.diagnosis.search.untestable import untestable
+from station.physics.contact import Array, Bools
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+from station.physics.smooth import is_smooth
+
+DRAWS = 300
+"""Sessions that are drawn for each rival: a share of 0.8 of them is known to 0.02."""
+
+OTHER = "other"
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """One of the explanations that are to be told apart: its effect with the values that it would have, its weight."""
+
+    term: Term
+    weight: float = 1.0
+
+    @property
+    def id(self) -> str:
+        """The effect's id."""
+        return self.term.effect.id
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Question:
+    """The rivals, the model of all else, and the noise; `ids` are the rivals' and perhaps `other`."""
+
+    rivals: tuple[Rival, ...]
+    ids: tuple[str, ...]
+    beside: Model
+    noise: Noise
+    effects: tuple[Effect, ...]
+    """All effects of the catalogue, any of which may stand in a class."""
+    against: Mapping[str, float] = field(default_factory=dict[str, float])
+    """What the blocks' first paths have against names, in twice the log odds, see `search.by_paths`."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trial:
+    """The scores of a session of `runs` runs in which one of the rivals is true; `signals` are the rivals' columns.
+
+    `rows` is the number of rows that it changes.
+    """
+
+    question: Question
+    truth: Rival
+    scored: Scores
+    signals: Mapping[str, int]
+    runs: int
+    rows: int
+
+    @property
+    def signal(self) -> int:
+        """The column of the truth."""
+        return self.signals[self.truth.id]
+
+    @cached_property
+    def candidates(self) -> list[Columns]:
+        """Every variant as a candidate, the rivals' own values among them."""
+        return _candidates(self)
+
+    @cached_property
+    def alarm(self) -> float:
+        """The p below which a search looks for names; it is the same for any number of runs."""
+        null = drawn_scores(self.scored, np.random.default_rng(0), draws=DRAWS)
+        return float(
+            np.quantile(_smallest(self.candidates, _gains(self.scored, self.candidates, null)), thresholds.ALARM)
+        )
+
+    @property
+    def sharp(self) -> float:
+        """The information of the rival's signal in a run, while all else of the model is free."""
+        return float(self.scored.information[self.signal, self.signal]) / self.runs
+
+
+def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
+    """The scores of all candidates on a session, and the rivals' own signals beside them."""
+    base, plain = question.beside, standing(evidence, question.beside, question.noise)
+    named = [effect for effect in question.effects if effect.layer != "numerics" and effect not in _acting(base)]
+    reasons = untestable(evidence, plain, named)
+    absorbed = [effect for effect in named if effect.absorbed_by_mu and effect.id in reasons]
+    offered = [*(effect for effect in named if effect.id not in reasons), *smooth_terms(evidence)]
+    null = standing(evidence, allowing_for(base, absorbed), question.noise)
+    at = stack(evidence, residuals(evidence, null.model))
+    changed = [stack(evidence, residuals(evidence, null.model.with_term(one.term))) for one in question.rivals]
+    scored = scores(evidence, null, offered, np.column_stack([one - at for one in changed]))
+    first = len(scored.score) - len(changed)
+    return Trial(
+        question=question,
+        truth=truth,
+        scored=scored,
+        signals={rival.id: first + place for place, rival in enumerate(question.rivals)},
+        runs=evidence.runs,
+        rows=max(sum(len(one) for one in evidence.channels if one.changed_by(truth.term.effect)), 1),
+    )
+
+
+def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:
+    """A model as it is, as if it were the fit to the evidence: its own numbers stay free."""
+    named = _acting(model)
+    free = free_numbers(evidence, [*nuisances(evidence, model), *named])
+    count = len(evidence.run_number)
+    return Fit(
+        model=model,
+        free=free,
+        vector=vector_of(model, free),
+        covariance=np.zeros((len(free), len(free))),
+        noise=noise,
+        log_run=np.zeros(count),
+        counted=evidence.counted,
+        white=np.zeros(0),
+        converged=True,
+    )
+
+
+def _acting(model: Model) -> list[Effect]:
+    return [term.effect for term in without_nuisances(model).terms if not is_nuisance(term.effect)]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of one candidate: the effect's id, the columns, how many sizes and shapes it has, its prior."""
+
+    name: str
+    columns: tuple[int, ...]
+    sizes: int
+    shapes: int
+    prior: float
+    smooth: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outlook:
+    """The probability that a session tells the rivals apart, and the expected log odds of the true one."""
+
+    told: float
+    log_odds: float
+
+
+Groups = Sequence[Sequence[str]]
+"""The rivals' ids (and perhaps `other`) in groups that are to be told from each other; within a group nothing is."""
+
+
+def outlook(trials: Sequence[Trial], groups: Groups, *, runs: float, rng: np.random.Generator) -> Outlook:
+    """What a session of so many runs with evidence would tell, on average over its truths by their weights."""
+    total = sum(trial.truth.weight for trial in trials)
+    told, odds = 0.0, 0.0
+    for trial in trials:
+        share = trial.truth.weight / total
+        apart, ahead = _told(trial, groups, runs, rng)
+        told, odds = told + share * apart, odds + share * ahead
+    return Outlook(told=told, log_odds=odds)
+
+
+def _told(trial: Trial, groups: Groups, runs: float, rng: np.random.Generator) -> tuple[float, float]:
+    """The share of sessions that name the truth's group and no other, and its mean log odds over the others."""
+    scored = replace(trial.scored, information=trial.scored.information * (runs / trial.runs))
+    truth, candidates = trial.truth.id, trial.candidates
+    drawn = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
+    gains = _gains(scored, candidates, drawn)
+    heard = _smallest(candidates, gains) < trial.alarm
+    known = _judged(trial, gains, runs=runs)
+    own = next(group for group in groups if truth in group)
+    others = [name for group in groups if group is not own for name in group]
+    return float(np.mean(heard & known.tells(own, others))), float(np.mean(known.ahead(own, others)))
+
+
+def _candidates(trial: Trial) -> list[Columns]:
+    """Every variant as a candidate, the rivals' own values among them; priors as in the search."""
+    variants = trial.scored.variants
+    named = {variant.effect.id for variant in variants if not is_smooth(variant.effect)}
+    smooth = {variant.effect.id for variant in variants if is_smooth(variant.effect)}
+    priors = {name: thresholds.SINGLE / len(named) for name in named}
+    priors |= {name: thresholds.OTHER / len(smooth) for name in smooth}
+    found = {
+        one: Columns(
+            one.effect.id,
+            one.columns,
+            sizes=len(one.columns),
+            shapes=one.numbers - len(one.columns),
+            prior=priors[one.effect.id],
+            smooth=one.effect.id in smooth,
+        )
+        for one in variants
+    }
+    of = {one.name: one for one in found.values()}
+    own = [replace(of[name], columns=(signal,)) for name, signal in trial.signals.items() if name in named]
+    return [*found.values(), *own]
+
+
+def _gains(scored: Scores, candidates: Sequence[Columns], drawn: Array) -> list[Array]:
+    """Twice the gain (draws,) of each candidate."""
+    return [gain(scored, one.columns, drawn)[0] for one in candidates]
+
+
+def _smallest(candidates: Sequence[Columns], gains: Sequence[Array]) -> Array:
+    """The smallest p (draws,) of all candidates."""
+    return np.min([p_value(twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True)], axis=0)
+
+
+def _judged(trial: Trial, gains: Sequence[Array], *, runs: float) -> _Judged:
+    """The odds and shares of the candidates as the search would have them, from their gains in each draw.
+
+    A model that lacks an effect has its noise estimated from larger residuals, so twice the gain of an effect that
+    takes G off the sum of squares of n rows is n ln(1 + G / n).
+    """
+    cost, rows, against = math.log(max(runs, 2.0)), trial.rows * runs / trial.runs, trial.question.against
+    twice = rows * np.log1p(np.array(gains) / rows)
+    heat = np.array([temperature(column) for column in twice.T.tolist()])
+    best: dict[str, tuple[bool, Array]] = {}
+    for one, gained in zip(trial.candidates, twice, strict=True):
+        # A shape that nothing determines costs least; one that is known costs more, but then hardly matters.
+        price = one.sizes * cost + one.shapes * thresholds.LEAST_COST + against.get(one.name, 0.0)
+        odds = gained - price + 2.0 * math.log(one.prior / thresholds.NONE)
+        before = best.get(one.name)
+        best[one.name] = (one.smooth, odds if before is None else np.maximum(before[1], odds))
+    names = [name for name, (smooth, _) in best.items() if not smooth]
+    odds = np.array([*(best[name][1] for name in names), *_largest(best.values(), len(heat))])
+    top = np.maximum(0.0, odds.max(axis=0))
+    weights = [np.exp(0.5 * (best[name][1] - top) / heat) for name in names]
+    # A smooth term has no law whose misspecification could be excused.
+    unnamed = sum((np.exp(0.5 * (one - top)) for smooth, one in best.values() if smooth), np.zeros(len(heat)))
+    shares = np.array([*weights, unnamed, np.exp(-0.5 * top / heat)])
+    return _Judged((*names, OTHER), shares / shares.sum(axis=0), odds, heat)
+
+
+def _largest(all_odds: Iterable[tuple[bool, Array]], draws: int) -> Array:
+    """The largest odds (1, draws) of a smooth term."""
+    unnamed = [odds for smooth, odds in all_odds if smooth]
+    return np.max(unnamed, axis=0, keepdims=True) if unnamed else np.full((1, draws), -np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """Odds (names, draws) of the named candidates and of `other`; shares (names + 1, draws) with `none` at the end."""
+
+    names: tuple[str, ...]
+    shares: Array
+    odds: Array
+    heat: Array
+
+    def tells(self, group: Sequence[str], others: Sequence[str]) -> Bools:
+        """The draws (draws,) whose class has names of the group and none of the others."""
+        inside = self._classes()
+        mine, theirs = (np.array([name in names for name in self.names]) for names in (group, others))
+        return np.asarray(inside[mine].any(axis=0) & ~inside[theirs].any(axis=0))
+
+    def ahead(self, group: Sequence[str], others: Sequence[str]) -> Array:
+        """The log odds (draws,) of the likeliest of the group over the likeliest of the others, or over nothing."""
+        best, rest = (np.maximum(0.0, self._largest(names)) for names in (group, others))
+        return 0.5 * (best - rest) / self.heat
+
+    def _largest(self, names: Sequence[str]) -> Array:
+        chosen = [odds for name, odds in zip(self.names, self.odds, strict=True) if name in names]
+        return np.max(chosen, axis=0) if chosen else np.zeros(self.odds.shape[1])
+
+    def _classes(self) -> Bools:
+        """True (names, draws) where a name is in the class of the draw's likeliest one."""
+        shares, none = self.shares[:-1], self.shares[-1]
+        order = np.argsort(-shares, axis=0, kind="stable")
+        before = np.cumsum(np.take_along_axis(shares, order, axis=0), axis=0)
+        before = np.vstack([np.zeros((1, shares.shape[1])), before[:-1]])
+        inside = before < thresholds.CREDIBLE * (1.0 - none)
+        found = np.zeros(shares.shape, dtype=np.bool_)
+        np.put_along_axis(found, order, inside, axis=0)
+        found[:, self.odds.max(axis=0) <= 0.0] = False
+        return found
