@@ -14,12 +14,12 @@ from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
 from station.app.planned import recorded_plan, upon
+from station.app.setting import setting_of
 from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
 from station.app.table_simulated import against_table, refuse_no_table
 from station.diagnosis.diagnose import Examined, Recorded, examined
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.predict.folds import Folding, named
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
@@ -121,18 +121,6 @@ def diagnose_session(
 def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
     """A note on what a simulated rig conceals on purpose, if its file says so."""
     return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()
-
-
-def setting_of(rig: RigConfig | None) -> Setting:
-    """The sizes that the evidence needs."""
-    if rig is None:
-        return Setting()
-    return Setting(
-        opening_radius_m=0.5 * rig.plate.opening_m,
-        opening_outline_m=rig.plate.opening_outline_m,
-        block_side_m=rig.block.size_m[0],
-        block_mass_kg=rig.block.mass_kg,
-    )
 
 
 def versions() -> dict[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.app.attached import attached_rig
-from station.app.diagnosing import setting_of
+from station.app.setting import setting_of
 from station.recording.reader import open_recording
 
 

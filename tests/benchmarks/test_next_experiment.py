@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from station.app.diagnosing import setting_of
+from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import diagnose
 from station.diagnosis.next_experiment.changes import MASSES, RATES_DEG_S

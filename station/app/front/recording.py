@@ -7,11 +7,13 @@ from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 from rich.console import RenderableType
 
 from shared.errors import UserError
 from shared.messages import Sample
 from shared.rig import RigConfig
+from station.app.foam import free_of_foam_m
 from station.app.front import columns
 from station.app.front.page import fragment, html_table
 from station.app.front.table import Table
@@ -93,7 +95,9 @@ class Recording:
         `euler_rad_0` to `_2`; corners as x0, y0, x1, y1, x2, y2, x3, y3 in pixels. `start_…` is the block's pose in the
         plate frame before the tilt.
         """
-        return self._table("samples", columns.samples(self.every_sample))
+        free_m = free_of_foam_m(self.every_sample, self.reader.path)
+        more = {name: np.array(values) for name, values in free_m.items()}
+        return self._table("samples", columns.samples(self.every_sample) | more)
 
     @cached_property
     def corners(self) -> Table:

@@ -106,7 +106,7 @@ def test_report_and_model_are_written(tmp_path: Path) -> None:
 
 def test_a_table_has_nothing_to_simulate_and_an_unknown_simulator_is_named(tmp_path: Path) -> None:
     write_samples(samples(), tmp_path / "samples.csv")
-    with pytest.raises(station.UserError, match="Expected a recording"):
+    with pytest.raises(station.UserError, match="Expected a simulated table"):
         station.diagnose(tmp_path / "samples.csv", simulation="planar")
     with pytest.raises(station.UserError, match=r"Expected mujoco, planar .* got bullet"):
         station.diagnose(GOLDEN, simulation="bullet")

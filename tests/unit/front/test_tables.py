@@ -35,7 +35,7 @@ COLUMNS = {
     f"{numbered('corner_variance_px2', 8)} {numbered('post_corners_px', 8)} direction azimuth_rad dwell_s "
     "tilt_rate_rad_s onset_angle_rad onset_sigma_rad flags plate_mount_rad block_mass_kg block_area_m2 object plate "
     "temperature_c relative_humidity censored previous_direction rest_ns step_from_rad step_to_rad start_x_m start_y_m "
-    "start_yaw_rad",
+    "start_yaw_rad foam_free_m",
     "corners": "time_ns run x0_px y0_px x1_px y1_px x2_px y2_px x3_px y3_px dt0_ns dt1_ns dt2_ns dt3_ns sigma_px "
     "found tipped seq boot_id",
     "poses": "time_ns run x_m y_m yaw_rad flat",
