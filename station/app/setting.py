@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from shared.rig import RigConfig
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 
 
 def setting_of(rig: RigConfig | None) -> Setting:

@@ -10,7 +10,7 @@ from shared.rig import RigConfig
 from station.app.simulations import Simulation
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.given import against_given
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_plain
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table

@@ -7,7 +7,7 @@ from pathlib import Path
 from shared.errors import UserError
 from station.diagnosis.diagnose import Examined, evidence_from
 from station.diagnosis.given import against_given
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.result import Diagnosis
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import Catalogue

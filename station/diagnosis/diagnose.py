@@ -18,7 +18,8 @@ from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.elsewhere import elsewhere
 from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted

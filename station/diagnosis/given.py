@@ -13,7 +13,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
 from station.diagnosis.diagnose import Examined, Recorded, evidence_from, overall
 from station.diagnosis.inference.values import values_of
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
 from station.diagnosis.result import Diagnosis, EffectFound
 from station.diagnosis.search.belief import beliefs, called

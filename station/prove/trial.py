@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from shared.rig import RigConfig
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.result import Diagnosis, as_json
 from station.prove.workers import write_json
 

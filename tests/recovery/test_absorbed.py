@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from station.diagnosis.inference.fit import fit
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.search.search import in_stages, search
 from station.physics.catalogue import catalogue

@@ -12,7 +12,8 @@ import pytest
 from shared.rig import load_rig
 from station.app.setting import setting_of
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.physics.model import Model
 from station.signals.session import Signals
 from tests.recovery.altered_attitude import Arm, concealed, reported

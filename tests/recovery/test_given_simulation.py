@@ -16,7 +16,8 @@ from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.given import against_given
 from station.diagnosis.inference.columns import Scores
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Diagnosis, as_json
 from station.diagnosis.search.search import Stage, looked_at

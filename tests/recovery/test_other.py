@@ -13,7 +13,7 @@ import tomli_w
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import diagnose
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.result import Diagnosis
 from station.diagnosis.search.smooth import covariate_of, smooth_terms

@@ -9,7 +9,8 @@ import pytest
 
 from station.diagnosis.inference.fit import fit
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.simulator import simulator

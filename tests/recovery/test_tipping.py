@@ -11,7 +11,8 @@ import pytest
 
 from station.diagnosis import diagnose as diagnosing
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.observations.tips import Tips
 from station.diagnosis.report.page import html_page

@@ -9,7 +9,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.diagnosis.observations.channel import Channel
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.image_rows import plate_channel, rest_channel, shape_channel
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.onset_rows import onset_channel
@@ -19,6 +19,7 @@ from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.rested import rested
 from station.diagnosis.observations.ridden import rides
 from station.diagnosis.observations.sensor_rows import sensor_channel
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import free_windows, slide_channels
 from station.diagnosis.observations.slips import Reread, reread
 from station.diagnosis.observations.tips import tips_of

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis.observations.driving import driving
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.plate import PlateMotion, Times
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import GRAVITY_M_S2, Array
 

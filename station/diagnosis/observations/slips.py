@@ -18,9 +18,9 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.breakaway import Breakaways, Law
 from station.diagnosis.observations.breakaway_law import session_law
 from station.diagnosis.observations.early import Early, early
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.first_look import Look, first_look
 from station.diagnosis.observations.plate import PlateMotion
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array

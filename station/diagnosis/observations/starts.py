@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 

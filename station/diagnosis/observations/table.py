@@ -10,10 +10,11 @@ import numpy as np
 from shared.messages import Sample
 from station.diagnosis.observations.build import facts_of
 from station.diagnosis.observations.channel import Channel
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.pulled import SETTLING
 from station.diagnosis.observations.series import in_windows, settling, travelled_of
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import FREE_M
 from station.diagnosis.observations.table_onsets import onsets_of
 from station.diagnosis.observations.table_pulled import pulled_of

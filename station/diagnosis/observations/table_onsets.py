@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.onset_rows import sigma_of
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Attitude, Times
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table_rows import TableRows
 from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from, tilts_rad
 from station.physics.contact import Array

@@ -18,7 +18,7 @@ from station.__main__ import main
 from station.app.simulated_again import simulated_again
 from station.app.simulations import simulation_of
 from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue

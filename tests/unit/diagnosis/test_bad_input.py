@@ -10,7 +10,7 @@ import pytest
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import diagnose, examined
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis

@@ -12,7 +12,8 @@ import pytest
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.physics.contact import Contact
 from station.physics.effect import Values

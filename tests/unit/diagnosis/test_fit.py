@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from station.diagnosis.inference.fit import CONVERGED, fit, levelled
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term

@@ -16,7 +16,8 @@ from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.likelihood.whitening import Whitening
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.physics.model import Model
 from station.signals.measured import Measured

@@ -14,7 +14,8 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.ceiling import entropy, expected_log_run
 from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.folds import FOLDS, assigned, refitted
 from station.diagnosis.predict.held_out import predicted, with_paths
 from station.diagnosis.predict.quality import quality

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import diagnose, examined
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import assigned
 from station.diagnosis.report.page import html_page

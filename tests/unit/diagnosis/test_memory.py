@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Setting
 from station.diagnosis.observations.onsets import Onsets
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.search.smooth import smooth_terms
 from station.physics.smooth import Smooth
 from tests.unit.diagnosis import recorded

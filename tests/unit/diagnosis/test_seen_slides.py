@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Setting
+from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.simulator import simulator

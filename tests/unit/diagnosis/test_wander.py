@@ -11,7 +11,8 @@ from station.diagnosis.likelihood.noise import estimate_noise
 from station.diagnosis.likelihood.wander import Wander, wanders
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence, Setting
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.setting import Setting
 from station.physics.contact import Array
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, session
 

@@ -1,0 +1,33 @@
+"""The sizes of a rig that evidence needs, and how far a block lies from the foam."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.outline import inside_by_m
+from station.physics.contact import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Setting:
+    """The sizes of the rig that the evidence needs, in metres.
+
+    The foam's opening is round with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners (x,
+    y) of its outline one after another.
+    """
+
+    opening_radius_m: float = np.inf
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
+    block_side_m: float = 0.01
+    block_mass_kg: float = 0.008
+
+    def free_m(self, place_m: Array) -> Array:
+        """Distance (n,), m, from the foam of blocks at places or poses (n, 2 or 3), for any heading."""
+        if self.opening_outline_m:
+            inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
+        else:
+            inside_m = self.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1])
+        return inside_m - self.block_side_m / math.sqrt(2)
