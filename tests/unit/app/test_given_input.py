@@ -178,4 +178,4 @@ def test_a_table_is_not_simulated(tmp_path: Path, capsys: pytest.CaptureFixture[
     table = tmp_path / "samples.csv"
     table.write_text("onset_angle_rad\n0.3\n", encoding="utf-8")
     assert main(["diagnose", str(table), "--simulate", "planar"]) == 2
-    assert "Expected a recording" in " ".join(capsys.readouterr().err.split())
+    assert "Expected a simulated table" in " ".join(capsys.readouterr().err.split())

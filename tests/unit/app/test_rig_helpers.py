@@ -41,7 +41,7 @@ def bus(monkeypatch: pytest.MonkeyPatch) -> SlowBus:
     def opened(*_: object, **__: object) -> SlowBus:
         return slow
 
-    monkeypatch.setattr(rig, "ZenohBus", opened)
+    monkeypatch.setattr(rig.ZenohBus, "of", opened)
     return slow
 
 
