@@ -84,6 +84,10 @@ def diagnose_session(
         UserError: if a table is to be simulated, or the simulation cannot be.
     """
     began = time.monotonic()
+    if simulate:
+        if rig is None or not isinstance(recorded, Signals):
+            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {name}")
+        refuse_unknown(simulate, rig=rig)
     setting = setting_of(rig)
     known = catalogue_of_table(rig.physics if rig else Table({}))
     with threadpool_limits(limits=1, user_api="blas"):
@@ -91,9 +95,7 @@ def diagnose_session(
             recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
         )
     answer = found.diagnosis
-    if simulate:
-        if rig is None or not isinstance(recorded, Signals):
-            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {name}")
+    if simulate and rig is not None and isinstance(recorded, Signals):
         answer = simulated_again(found, recorded, rig=rig, setting=setting, simulate=simulate, progress=status)
     answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)

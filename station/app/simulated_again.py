@@ -59,13 +59,13 @@ def simulated_again(
     return replace(diagnosis, simulator=simulate, fit=fit, numerics=tuple(found))
 
 
-def refuse_unknown(simulate: str, *, rig: RigConfig) -> None:
+def refuse_unknown(simulate: object, *, rig: RigConfig) -> None:
     """Refuses, before anything is computed, what `simulated_again` cannot simulate with.
 
     Raises:
         UserError: for an unknown simulator, a recording that cannot be opened, or settings of it that cannot be.
     """
-    if simulate.endswith(".mcap"):
+    if isinstance(simulate, str) and simulate.endswith(".mcap"):
         open_recording(Path(simulate))
     elif simulate not in names():
         raise UserError(

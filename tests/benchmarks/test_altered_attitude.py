@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from shared.rig import load_rig
-from station.app.commands.diagnose import setting_of
+from station.app.diagnosing import setting_of
 from station.diagnosis.diagnose import diagnose
 from station.physics.catalogue import catalogue_of_table
 from station.signals.session import Signals

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from joblib import Parallel, delayed
 
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis
 from station.prove.intervals import wilson
 from station.recording.importers import cube_tosses, write

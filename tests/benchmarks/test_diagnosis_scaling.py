@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.diagnosis.predict.folds import named, nested
 from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session

@@ -9,7 +9,7 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.config import Table
 from shared.rig import RigConfig
 from station.app import assembly, recordings
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.app.lockstep import Lockstep
 from station.recording.writer import Recording
 

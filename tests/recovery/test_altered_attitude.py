@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from shared.rig import load_rig
-from station.app.commands.diagnose import setting_of
+from station.app.diagnosing import setting_of
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence, Setting
 from station.physics.model import Model

@@ -9,45 +9,28 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import importlib.metadata
 import json
 import os
 import sys
-import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from joblib import Parallel, delayed
 from rich.console import Console
-from threadpoolctl import threadpool_limits
 
-from shared import installed
-from shared.config import Table
 from shared.errors import UserError
-from shared.rig import RigConfig, load_rig
+from station.app.diagnosing import TABLES
+from station.app.front.diagnosis import Diagnosed, diagnose
 from station.app.outputs import require_writable
-from station.app.simulated_again import refuse_unknown, simulated_again
 from station.app.simulating import rig_of
-from station.diagnosis.diagnose import Examined, examined
-from station.diagnosis.observations.evidence import Setting
-from station.diagnosis.predict.folds import Folding, named, nested
-from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, as_json
-from station.diagnosis.search.search import Progress
+from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
-from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
-from station.recording.tables import read_samples
-from station.signals.session import Signals
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
-_TABLES = (".csv", ".parquet")
-PACKAGES = ("numpy", "scipy", "mujoco")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,10 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--nested",
-        dest="folding",
-        action="store_const",
-        const=nested,
-        default=named,
+        action="store_true",
         help="search each held-out fold anew, names included: several times as long",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
@@ -87,129 +67,57 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Diagnoses the files; 0."""
     files: list[Path] = options.files
-    for name in ("model", "report", "overlay"):
-        if getattr(options, name) and len(files) > 1:
-            raise UserError(f"Expected one file together with --{name}, got {len(files)}")
-    if options.overlay and files[0].suffix in _TABLES:
-        raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
-    for name in ("model", "report", "overlay"):
-        if path := getattr(options, name):
-            require_writable(path, what=name)
-    if options.overlay:  # should the viewer's package be missing, it is said before the work is done
-        importlib.import_module("station.app.overlaid")
-    console = Console(stderr=True, highlight=False)
-    everything = _all(files, options, console)
-    found = [one.diagnosis for one in everything]
+    _refuse_impossible(files, options)
+    found = _all(files, options)
     if options.json:
-        answers = [as_json(diagnosis) for diagnosis in found]
+        answers = [answer.to_dict() for answer in found]
         print(json.dumps(answers[0] if len(answers) == 1 else answers, indent=1))
     else:
         terminal = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-        for diagnosis in found:
-            terminal.print(summary(diagnosis))
+        for answer in found:
+            terminal.print(summary(answer.diagnosis))
     if options.model:
-        _write(options.model, tomli_w.dumps(dict(found[0].model)), what="model")
+        found[0].write_model(options.model)
     if options.report:
-        _write(options.report, html_page(found[0], everything[0].pictures, seed=options.seed), what="report")
+        found[0].write_report(options.report)
     if options.overlay:
-        with console.status("simulating the recording before and after"):
-            _overlay(files[0], found[0], options)
+        with _console().status("simulating the recording before and after"):
+            _overlay(files[0], found[0].diagnosis, options)
     return 0
 
 
-def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:
+def _refuse_impossible(files: Sequence[Path], options: argparse.Namespace) -> None:
+    """Refuses what cannot be written, or lacks a package, before the work is done."""
+    outputs = {name: getattr(options, name) for name in ("model", "report", "overlay") if getattr(options, name)}
+    for name in outputs:
+        if len(files) > 1:
+            raise UserError(f"Expected one file together with --{name}, got {len(files)}")
+    if options.overlay and files[0].suffix in TABLES:
+        raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
+    for name, path in outputs.items():
+        require_writable(path, what=name)
+    if options.overlay:
+        importlib.import_module("station.app.overlaid")
+
+
+def _all(files: Sequence[Path], options: argparse.Namespace) -> list[Diagnosed]:
+    console, jobs = _console(), options.jobs or os.cpu_count() or 1
+    asked = {name: getattr(options, name) for name in ("rig", "seed", "nested")} | {"simulation": options.simulate}
     if len(files) == 1:
         with console.status("reading the recording") as status:
-            return [
-                diagnose_file(
-                    files[0],
-                    rig=options.rig,
-                    seed=options.seed,
-                    simulate=options.simulate,
-                    folding=options.folding,
-                    jobs=options.jobs or os.cpu_count() or 1,
-                    status=status.update,
-                )
-            ]
-    jobs = min(options.jobs or os.cpu_count() or 1, len(files))
+            return [diagnose(files[0], jobs=jobs, progress=status.update, **asked)]
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "folding")}
-    work = (delayed(diagnose_file)(path, **asked) for path in files)
-    made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
-    found: list[Examined] = []
+    work = (delayed(diagnose)(path, **asked) for path in files)
+    made: Any = Parallel(n_jobs=min(jobs, len(files)), return_as="generator")(work)
+    found: list[Diagnosed] = []
     for path, one in zip(files, made, strict=True):
-        console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
+        console.print(f"{path}: {one.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
         found.append(one)
     return found
 
 
-def diagnose_file(
-    path: Path,
-    *,
-    rig: Path | None = None,
-    seed: int = 1,
-    simulate: str | None = None,
-    folding: Folding = named,
-    jobs: int = 1,
-    status: Progress = lambda _: None,
-) -> Examined:
-    """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
-
-    Linear algebra gets one thread: its matrices are small, and a second thread, which mostly waits for the first, took
-    as much processor time again (60 runs on two busy cores, `time station diagnose --jobs 1` with and without
-    OPENBLAS_NUM_THREADS=1: 10.5 s, and 17 to 23 s).
-
-    Raises:
-        UserError: if it is missing, damaged or of another kind.
-    """
-    began = time.monotonic()
-    tell = status
-    if path.suffix in _TABLES:
-        config = load_rig(rig) if rig else None
-        recorded = read_samples(path)
-    else:
-        reader = open_recording(path)
-        config = rig_of(reader, path=rig)
-        if simulate:
-            refuse_unknown(simulate, rig=config)
-        tell("reading the recording")
-        recorded = load_signals(reader)
-    setting = setting_of(config)
-    with threadpool_limits(limits=1, user_api="blas"):
-        found = examined(
-            recorded,
-            catalogue_of_table(config.physics if config else Table({})),
-            name=str(path),
-            setting=setting,
-            seed=seed,
-            folding=folding,
-            jobs=jobs,
-            progress=tell,
-        )
-    answer = found.diagnosis
-    if simulate:
-        if config is None or not isinstance(recorded, Signals):
-            raise UserError(f"Expected a recording (.mcap) together with --simulate, got the table {path}")
-        answer = simulated_again(found, recorded, rig=config, setting=setting, simulate=simulate, progress=tell)
-    answer = replace(answer, seconds=time.monotonic() - began, versions=versions())
-    return replace(found, diagnosis=answer)
-
-
-def setting_of(rig: RigConfig | None) -> Setting:
-    """The sizes that the evidence needs."""
-    if rig is None:
-        return Setting()
-    return Setting(
-        opening_radius_m=0.5 * rig.plate.opening_m,
-        opening_outline_m=rig.plate.opening_outline_m,
-        block_side_m=rig.block.size_m[0],
-        block_mass_kg=rig.block.mass_kg,
-    )
-
-
-def versions() -> dict[str, str]:
-    """Of the packages that the answer depends on."""
-    return {"repose": installed.version()} | {package: importlib.metadata.version(package) for package in PACKAGES}
+def _console() -> Console:
+    return Console(stderr=True, highlight=False)
 
 
 def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:
@@ -227,10 +135,3 @@ def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> N
         rig_path=options.rig,
         simulate=options.simulate or "planar",
     )
-
-
-def _write(path: Path, text: str, *, what: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"Expected to write the {what} to {path}, but that failed: {error.strerror}") from error

@@ -19,7 +19,7 @@ from pathlib import Path
 from rich.console import Console
 
 from shared.errors import UserError
-from station.app.commands.diagnose import diagnose_file, setting_of, versions
+from station.app.diagnosing import diagnose_file, setting_of, versions
 from station.diagnosis.result import Diagnosis
 from station.prove.gates import gates
 from station.prove.pictures import draw_all

@@ -19,7 +19,7 @@ import numpy as np
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.rig import load_rig
 from station.app import assembly, recordings
-from station.app.commands.diagnose import setting_of
+from station.app.diagnosing import setting_of
 from station.app.lockstep import Lockstep
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_info
 
-from station.app.commands.diagnose import diagnose_file
+from station.app.diagnosing import diagnose_file
 from station.recording.tables import write_samples
 from tests.unit.diagnosis.tables import samples
 

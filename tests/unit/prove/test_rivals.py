@@ -7,7 +7,7 @@ import pytest
 
 from shared.installed import to_install
 from shared.rig import load_rig
-from station.app.commands.diagnose import setting_of
+from station.app.diagnosing import setting_of
 from station.diagnosis.inference.fit import fit, levelled
 from station.diagnosis.observations.build import evidence_of
 from station.physics.catalogue import catalogue
