@@ -16,8 +16,7 @@ from shared.errors import UserError
 from shared.messages import Sample
 from shared.system import desktop
 from station.__main__ import main
-from station.app import sessions
-from station.app.commands import analyze
+from station.app import analysis_files, sessions
 from station.recording.tables import read_samples, write_samples
 from station.recording.writer import Recording
 from station.view import viewer
@@ -87,7 +86,7 @@ def test_two_files_become_pairs_with_tables_figures_and_a_report_in_one_file(
 def test_its_own_table_gives_the_same_numbers_with_the_calibration_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(analyze, "figure_kinds", tuple)  # figures are looked at elsewhere, and take seconds
+    monkeypatch.setattr(analysis_files, "figure_kinds", tuple)  # figures are looked at elsewhere, and take seconds
     mcap = recorded(session(60, rng=np.random.default_rng(4)), tmp_path / "one.mcap")
     assert main(["analyze", str(mcap), "--out", str(tmp_path / "a")]) == 0
     direct = capsys.readouterr().out.split("Report:")[0]
@@ -99,7 +98,7 @@ def test_its_own_table_gives_the_same_numbers_with_the_calibration_named(
 def test_rerun_is_opened_on_request_and_where_there_is_a_display(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(analyze, "figure_kinds", tuple)
+    monkeypatch.setattr(analysis_files, "figure_kinds", tuple)
     path, out, opened = table([sample()], tmp_path / "t.csv"), tmp_path / "out", list[Path]()
     monkeypatch.setattr(viewer, "open_file", opened.append)
     monkeypatch.setattr(desktop, "has_display", lambda: True)
@@ -129,7 +128,7 @@ def test_large_recordings_are_read_with_all_cores_to_the_same_sessions(tmp_path:
 def test_what_cannot_be_concluded_is_said_and_ends_with_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(analyze, "figure_kinds", tuple)
+    monkeypatch.setattr(analysis_files, "figure_kinds", tuple)
     path = table([replace(one, object="<b>&") for one in session(10, rng=np.random.default_rng(4))], tmp_path / "t.csv")
     assert main(["analyze", str(path), "--out", str(tmp_path / "out")]) == 1
     printed = " ".join(capsys.readouterr().out.split())

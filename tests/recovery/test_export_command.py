@@ -14,7 +14,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
-from station.app.commands import analyze
+from station.app import analysis_files
 from station.export import export_formats
 from station.export.reading import read_pairs
 from station.recording.tables import write_samples
@@ -129,7 +129,7 @@ def test_pairs_come_back_from_their_own_json(tmp_path: Path):
 def test_limit_curves_of_the_analysis_are_read_as_the_fit_itself(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(analyze, "figure_kinds", tuple)  # figures take seconds and have no part in this
+    monkeypatch.setattr(analysis_files, "figure_kinds", tuple)  # figures take seconds and have no part in this
     samples = [*on_an_ellipse(120, mu_1=0.5, mu_2=0.35, axis_rad=0.4), *planted(5)]
     path = table(samples, tmp_path / "t.csv")
     assert main(["analyze", str(path), "--out", str(tmp_path)]) == 1  # five slides are too few for a curve

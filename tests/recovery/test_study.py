@@ -14,8 +14,7 @@ import pytest
 
 from shared.messages import Sample
 from station.__main__ import main
-from station.app import assembly
-from station.app.commands import analyze
+from station.app import analysis_files, assembly
 from station.app.study import paper
 from station.app.study.beside import tables_of
 from station.app.study.compare import Row, pace_row, rows_of, verdicts_of
@@ -42,7 +41,7 @@ def digests(out: Path) -> dict[str, str]:
 def test_a_small_study_measures_what_is_planted_and_goes_on_where_it_was_broken_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(analyze, "figure_kinds", tuple)  # figures are looked at elsewhere, and take seconds
+    monkeypatch.setattr(analysis_files, "figure_kinds", tuple)  # figures are looked at elsewhere, and take seconds
     out = tmp_path / "study"
     assert study(out) == 0
     first, written = digests(out), json.loads((out / "study.json").read_text(encoding="utf-8"))

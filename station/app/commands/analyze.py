@@ -15,6 +15,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shared.errors import UserError
 from shared.system import desktop
 from station.app.analysis_files import FIGURES_RRD
 from station.app.front.analysis import analyze
@@ -40,6 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Analyses the files; 0 when everything could be concluded, 1 when not."""
+    if not options.cutout_mm > 0:
+        raise UserError(f"Expected a positive radius for --cutout-mm, got {options.cutout_mm:g}")
     found = analyze(
         options.files, calibration=options.calibration, cutout_m=options.cutout_mm * 1e-3, seed=options.seed
     )

@@ -17,7 +17,7 @@ from station.app.front.text import as_text
 from station.app.outputs import write_text
 from station.app.planned import recorded_plan
 from station.diagnosis.diagnose import Examined
-from station.diagnosis.predict.folds import named, nested
+from station.diagnosis.predict import folds
 from station.diagnosis.report.drawing import style
 from station.diagnosis.report.ending import numerics
 from station.diagnosis.report.fit import fit
@@ -35,7 +35,7 @@ def diagnose(
     *,
     simulation: Any = None,
     rig: FilePath | None = None,
-    nested_folds: bool = False,
+    nested: bool = False,
     seed: int = 1,
     jobs: int = 1,
     progress: Callable[[str], None] = lambda _: None,
@@ -49,7 +49,7 @@ def diagnose(
         simulation: the simulation to compare with: a recording of the same commands or its path, or the name of a
             simulator ("planar", "mujoco"); None: one constant friction.
         rig: the path of a rig file; None: the one inside the recording.
-        nested_folds: searches each held-out fold anew, names included, which takes several times as long.
+        nested: searches each held-out fold anew, names included, which takes several times as long.
         seed: of the null's draws and the held-out folds.
         jobs: processes that search the folds; with 1 no other process is started.
         progress: is called with a few words before each step.
@@ -60,7 +60,7 @@ def diagnose(
     asked: dict[str, Any] = {
         "seed": seed,
         "simulate": _given(simulation),
-        "folding": nested if nested_folds else named,
+        "folding": folds.nested if nested else folds.named,
         "jobs": jobs,
         "status": progress,
     }
