@@ -19,7 +19,16 @@ from typing import Protocol
 
 import numpy as np
 
-from station.diagnosis.observations.breakaway_kernel import SPEEDS_M_S, STEP_S, Laws, Rows, log_likelihoods
+from station.diagnosis.observations.breakaway_kernel import (
+    SPEEDS_M_S,
+    STEP_S,
+    Laws,
+    Rows,
+    cubics,
+    log_likelihoods,
+)
+from station.diagnosis.observations.breakaway_search import Sloped
+from station.diagnosis.observations.breakaway_slopes import Along, sloped
 from station.diagnosis.observations.early import Early
 from station.diagnosis.observations.first_look import Look
 from station.diagnosis.observations.plate import Times
@@ -37,6 +46,8 @@ TRACE = 1e-3
 """A moment at which the plate holds has at least this share of the prior at the plate's fastest."""
 
 EXPONENTIAL, LORENTZIAN, LOGARITHM = 0, 1, 2
+ALONG = ("drop", "fall", "fall_speed_m_s", "drag_per_s")
+"""The numbers of a law that change its tables; slopes are by D, F, ln v_s and k."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,19 +68,36 @@ class Law:
     def of_runs(self, runs: int) -> Laws:
         """The same law for each of `runs` runs."""
         return Laws(
-            held=(1.0 - self.drop - self.fall * self._fallen())[None],
-            slowing_m_s2=(self.drag_per_s * SPEEDS_M_S)[None],
+            held=cubics(1.0 - self.drop - self.fall * self._fallen())[None],
+            slowing_m_s2=cubics(self.drag_per_s * SPEEDS_M_S)[None],
             of_run=np.zeros(runs, dtype=np.int64),
             spread=self.drop_spread,
             creep_m=self.creep_m,
         )
 
+    def along(self, names: Sequence[str]) -> Along:
+        """The slopes of its tables by these numbers, which are among ALONG."""
+        nothing = np.zeros_like(SPEEDS_M_S)
+        held = {"drop": nothing - 1.0, "fall": -self._fallen(), "fall_speed_m_s": self.fall * self._rising()}
+        slowing = {"drag_per_s": SPEEDS_M_S}
+        tables = np.array([[of.get(name, nothing) for name in names] for of in (held, slowing)])
+        return Along(*cubics(tables)[:, :, None])
+
     def _fallen(self) -> Array:
-        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S."""
+        """The share (COUNT,) of the fall that is reached at each of SPEEDS_M_S, 1 - s."""
         ratio = SPEEDS_M_S / self.fall_speed_m_s
         if self.shape == LOGARITHM:
             return np.log1p(ratio)
         return -np.expm1(-ratio) if self.shape == EXPONENTIAL else 1.0 - 1.0 / (1.0 + ratio * ratio)
+
+    def _rising(self) -> Array:
+        """The slope (COUNT,) of that share by -ln v_s: by the chain rule, that by v / v_s, times v / v_s."""
+        ratio = SPEEDS_M_S / self.fall_speed_m_s
+        if self.shape == LOGARITHM:
+            slope = 1.0 / (1.0 + ratio)
+        else:
+            slope = np.exp(-ratio) if self.shape == EXPONENTIAL else 2.0 * ratio / np.square(1.0 + ratio * ratio)
+        return slope * ratio
 
 
 class Falling(Protocol):
@@ -145,11 +173,27 @@ class Breakaways:
 
     def log_likelihood(self, law: Falling) -> float:
         """The session's log likelihood, the moments integrated out; a run that no law fits counts as an outlier."""
-        log = self.log_likelihoods(law)
-        best = log.max(axis=1)
-        whole = best + np.log(np.exp(log - best[:, None]).sum(axis=1))
+        return float(self._of_runs(self.log_likelihoods(law)).sum())
+
+    def _of_runs(self, log: Array) -> Array:
+        """The log likelihood (r,) of each run, from that of its moments (r, k)."""
         floor = -self.rows.count * (0.5 + np.log(self.rows.sigma_m)) - OUTLIER
-        return float(np.logaddexp(whole, floor).sum())
+        return np.logaddexp(np.logaddexp.reduce(log, axis=1), floor)
+
+    def sloped(self, law: Falling, along: Along) -> Sloped:
+        """The log likelihood with its slopes by q + 2 numbers; see `breakaway_slopes`.
+
+        The moment of slip, and whether a run is an outlier, are missing data: from the information of the complete data
+        the variance of their slopes is subtracted (Louis 1982, J. R. Stat. Soc. B 44, 226, eq. 3.2).
+        """
+        found = sloped(self.tried_s, self.rows, law.of_runs(len(self.runs)), along)
+        log = found.log + self.log_expected
+        whole = self._of_runs(log)
+        chance = np.exp(log - whole[:, None])
+        slope = np.einsum("rk,rki->ri", chance, found.slope)
+        known = np.einsum("rk,rkij->ij", chance, found.information)
+        varied = np.einsum("rk,rki,rkj->ij", chance, found.slope, found.slope) - slope.T @ slope
+        return Sloped(float(whole.sum()), slope.sum(axis=0), known, known - varied)
 
 
 def _rows(runs: Sequence[Early], sigma_m: Array) -> Rows:

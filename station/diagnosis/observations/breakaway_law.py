@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
 
-from station.diagnosis.observations.breakaway import EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.diagnosis.observations.breakaway import ALONG, EXPONENTIAL, LOGARITHM, LORENTZIAN, Breakaways, Law
+from station.diagnosis.observations.breakaway_search import Effort, Sloped, climbed
 from station.physics.contact import Array
 
 FEW, MANY = 30, 120
@@ -17,24 +17,15 @@ FEW, MANY = 30, 120
 
 TRIED = 13
 
-
-@dataclass(frozen=True, slots=True)
-class _Search:
-    """A search takes at most `steps` steps, and ends with one that gains less than `least` in log likelihood."""
-
-    steps: int
-    least: float
-
-
-BRIEF, THOROUGH = _Search(10, 0.01), _Search(100, 0.001)
+BRIEF, THOROUGH = Effort(10, 0.01), Effort(100, 0.001)
 """The searches on the way, and the last one. Where a fall and a drag nearly cancel, the likelihood rises along a narrow
 ridge by steps of about 0.01: a search that ended there was up to 8 short, and the processor's rounding decided where
 it ended (`pytest tests/unit/diagnosis/test_slips.py -k "makes up"`)."""
 
 FOLLOWED = 10
-"""A search begins anew where it ended at most so often. Its estimate of the ridge's direction, and its moments of slip,
-belong to where it began: without this it ended up to 7 short of the planted law, and on each processor elsewhere
-(`pytest tests/unit/diagnosis/test_slips.py -k gentle`)."""
+"""A search begins anew where it ended at most so often. Its moments of slip belong to where it began: without this it
+ended up to 7 short of the planted law, and on each processor elsewhere (`pytest tests/unit/diagnosis/test_slips.py -k
+gentle`)."""
 
 STARTS_M_S = (0.005, 0.03)
 """The speeds of gentle falls at which their search starts."""
@@ -73,9 +64,9 @@ NUMBERS = {
     "drag_per_s": _Number(-5.0, 30.0, 1.0),
     "creep_m": _Number(1e-6, 1e-2),
 }
-COMMON = ("drop_spread", "drag_per_s")
+SPREAD, CREEP = "drop_spread", "creep_m"
+COMMON = (SPREAD, "drag_per_s")
 SUDDEN, GENTLE = ("drop", *COMMON), ("fall", "fall_speed_m_s", *COMMON)
-CREEP = "creep_m"
 
 
 def session_law(paths: Breakaways, *, drag_per_s: float) -> Law:
@@ -128,8 +119,9 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
     """The likeliest law near another; the moments that are tried follow it until it no longer moves."""
     found = _fitted(_near(paths, law), law, free, THOROUGH)
     for _ in range(FOLLOWED):
-        begin, found = found.law, _fitted(_near(paths, found.law), found.law, free, THOROUGH)
-        if found.value < _near(paths, begin).log_likelihood(begin) + THOROUGH.least:
+        near = _near(paths, found.law)
+        begun, found = near.log_likelihood(found.law), _fitted(near, found.law, free, THOROUGH)
+        if found.value < begun + THOROUGH.least:
             break
     return found
 
@@ -162,22 +154,21 @@ def _led(paths: Breakaways, start: Law, free: Sequence[str], softened: Sequence[
     return found
 
 
-def _fitted(paths: Breakaways, start: Law, free: Sequence[str], search: _Search) -> _Found:
+def _fitted(paths: Breakaways, start: Law, free: Sequence[str], effort: Effort) -> _Found:
     numbers = [NUMBERS[name] for name in free]
+    bent = [name for name in free if name in ALONG]
+    places = np.array([[*bent, SPREAD, CREEP].index(name) for name in free])
+    units = np.array([number.scale or 1.0 for number in numbers])
 
     def law_of(inner: Array) -> Law:
         values = [number.outer(value) for number, value in zip(numbers, inner.tolist(), strict=True)]
         return replace(start, **dict(zip(free, values, strict=True)))
 
-    def cost(inner: Array) -> float:
-        return -paths.log_likelihood(law_of(inner))
+    def at(inner: Array) -> Sloped:
+        law = law_of(inner)
+        return paths.sloped(law, law.along(bent)).of(places, units)
 
     begin = np.array([number.inner(getattr(start, name)) for name, number in zip(free, numbers, strict=True)])
-    done = minimize(
-        cost,
-        begin,
-        method="L-BFGS-B",
-        bounds=[(number.inner(number.low), number.inner(number.high)) for number in numbers],
-        options={"maxiter": search.steps, "eps": 1e-5, "ftol": search.least / max(abs(cost(begin)), 1.0)},
-    )
-    return _Found(law_of(done.x), -float(done.fun), free)
+    bounds = np.array([(number.inner(number.low), number.inner(number.high)) for number in numbers])
+    inner, value = climbed(at, begin, bounds, effort)
+    return _Found(law_of(inner), value, free)

@@ -12,19 +12,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
+from scipy.optimize import least_squares
 
 from station.diagnosis.observations.breakaway import Breakaways, Law
-from station.diagnosis.observations.breakaway_kernel import COUNT, SPEEDS_M_S, Laws
+from station.diagnosis.observations.breakaway_kernel import COUNT, SPEEDS_M_S, Laws, cubics
+from station.diagnosis.observations.breakaway_search import Effort, Sloped, climbed
+from station.diagnosis.observations.breakaway_slopes import Along
 from station.physics.contact import GRAVITY_M_S2, Array, Bools, Contact
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
 MOST_RUNS = 60
-TRIED, STEPS = 13, 20
+TRIED, SEARCH = 13, Effort(20, 0.02)
 SOFTENED = (5.0, 1.0)
 """The factors on the noise along the way: far from the maximum no path is likelier than another."""
-EPS, NEAR_ENOUGH = 1e-4, 0.02
+EPS = 1e-4
+"""The step, in a number's typical size, by which the tables of laws are differentiated."""
 
 SEEN_M_S, SEARCHES = 0.25, 40
 """The highest speed, m/s, of a block in its first millimetres, and the evaluations of a comparison of laws."""
@@ -75,7 +78,7 @@ class Paths:
         """
         typical = self.contact.chosen(np.array([int(np.argsort(self.contact.tilt_rad)[len(self.contact) // 2])]))
         held_m_s2 = GRAVITY_M_S2 * math.sin(float(typical.tilt_rad[0]))
-        seen = SPEEDS_M_S < SEEN_M_S
+        seen = SPEEDS_M_S[:-1] < SEEN_M_S
         wanted = _slowing(self.law.of_runs(1), held_m_s2)[seen]
 
         def near(start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
@@ -114,20 +117,17 @@ class Paths:
             spread, creep_m = np.exp(inner[:2]).tolist()
             return _Sliding(self.contact, _valued(start.terms, numbers, inner[2:]), spread, creep_m)
 
-        def cost(inner: Array) -> float:
-            return -near.log_likelihood(law_of(inner))
+        places = np.roll(np.arange(len(numbers) + 2), 2)
+
+        def at(inner: Array) -> Sloped:
+            along = _along(start.terms, numbers, inner[2:], self.contact)
+            return near.sloped(law_of(inner), along).of(places, np.ones(len(inner)))
 
         shown = np.log([max(start.spread, 1e-3), start.creep_m])
         begin = np.concatenate([shown, _inner(start.terms, numbers)])
         bounds = [(math.log(low), math.log(high)) for low, high in (SPREADS, CREEPS_M)]
-        done = minimize(
-            cost,
-            begin,
-            method="L-BFGS-B",
-            bounds=[*bounds, *_bounds(numbers)],
-            options={"maxiter": STEPS, "eps": EPS, "ftol": NEAR_ENOUGH / max(abs(cost(begin)), 1.0)},
-        )
-        return law_of(done.x)
+        inner, _ = climbed(at, begin, np.array([*bounds, *_bounds(numbers)]), SEARCH)
+        return law_of(inner)
 
 
 _Number = tuple[int, Parameter]
@@ -156,8 +156,8 @@ def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> 
 
 
 def _slowing(laws: Laws, held_m_s2: float) -> Array:
-    """The deceleration (COUNT,), m/s², by speed, of a block that static friction holds by `held_m_s2`."""
-    return held_m_s2 * laws.held[0] + laws.slowing_m_s2[0]
+    """The deceleration (COUNT - 1,), m/s², by speed, of a block that static friction holds by `held_m_s2`."""
+    return held_m_s2 * laws.held[0, :, 0] + laws.slowing_m_s2[0, :, 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +171,21 @@ class _Sliding:
 
     def of_runs(self, runs: int) -> Laws:
         held, slowing = _tables(Model(mu_s=1.0, terms=self.terms), self.contact)
-        return Laws(held, slowing, np.arange(runs, dtype=np.int64), self.spread, self.creep_m)
+        return Laws(cubics(held), cubics(slowing), np.arange(runs, dtype=np.int64), self.spread, self.creep_m)
+
+
+def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, still: Contact) -> Along:
+    """The slopes of each run's tables by the numbers `inner` (k,), by central differences within the bounds."""
+    low, high = np.array(_bounds(numbers)).reshape(-1, 2).T
+
+    def tables(inner: Array) -> Array:
+        return np.array(_tables(Model(mu_s=1.0, terms=_valued(terms, numbers, inner)), still))
+
+    slopes = np.empty((2, len(inner), len(still), COUNT))
+    for place, step in enumerate(EPS * np.eye(len(inner))):
+        above, below = np.minimum(inner + step, high), np.maximum(inner - step, low)
+        slopes[:, place] = (tables(above) - tables(below)) / (above - below)[place]
+    return Along(*cubics(slopes))
 
 
 def _tables(model: Model, still: Contact) -> tuple[Array, Array]:

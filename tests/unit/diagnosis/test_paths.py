@@ -16,7 +16,10 @@ from station.diagnosis.observations.paths import CHANGES_M_S2, Paths
 from station.physics.catalogue import catalogue
 from station.physics.contact import Contact
 from station.physics.model import Model, Term
-from tests.unit.diagnosis.test_slips import MU, RUNS, Friction, looked_at, one_run
+from tests.unit.diagnosis.test_slips import MU, Friction, looked_at, one_run
+
+RUNS = 24
+"""The number of blocks; the likelihoods of a Stribeck fall and a logarithmic one differ by 3.0 at 16, by more here."""
 
 LAWS: dict[str, Friction] = {
     "kinetic_drop": lambda _: 0.975,
