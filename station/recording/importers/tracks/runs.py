@@ -20,8 +20,17 @@ SLOT_S = 100.0
 """Runs that have a clock each begin at multiples of this, or of the next power of ten that holds the longest. It must not
 depend on a run's own length: a simulated run that is longer has to get the stamps of the recorded one."""
 
+LEAST_RUNS = 2
+"""The number of runs from which they can differ; a diagnosis wants more, and says so itself."""
+
 LEAST_FRAMES = 12
 """A run has to have some frames more than the nine of one window; see `station.diagnosis.observations.windows`."""
+
+LONGEST_S = 10_000.0
+"""The longest time of a run that has a clock of its own."""
+
+MOST_RUN = 100_000
+"""The highest number of a run: the stamps of so many runs of 10 000 s each are still of this century."""
 
 EVEN = 1.2
 """The intervals of two runs count as one rate up to this factor: clocks and jitter differ by less, and a track's noise
@@ -46,6 +55,11 @@ def runs_of(table: Tracks) -> tuple[Run, ...]:
     number, t = table.numbers["run"], table.numbers["t"]
     _refuse_gaps(table)
     rows = [np.flatnonzero(number == one) for one in np.unique(number)]
+    if len(rows) < LEAST_RUNS:
+        raise UserError(
+            f"Expected at least {LEAST_RUNS} runs in {table.source}, got one; what a difference is worth is judged by "
+            "how much runs differ, so number each run in the column 'run'"
+        )
     for own in rows:
         _refuse_unsorted(table, own)
     _refuse_mixed(table, rows)
@@ -56,14 +70,9 @@ def runs_of(table: Tracks) -> tuple[Run, ...]:
     return tuple(sorted(found, key=lambda run: int(run.time_ns[0])))
 
 
-def rate_hz(table: Tracks, runs: tuple[Run, ...]) -> float:
-    """The median rate of the frames."""
-    return 1.0 / float(np.median(np.concatenate([np.diff(table.numbers["t"][run.rows]) for run in runs])))
-
-
 def has_one_clock(table: Tracks, runs: tuple[Run, ...]) -> bool:
     """True if the runs follow each other on one clock, so that the time between them is known."""
-    return bool(_follow([table.numbers["t"][run.rows] for run in runs]))
+    return _follow([table.numbers["t"][run.rows] for run in runs])
 
 
 def _refuse_gaps(table: Tracks) -> None:
@@ -72,10 +81,10 @@ def _refuse_gaps(table: Tracks) -> None:
         if np.isnan(values).any():
             row = int(np.flatnonzero(np.isnan(values))[0]) + 1
             raise UserError(f"{table.source}, row {row}: expected a number for '{name}', got none")
-    odd = np.flatnonzero((number != np.round(number)) | (number < 0) | (number > 2**31))
+    odd = np.flatnonzero((number != np.round(number)) | (number < 0) | (number > MOST_RUN))
     if len(odd):
         raise UserError(
-            f"{table.source}, row {odd[0] + 1}: expected a whole number from 0 on as 'run', got {number[odd[0]]:g}"
+            f"{table.source}, row {odd[0] + 1}: expected a whole number from 0 to {MOST_RUN} as 'run', got {number[odd[0]]:g}"
         )
     if t.min() < 0:
         row = int(np.argmin(t))
@@ -119,7 +128,12 @@ def _slot_s(t: Array, rows: list[NDArray[np.int64]]) -> float:
     """The time between the beginnings of the runs' own clocks, s; 0 if they have one clock."""
     if _follow([t[own] for own in rows]):
         return 0.0
-    return max(SLOT_S, 10.0 ** math.ceil(math.log10(max(float(t.max()), 1e-9) + 1e-9)))
+    longest = float(t.max())
+    if longest > LONGEST_S:
+        raise UserError(
+            f"Expected runs that follow each other or begin near 0 s, got overlapping ones up to {longest:g} s"
+        )
+    return max(SLOT_S, 10.0 ** math.ceil(math.log10(max(longest, 1e-9) + 1e-9)))
 
 
 def _stamps(seconds: Array) -> Times:

@@ -19,13 +19,12 @@ from station.recording.importers.tracks.units import NAME, QUANTITIES, Column, c
 class Tracks:
     """A table of n rows: `numbers` (n,) by quantity in SI units, nan where a cell is empty, and `group` (n,) or empty.
 
-    `source` is the file's name for messages; `unread` are the columns that nothing reads.
+    `source` is the file's name for messages.
     """
 
     source: str
     numbers: Mapping[str, Array]
     group: tuple[str, ...]
-    unread: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.numbers["run"])
@@ -42,10 +41,10 @@ def read_table(path: Path) -> Tracks:
     """The table in a file.
 
     Raises:
-        UserError: if it is missing, no table, has no run or no time, an unknown unit, or a cell that is no number.
+        UserError: if it is missing, no table, has no run, no time or an unknown column, or a cell that is no number.
     """
     cells = _cells(path)
-    found, unread = columns_of(list(cells), str(path))
+    found = columns_of(list(cells), str(path))
     for quantity, name in (("run", "run"), ("t", "t_s")):
         if quantity not in found:
             listed = ", ".join(list(cells)[:8]) or "none"
@@ -59,7 +58,7 @@ def read_table(path: Path) -> Tracks:
         raise UserError(f"Expected at least one row in {path}, found none")
     group = found.get("group")
     named = () if group is None else tuple("" if cell is None else str(cell) for cell in cells[group.name])
-    return Tracks(source=str(path), numbers=numbers, group=named, unread=unread)
+    return Tracks(source=str(path), numbers=numbers, group=named)
 
 
 def _cells(path: Path) -> dict[str, Sequence[Any]]:
