@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from station.recording.importers.tracks.block import Poses, block_of
 from station.recording.importers.tracks.lacks import lacking
 from station.recording.importers.tracks.plate import attitude, azimuth_of, downhill_of, tilt_of
 from station.recording.importers.tracks.runs import Run, each, has_one_clock, runs_of
-from station.recording.importers.tracks.slips import TURNS_RAD, Slip, slip_of, tilts
+from station.recording.importers.tracks.slips import TURNS_RAD, Motion, Slip, slip_of
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
 
@@ -55,8 +56,9 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:
 
 def _slip(run: Run, plate: Array, block: Poses, source: str, onset: Traced | None) -> Slip | None:
     """The run's slip; None on a level plate."""
-    if tilts(plate):
-        return slip_of(run.time_ns, plate, block.place_m[run.rows], block.found[run.rows], traced=onset)
+    motion = Motion(time_ns=run.time_ns, plate=plate, place_m=block.place_m[run.rows], found=block.found[run.rows])
+    if motion.tilts:
+        return slip_of(motion, onset=onset)
     steep = float(tilt_of(plate).max())
     if steep > TURNS_RAD:
         raise UserError(
@@ -69,8 +71,7 @@ def _slip(run: Run, plate: Array, block: Poses, source: str, onset: Traced | Non
 def _messages(
     table: Tracks, runs: tuple[Run, ...], plate: Array, block: Poses, slips: list[Slip | None]
 ) -> Iterator[Item]:
-    facts = _facts(table, runs)
-    for run, slip, known in zip(runs, slips, facts, strict=True):
+    for run, slip, known in zip(runs, slips, _facts(table, runs), strict=True):
         first, last = int(run.time_ns[0]), int(run.time_ns[-1])
         yield _event(run, first, "LEVEL")
         yield from _moments(run, plate, block, slip)
@@ -99,49 +100,46 @@ def _event(run: Run, stamp_ns: int, phase: str) -> Item:
     return "session/event", stamp_ns, RunEvent(stamp_ns=stamp_ns, run=run.number, phase=phase, reason="imported")
 
 
-Facts = dict[str, float | str]
-"""What the table says of a whole run, by the names of a sample's fields; what it does not say is not in it."""
+def _facts(table: Tracks, runs: tuple[Run, ...]) -> Iterator[Sample]:
+    """Each run's sample with what the table says of the whole run."""
+    fields = ("mass", "area", "temperature", "relative_humidity", "plate_mount", "dwell")
+    known = zip(runs, *(each(table, field, runs) for field in fields), strict=True)
+    for run, mass, area, temperature, humidity, mount, dwell in known:
+        yield Sample(
+            run=run.number,
+            start_ns=int(run.time_ns[0]),
+            direction=-1,
+            block_mass_kg=_or_0(mass),
+            block_area_m2=_or_0(area),
+            temperature_c=temperature,
+            relative_humidity=humidity,
+            plate_mount_rad=_or_0(mount),
+            dwell_s=_or_0(dwell),
+            object=table.group[run.rows[0]] if table.group else "",
+        )
 
 
-def _facts(table: Tracks, runs: tuple[Run, ...]) -> list[Facts]:
-    fields = {
-        "block_mass_kg": "mass",
-        "block_area_m2": "area",
-        "temperature_c": "temperature",
-        "relative_humidity": "relative_humidity",
-        "plate_mount_rad": "plate_mount",
-        "dwell_s": "dwell",
-    }
-    known = {field: list(each(table, quantity, runs)) for field, quantity in fields.items()}
-    facts: list[Facts] = [
-        {field: values[place] for field, values in known.items() if not math.isnan(values[place])}
-        for place in range(len(runs))
-    ]
-    for run, told in zip(runs, facts, strict=True):
-        told["object"] = table.group[run.rows[0]] if table.group else ""
-    return facts
+def _or_0(value: float) -> float:
+    return 0.0 if math.isnan(value) else value
 
 
-def _sample(run: Run, plate: Array, block: Poses, slip: Slip | None, facts: Facts) -> Sample:
+def _sample(run: Run, plate: Array, block: Poses, slip: Slip | None, facts: Sample) -> Sample:
     first = run.rows[block.found[run.rows]][0]
     x, y = block.place_m[first].tolist()
-    begun = {"start_x_m": x, "start_y_m": y, "start_yaw_rad": float(block.yaw_rad[first])}
-    common = {"run": run.number, "start_ns": int(run.time_ns[0]), "direction": -1, **begun, **facts}
+    begun = replace(facts, start_x_m=x, start_y_m=y, start_yaw_rad=float(block.yaw_rad[first]))
     if slip is None:
-        return Sample(**common, euler_rad=(0.0, 0.0, 0.0), flags=("no_tilt",), censored=True)
-    dwell = facts.get("dwell_s")
-    rest_ns = 0 if dwell is None else slip.tilt_ns - round(float(dwell) * 1e9)
-    return Sample(
-        **common,
+        return replace(begun, euler_rad=(0.0, 0.0, 0.0), flags=("no_tilt",), censored=True)
+    return replace(
+        begun,
         slip_ns=slip.slip_ns,
         detect_ns=slip.detect_ns,
-        rest_ns=rest_ns,
+        rest_ns=slip.tilt_ns - round(facts.dwell_s * 1e9) if facts.dwell_s else 0,
         azimuth_rad=azimuth_of(downhill_of(plate[[slip.place]])[0]),
         onset_angle_rad=slip.angle_rad,
         onset_sigma_rad=slip.sigma_rad,
         flags=() if slip.resolved else ("onset_unresolved",),
         censored=not slip.slip_ns,
-        **({} if slip.resolved else {"step_to_rad": slip.sigma_rad * math.sqrt(12.0)}),
+        step_to_rad=0.0 if slip.resolved else slip.sigma_rad * math.sqrt(12.0),
     )
 
 

@@ -31,8 +31,8 @@ def attitude(table: Tracks) -> Array:
     tilt = _known(table, "tilt")
     if "azimuth" not in table and tilt.any():
         raise UserError(
-            f"Expected azimuth_rad beside tilt_rad in {table.source}, found none; it is the direction of the tilt's axis "
-            "in the plate, and downhill is (sin azimuth, -cos azimuth)"
+            f"Expected azimuth_rad beside tilt_rad in {table.source}, found none; it is the direction of the "
+            "tilt's axis in the plate, and downhill is (sin azimuth, -cos azimuth)"
         )
     azimuth = _known(table, "azimuth") if "azimuth" in table else np.zeros(len(table))
     half = np.sin(0.5 * tilt)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,8 @@ from station.recording.importers.tracks.table import Tracks
 Times = NDArray[np.int64]
 
 SLOT_S = 100.0
-"""Runs that have a clock each begin at multiples of this, or of the next power of ten that holds the longest. It must not
-depend on a run's own length: a simulated run that is longer has to get the stamps of the recorded one."""
+"""Runs that have a clock each begin at multiples of this, or of the next power of ten that holds the longest. It must
+not depend on a run's own length: a simulated run that is longer has to get the stamps of the recorded one."""
 
 LEAST_RUNS = 2
 """The number of runs from which they can differ; a diagnosis wants more, and says so itself."""
@@ -84,7 +85,8 @@ def _refuse_gaps(table: Tracks) -> None:
     odd = np.flatnonzero((number != np.round(number)) | (number < 0) | (number > MOST_RUN))
     if len(odd):
         raise UserError(
-            f"{table.source}, row {odd[0] + 1}: expected a whole number from 0 to {MOST_RUN} as 'run', got {number[odd[0]]:g}"
+            f"{table.source}, row {odd[0] + 1}: expected a whole number from 0 to {MOST_RUN} as 'run', "
+            f"got {number[odd[0]]:g}"
         )
     if t.min() < 0:
         row = int(np.argmin(t))
@@ -121,7 +123,7 @@ def _refuse_mixed(table: Tracks, rows: list[NDArray[np.int64]]) -> None:
 
 def _follow(times: list[Array]) -> bool:
     begun = sorted(times, key=lambda own: float(own[0]))
-    return len(times) > 1 and all(float(a[-1]) < float(b[0]) for a, b in zip(begun, begun[1:], strict=False))
+    return len(times) > 1 and all(float(a[-1]) < float(b[0]) for a, b in pairwise(begun))
 
 
 def _slot_s(t: Array, rows: list[NDArray[np.int64]]) -> float:
