@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shared.errors import UserError
 from shared.messages import BlockPose
 from station.recording.importers.tracks.runs import Run
 from station.recording.importers.tracks.table import Tracks
-
-Bools = NDArray[np.bool_]
 
 POSE = ("x", "y", "yaw")
 
@@ -24,7 +21,7 @@ class Poses:
         own = {name: table.numbers.get(name, zeros) for name in (*POSE, "z", "roll", "pitch")}
         self.place_m = np.column_stack([own["x"], own["y"]])
         self.yaw_rad = own["yaw"]
-        self.found: Bools = np.isfinite(np.column_stack(list(own.values()))).all(axis=1)
+        self.found = np.asarray(np.isfinite(np.column_stack(list(own.values()))).all(axis=1), dtype=np.bool_)
         self._z = own["z"]
         turns = np.column_stack([own["yaw"], own["pitch"], own["roll"]])
         self._quaternion = np.full((len(table), 4), np.nan)
