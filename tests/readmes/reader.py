@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import chdir
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
 from tests.concealed.session import SessionRecord, run_session
 from tests.concealed.world import NULL
-from tests.readmes.blocks import ROOT
+from tests.readmes.blocks import ROOT, blocks
 from tests.system.processes import rig_file
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.diagnosis.tables import samples
@@ -29,7 +30,15 @@ def furnish(folder: Path) -> Path:
     (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
     shutil.copy(GOLDEN, folder / "session.mcap")
     write_samples(samples(grain=0.2), folder / "samples.csv")
+    _write_tracks(folder)
     return folder
+
+
+def _write_tracks(folder: Path) -> None:
+    """The tables of tracks, recorded and simulated, that the importers' page writes."""
+    (page,) = (block for block in blocks("python") if block.readme == "station/recording/importers/README.md")
+    with chdir(folder):
+        exec(page.text, {})
 
 
 def write_twenty_runs(path: Path) -> None:

@@ -72,11 +72,13 @@ class Motion:
 def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     """The slip of a run whose plate tilts."""
     tilt, seen = tilt_of(run.plate), np.flatnonzero(run.found)
-    begin = max(int(np.argmax(np.abs(tilt - tilt[0]) > BEGINS_RAD)) - 1, 0)
+    tilted = np.abs(tilt - tilt[0]) > BEGINS_RAD
+    begin = max(int(np.argmax(tilted)) - 1, 0)
     lying = max(int(np.searchsorted(seen, begin)), 1)
     rest = np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
     tilt_ns = int(run.time_ns[begin])
-    slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
+    away = np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M
+    slid = np.flatnonzero(away & tilted[seen])  # what moves a block on a plate that is level again is no slip
     if not len(slid):
         steepest = int(np.argmax(tilt))
         return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), place=steepest)
