@@ -77,9 +77,8 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     lying = max(int(np.searchsorted(seen, begin)), 1)
     rest = np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
     tilt_ns = int(run.time_ns[begin])
-    away = np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M
-    slid = np.flatnonzero(away & tilted[seen])  # what moves a block on a plate that is level again is no slip
-    if not len(slid):
+    slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
+    if not len(slid) or not tilted[seen[slid[0]]]:  # what moves a block on a level plate is no slip
         steepest = int(np.argmax(tilt))
         return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), place=steepest)
     detected = int(seen[slid[0]])
