@@ -101,7 +101,7 @@ def examined(
     progress("reading the evidence")
     chosen = setting or Setting()
     evidence = evidence_from(recorded, chosen)
-    why = _why_not(evidence)
+    why = why_not(evidence)
     if why:
         return Examined(diagnosis=_refusal(evidence, catalogue, why, name=name), pictures=PictureData())
     rng = np.random.default_rng(seed)
@@ -120,7 +120,7 @@ def examined(
     return Examined(diagnosis=answer, pictures=pictures, found=judged)
 
 
-def _why_not(evidence: Evidence) -> str | None:
+def why_not(evidence: Evidence) -> str | None:
     """The reason, in one sentence, why nothing can be tested; None if something can."""
     used = evidence.used()
     if not evidence.channels or used == 0:

@@ -11,6 +11,9 @@ import numpy as np
 from station.physics.contact import Contact
 from station.physics.effect import Effect, Values
 
+OF_STATIC = "mu_s"
+"""The unit of a quantity that is relative to the static friction of its model."""
+
 SHARES = (0.25, 0.75)
 """The quartiles of the different recorded speeds between which the slope is taken."""
 
@@ -31,4 +34,4 @@ def speed_slope(effect: Effect, contact: Contact, values: Values) -> Mapping[str
     one = contact.chosen(np.flatnonzero(contact.moving)[:1].repeat(2))
     slow, fast = np.ravel(effect.friction(replace(one, speed_m_s=np.array([low, high])), values)).tolist()
     words = f"change of friction per e-fold of speed, {1e3 * low:.3g} to {1e3 * high:.3g} mm/s"
-    return {words: ((fast - slow) / math.log(high / low), "1")}
+    return {words: ((fast - slow) / math.log(high / low), OF_STATIC)}

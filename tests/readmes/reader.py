@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import chdir
 from functools import cache
 from pathlib import Path
 
@@ -33,6 +34,7 @@ def furnish(folder: Path) -> Path:
     write_samples(samples(seed=4), folder / "simulated.csv")
     (folder / "my_sim.py").write_text(_own_simulator(), encoding="utf-8")
     (folder / "scene.xml").write_text(SCENE.format(mu=0.35).replace("cube", "block"), encoding="utf-8")
+    _write_tracks(folder)
     return folder
 
 
@@ -40,6 +42,13 @@ def _own_simulator() -> str:
     """The simulator that its page shows, and a second function in the same file."""
     (text,) = [block.text for block in blocks("python") if block.readme == "station/simulators/yours/README.md"]
     return f"{text}\n\nother = simulate\n"
+
+
+def _write_tracks(folder: Path) -> None:
+    """The tables of tracks, recorded and simulated, that the importers' page writes."""
+    (page,) = (block for block in blocks("python") if block.readme == "station/recording/importers/README.md")
+    with chdir(folder):
+        exec(page.text, {})
 
 
 def write_twenty_runs(path: Path) -> None:

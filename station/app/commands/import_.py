@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 
+from shared.errors import UserError
 from shared.programs import how_to_call
-from station.recording.importers import importers, write
+from station.app.import_check import checked
+from station.friction.onset import estimate_onset
+from station.recording.importers import Imported, importers, write
 from station.recording.reader import open_recording
 
 NAME = "import"
-HELP = "make a recording of measurements in another format (cube-tosses, …)"
+HELP = "make a recording of measurements in another format (tracks, cube-tosses)"
 EXAMPLE = "station import cube-tosses tosses.parquet --out tosses.mcap"
 
 
@@ -20,15 +24,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     listed = "; ".join(f"{name}: {found[name].HELP}" for name in sorted(found))
     parser.add_argument("format", choices=sorted(found), help=listed)
     parser.add_argument("file", type=Path, help="the file to import")
-    parser.add_argument("--out", type=Path, required=True, help="the recording to write (.mcap)")
+    parser.add_argument("--out", type=Path, help="the recording to write (.mcap)")
+    parser.add_argument(
+        "--check", action="store_true", help="say what the file lacks and which effects cannot be tested without it"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Imports, and says what came of it."""
-    imported = importers()[args.format].read(args.file)
-    count = write(imported, args.out)
-    reader = open_recording(args.out)
-    print(f"{args.out}: {count} messages, {len(reader.samples())} runs, {reader.duration_s:.1f} s")
+    if args.out is None and not args.check:
+        raise UserError("Expected the recording to write (--out FILE.mcap) or --check, got neither")
+    imported = importers()[args.format].read(args.file, onset=estimate_onset)
+    if args.out is None:
+        with tempfile.TemporaryDirectory() as folder:
+            _written(imported, Path(folder) / "checked.mcap", check=True)
+        return 0
+    print(f"{args.out}: {_written(imported, args.out, check=args.check)}")
     station = how_to_call("station")
     print(f"Look at it:  {station} replay {args.out}    Check it:  {station} doctor {args.out}")
     return 0
+
+
+def _written(imported: Imported, path: Path, *, check: bool) -> str:
+    count = write(imported, path)
+    reader = open_recording(path)
+    if check:
+        for line in (*imported.lacking, *checked(reader)):
+            print(line)
+    return f"{count} messages, {len(reader.samples())} runs, {reader.duration_s:.1f} s"

@@ -1,4 +1,4 @@
-"""The slides frame by frame, from where their windows begin to where they end, for comparison with a simulator."""
+"""The slides frame by frame, from their first window to their last one's end, for comparison with a simulator."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 class Ride:
     """One slide: the run's place in the evidence, its frames (k,), poses (k, 3) as seen, and the camera's view of them.
 
+    The first FRAMES frames are the first window, from which a simulation takes its start; there are more than these.
     `rest_s` is the block's dwell before it.
     """
 
@@ -47,10 +48,10 @@ class Rides:
 
 
 def rides(recorded: Recorded) -> Rides:
-    """The slides that have windows, each from the middle of its first one to its last one's end, or to the foam."""
+    """The slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
     stretch: dict[int, tuple[int, int]] = {}
     for place, window in recorded.windows:
-        first = stretch.get(place, ((window.from_ns + window.to_ns) // 2, 0))[0]
+        first = stretch.get(place, (window.from_ns, 0))[0]
         stretch[place] = (first, window.to_ns)
     found = (_ride(recorded, place, *ends) for place, ends in stretch.items())
     return Rides(
@@ -65,7 +66,7 @@ def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | No
     part = track.frames(from_ns, to_ns + 1)
     touching = np.flatnonzero(recorded.setting.free_m(track.pose[part]) < thresholds.FREE_M)
     part = slice(part.start, part.start + int(touching[0])) if len(touching) else part
-    if part.stop - part.start < FRAMES:
+    if part.stop - part.start <= FRAMES:
         return None
     time_ns, pose = track.time_ns[part], track.pose[part]
     return Ride(

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from station.diagnosis.report.sentences import in_order, next_lines, own_level, sentence, set_differently
-from station.diagnosis.result import Diagnosis, FitQuality, Quality, Side, Value
+from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, Value
 
 MOST_PLACES = 4
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
@@ -104,12 +104,19 @@ def _effects(diagnosis: Diagnosis) -> Table:
     for column in columns if diagnosis.given else (columns[0], *columns[2:]):
         table.add_column(column)
     for effect in in_order(diagnosis):
-        values = ", ".join(f"{name} = {value}" for name, value in effect.parameters.items())
-        known = (Value(value=one.value, sd=one.sd, unit=one.unit) for one in effect.determined)
-        values += "".join(f"; {one.expression}: {value}" for one, value in zip(effect.determined, known, strict=True))
-        cells = [", ".join(effect.class_ids), _WHERE[effect.side], f"{effect.probability:.2f}", effect.verdict, values]
+        much = _how_much(effect)
+        cells = [", ".join(effect.class_ids), _WHERE[effect.side], f"{effect.probability:.2f}", effect.verdict, much]
         table.add_row(*(cells if diagnosis.given else (cells[0], *cells[2:])))
     return table
+
+
+def _how_much(effect: EffectFound) -> str:
+    """What is determined, then the single numbers; a number at its bound is only said to be there if more is known."""
+    known = [f"{one.expression}: {Value(value=one.value, sd=one.sd, unit=one.unit)}" for one in effect.determined]
+    single = {name: value for name, value in effect.parameters.items() if not (known and value.at_bound)}
+    told = ", ".join(f"{name} = {value}" for name, value in single.items())
+    held = [f"{name} is at its bound" for name in effect.parameters if name not in single]
+    return "; ".join([*known, *([told] if told else []), *held])
 
 
 def _fit(diagnosis: Diagnosis) -> Text:

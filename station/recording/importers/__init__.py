@@ -4,17 +4,17 @@ An importer has
 
     NAME = "cube-tosses"                      # as in `station import cube-tosses`
     HELP = "one line"
-    def read(source: Path) -> Imported: ...   # raises UserError for a source that is not what it should be
+    def read(source: Path, *, onset: Traced | None = None) -> Imported: ...   # raises UserError for a wrong source
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 from shared.messages import Message
 from station.recording.provenance import Provenance
@@ -23,13 +23,20 @@ from station.recording.writer import Recording
 Item = tuple[str, int, Message]
 """Topic, receive time (ns) and message."""
 
+Traced = Callable[..., Any]
+"""`station.friction.onset.estimate_onset`, which the command hands over: what records may not import what measures."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Imported:
-    """What an importer read: where it comes from, and the messages in order of their receive time."""
+    """What an importer read: where it comes from, and the messages in order of their receive time.
+
+    `lacking` has one line for each thing that the source could say and does not.
+    """
 
     provenance: Provenance
     messages: Iterable[Item]
+    lacking: tuple[str, ...] = ()
 
 
 class Importer(Protocol):
@@ -38,8 +45,8 @@ class Importer(Protocol):
     NAME: str
     HELP: str
 
-    def read(self, source: Path) -> Imported:
-        """Reads a foreign file."""
+    def read(self, source: Path, *, onset: Traced | None = None) -> Imported:
+        """Reads a foreign file; where it has slides and no onsets, `onset` estimates these."""
         ...
 
 

@@ -25,7 +25,7 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from shared.geometry import Array, euler_of
 from shared.messages import BlockPose, Message, PlatformState, RunEvent, Sample
-from station.recording.importers import Imported, Item
+from station.recording.importers import Imported, Item, Traced
 from station.recording.provenance import Attachment, Provenance
 
 NAME = "cube-tosses"
@@ -42,7 +42,7 @@ _COLUMNS = ("toss", "frame", *_POSE)
 _REST_M = 1e-3
 
 
-def read(source: Path) -> Imported:
+def read(source: Path, *, onset: Traced | None = None) -> Imported:  # noqa: ARG001 - nothing tilts
     """Reads the table and what lies beside it (README.md, LICENSE).
 
     Raises:

@@ -21,7 +21,7 @@ from station.physics.model import Model, Term
 from station.simulators.simulator import simulator
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 
-PER_E_FOLD, DECADES = 0.03, 2.5
+PER_E_FOLD, DECADES, MU_S = 0.03, 2.5, 0.3
 
 
 @cache
@@ -31,7 +31,7 @@ def _strengthening() -> tuple[Evidence, Fit]:
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     law = catalogue()["rate_strengthening"]
     term = Term(law, {"per_e_fold": PER_E_FOLD, "slower_decades": DECADES})
-    model, rng = Model(mu_s=0.3, scatter=0.03, terms=(term,)), np.random.default_rng(3)
+    model, rng = Model(mu_s=MU_S, scatter=0.03, terms=(term,)), np.random.default_rng(3)
     signals = joined([simulator("planar").repeat(recorded, model, rig=rig, rng=rng) for _ in range(8)])
     evidence = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M))
     return evidence, fit(evidence, levelled(evidence, model), [law])
@@ -95,3 +95,15 @@ def test_a_single_number_stands_for_itself() -> None:
     drop = catalogue()["kinetic_drop"]
     with_drop = fit(evidence, found.model.with_term(Term(drop, drop.neutral())), [drop], noise=found.noise)
     assert determined(evidence, with_drop, next(t for t in with_drop.model.terms if t.effect == drop)) == ()
+
+
+def test_without_an_onset_a_slope_is_told_as_a_coefficient_of_friction() -> None:
+    """No block was seen to let go: what is relative to static friction depends on a number that nobody saw."""
+    evidence, found = _strengthening()
+    sliding = replace(evidence, channels=tuple(one for one in evidence.channels if one.name == "along"))
+    model = found.model
+    alone = fit(sliding, model, [catalogue()["rate_strengthening"]], noise=found.noise)
+    (slope,) = determined(sliding, alone, alone.model.terms[-1])
+    assert slope.expression.endswith("as a coefficient")
+    assert slope.value == pytest.approx(PER_E_FOLD * MU_S, rel=0.15)
+    assert 0.0 < slope.sd < 0.1 * slope.value

@@ -1,0 +1,124 @@
+"""The begin of a run's tilt and of its slide, which no column says: from the attitude and the block's path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shared.geometry import Array
+from station.recording.importers import Traced
+from station.recording.importers.tracks.plate import downhill_of, tilt_of
+from station.recording.importers.tracks.runs import Times
+
+Bools = NDArray[np.bool_]
+
+TURNS_RAD = 0.02
+"""A plate that turns by less within a run does not tilt until the block slides; an onset at less tells nothing either
+(`station.diagnosis.thresholds.LEAST_TILT_RAD`)."""
+
+BEGINS_RAD = 2e-3
+"""A tilt has begun when it has grown by this much: ten times the noise of a usual attitude."""
+
+MOVED_M = 2e-3
+"""A block has slid when it is this far from where it lay: about the 10 px of the paper's rule."""
+
+LEAST_LYING = 4
+"""The least number of frames from which a track's noise is read."""
+
+LEAST_SIGMA_M = 1e-6
+"""The noise of a simulated track, which has none: an onset's fit divides by it."""
+
+LEAST_ALONG = 0.2
+"""The least cosine between slide and downhill in the fit, which divides by it; the rig's own is the same."""
+
+FITTED_NS = 3_000_000_000
+"""The stretch of path before the detection that is fitted, as on the rig."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slip:
+    """The begin of a run's tilt; its slide and the slide's detection, ns, 0 if the block held; the onset's tilt, rad.
+
+    `place` is the frame of the onset, or of the steepest tilt; an onset that is not `resolved` lies before `detect_ns`.
+    """
+
+    tilt_ns: int
+    slip_ns: int = 0
+    detect_ns: int = 0
+    angle_rad: float
+    sigma_rad: float = 0.0
+    place: int
+    resolved: bool = True
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Motion:
+    """A run: stamps (k,), attitudes (k, 4), and places (k, 2) where the block was `found` (k,)."""
+
+    time_ns: Times
+    plate: Array
+    place_m: Array
+    found: Bools
+
+    @property
+    def tilts(self) -> bool:
+        """True if the plate is tilted during the run."""
+        return bool(np.ptp(tilt_of(self.plate)) > TURNS_RAD)
+
+
+def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
+    """The slip of a run whose plate tilts."""
+    tilt, seen = tilt_of(run.plate), np.flatnonzero(run.found)
+    tilted = np.abs(tilt - tilt[0]) > BEGINS_RAD
+    begin = max(int(np.argmax(tilted)) - 1, 0)
+    lying = max(int(np.searchsorted(seen, begin)), 1)
+    rest = np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
+    tilt_ns = int(run.time_ns[begin])
+    slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
+    if not len(slid) or not tilted[seen[slid[0]]]:  # what moves a block on a level plate is no slip
+        steepest = int(np.argmax(tilt))
+        return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), place=steepest)
+    detected = int(seen[slid[0]])
+    moved = Slip(
+        tilt_ns=tilt_ns,
+        slip_ns=int(run.time_ns[detected]),
+        detect_ns=int(run.time_ns[detected]),
+        angle_rad=float(tilt[detected]),
+        sigma_rad=float(np.ptp(tilt[begin : detected + 1])) / math.sqrt(12.0),
+        place=detected,
+        resolved=False,
+    )
+    return moved if onset is None else _fitted(run, moved, seen[: int(slid[0]) + 1], rest, onset)
+
+
+def _fitted(run: Motion, moved: Slip, frames: NDArray[np.int64], rest: Array, onset: Traced) -> Slip:
+    """The slip fitted to the path up to the last of `frames`, its detection; `moved` if it cannot be."""
+    detected = int(frames[-1])
+    first = int(np.searchsorted(run.time_ns, max(moved.tilt_ns, moved.detect_ns - FITTED_NS)))
+    own, down = frames[frames >= first], downhill_of(run.plate)[detected]
+    slide = run.place_m[detected] - rest
+    way = slide / np.linalg.norm(slide)
+    lying = frames[run.time_ns[frames] <= moved.tilt_ns]
+    before = run.place_m[lying if len(lying) >= LEAST_LYING else own[:LEAST_LYING]] @ way
+    fit = onset(
+        run.time_ns[own],
+        (run.place_m[own] - rest) @ way,
+        tilt_ns=run.time_ns[first : detected + 2],
+        tilt_rad=tilt_of(run.plate[first : detected + 2]),
+        sigma_m=max(float(np.std(before)), LEAST_SIGMA_M),
+        along=max(LEAST_ALONG, float(way @ down)),
+        ahead_m=float(rest @ down),
+    )
+    if fit is None:
+        return moved
+    return replace(
+        moved,
+        slip_ns=int(fit.slip_ns),
+        angle_rad=float(fit.angle_rad),
+        sigma_rad=float(fit.angle_sigma_rad),
+        place=min(int(np.searchsorted(run.time_ns, fit.slip_ns)), len(run.time_ns) - 1),
+        resolved=True,
+    )

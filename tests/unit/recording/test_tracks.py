@@ -1,0 +1,188 @@
+"""Tables of tracks become recordings with runs, onsets and what is known; a wrong table is one sentence."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from shared.errors import UserError
+from station.app.commands import import_
+from station.friction.onset import estimate_onset
+from station.recording.arrays import load_signals
+from station.recording.importers import tracks, write
+from station.recording.reader import open_recording
+
+Columns = dict[str, list[float]]
+RATE, MU = 0.15, 0.35
+
+
+def run_of(number: int, *, azimuth: float = 0.5, begins_s: float = 0.5) -> Columns:
+    """A block without noise that slides 40 mm from where a plate that tilts at 0.15 rad/s pulls as much as it holds."""
+    columns: Columns = {name: [] for name in ("run", "t_s", "x_m", "y_m", "yaw_rad", "tilt_rad", "azimuth_rad")}
+    slid = speed = step = 0.0
+    while slid < 0.04:
+        tilt = max(0.0, RATE * (1e-3 * step - begins_s))
+        if step % 10 == 0:
+            row = (number, 1e-3 * step, slid * math.sin(azimuth), -slid * math.cos(azimuth), 0.2, tilt, azimuth)
+            for name, value in zip(columns, row, strict=True):
+                columns[name].append(value)
+        speed = max(0.0, speed + 9.81e-3 * (math.sin(tilt) - MU * math.cos(tilt)))
+        slid, step = slid + 1e-3 * speed, step + 1
+    return columns
+
+
+def two_runs() -> Columns:
+    parts = (run_of(3), run_of(7, azimuth=2.0))
+    return {name: [*parts[0][name], *parts[1][name]] for name in parts[0]}
+
+
+def saved(columns: Columns, path: Path) -> Path:
+    lines = [",".join(columns), *(",".join(map(str, row)) for row in zip(*columns.values(), strict=True))]
+    path.write_text("\n".join(lines).replace("nan", ""), encoding="utf-8")
+    return path
+
+
+def imported(path: Path, out: Path) -> Path:
+    write(tracks.read(path, onset=estimate_onset), out)
+    return out
+
+
+def test_a_run_gets_its_onset_where_the_plate_pulls_as_much_as_friction_holds(tmp_path: Path) -> None:
+    reader = open_recording(imported(saved(two_runs(), tmp_path / "a.csv"), tmp_path / "a.mcap"))
+    samples = reader.samples()
+    assert [sample.run for sample in samples] == [3, 7]
+    for sample, azimuth in zip(samples, (0.5, 2.0), strict=True):
+        assert not sample.censored
+        assert sample.onset_angle_rad == pytest.approx(math.atan(MU), abs=2e-3)
+        assert sample.azimuth_rad == pytest.approx(azimuth, abs=1e-6)
+    signals = load_signals(reader).run(3)
+    assert len(signals.block) == len(run_of(3)["t_s"])
+    assert signals.attitude.tilt_rad == pytest.approx(run_of(3)["tilt_rad"], abs=1e-9)
+    assert signals.block.position_m[:, 0] == pytest.approx(run_of(3)["x_m"])
+
+
+def test_units_a_parquet_file_and_a_quaternion_give_the_same(tmp_path: Path) -> None:
+    known = two_runs()
+    half, azimuth = 0.5 * np.array(known["tilt_rad"]), np.array(known["azimuth_rad"])
+    other = {
+        "run": pa.array([int(run) for run in known["run"]]),
+        "t_ms": pa.array([1e3 * t for t in known["t_s"]]),
+        "x_mm": pa.array([1e3 * x for x in known["x_m"]]),
+        "y_mm": pa.array([1e3 * y for y in known["y_m"]]),
+        "yaw_deg": pa.array(np.degrees(known["yaw_rad"])),
+        "plate_qw": pa.array(np.cos(half)),
+        "plate_qx": pa.array(np.sin(half) * np.cos(azimuth)),
+        "plate_qy": pa.array(np.sin(half) * np.sin(azimuth)),
+        "plate_qz": pa.array(np.zeros(len(half))),
+    }
+    pq.write_table(pa.table(other), tmp_path / "b.parquet")
+    first = open_recording(imported(saved(known, tmp_path / "a.csv"), tmp_path / "a.mcap")).samples()
+    second = open_recording(imported(tmp_path / "b.parquet", tmp_path / "b.mcap")).samples()
+    for a, b in zip(first, second, strict=True):
+        assert b.slip_ns == pytest.approx(a.slip_ns, abs=1e5)
+        assert b.onset_angle_rad == pytest.approx(a.onset_angle_rad, abs=1e-5)
+        assert b.start_yaw_rad == pytest.approx(a.start_yaw_rad)
+
+
+def test_what_is_known_of_a_run_is_in_its_sample(tmp_path: Path) -> None:
+    known = two_runs()
+    light = [run == 3 for run in known["run"]]
+    known |= {"mass_g": [5.0 if one else 9.0 for one in light], "dwell_s": [2.0] * len(light)}
+    first, second = open_recording(imported(saved(known, tmp_path / "a.csv"), tmp_path / "a.mcap")).samples()
+    assert (first.block_mass_kg, second.block_mass_kg) == pytest.approx((0.005, 0.009))
+    assert math.isnan(first.temperature_c)
+    assert first.slip_ns - first.rest_ns == pytest.approx((2.0 + math.atan(MU) / RATE) * 1e9, abs=3e7)
+
+
+def test_a_block_that_holds_and_is_moved_on_the_level_plate_did_not_slip(tmp_path: Path) -> None:
+    known = two_runs()
+    count = known["run"].count(3)
+    held = {**known, "x_m": [*[0.0] * count, *known["x_m"][count:]], "y_m": [*[0.0] * count, *known["y_m"][count:]]}
+    for name, values in (("tilt_rad", [0.1, 0.0, 0.0]), ("x_m", [0.0, 0.0, 0.03]), ("y_m", [0.0] * 3)):
+        held[name] = [*held[name][:count], *values, *held[name][count:]]
+    last = known["t_s"][count - 1]
+    held["t_s"] = [*known["t_s"][:count], *(last + 0.01 * step for step in (1, 2, 3)), *known["t_s"][count:]]
+    for name, value in (("run", 3.0), ("yaw_rad", 0.2), ("azimuth_rad", 0.5)):
+        held[name] = [*known[name][:count], *[value] * 3, *known[name][count:]]
+    samples = open_recording(imported(saved(held, tmp_path / "a.csv"), tmp_path / "a.mcap")).samples()
+    assert [sample.censored for sample in samples] == [True, False]
+    assert samples[0].onset_angle_rad == pytest.approx(max(known["tilt_rad"][:count]))
+
+
+def test_a_lost_block_is_said_to_be_lost_and_a_level_plate_has_no_onset(tmp_path: Path) -> None:
+    known = two_runs()
+    known["x_m"][5], known["tilt_rad"] = math.nan, [0.0] * len(known["run"])
+    reader = open_recording(imported(saved(known, tmp_path / "a.csv"), tmp_path / "a.mcap"))
+    assert (~load_signals(reader).block.found).sum() == 1
+    assert all(sample.censored and sample.flags == ("no_tilt",) for sample in reader.samples())
+
+
+Change = Callable[[Columns], object]
+
+
+def _set(name: str, row: int, value: float) -> Change:
+    return lambda columns: columns[name].__setitem__(row, value)
+
+
+BAD: dict[str, tuple[Change, str]] = {
+    "time without a number": (_set("t_s", 3, math.nan), "row 4: expected a number for 't_s', got none"),
+    "doubled time": (_set("t_s", 4, 0.03), "row 5: expected rising times in run 3, got 0.03 s twice; leave one"),
+    "unsorted time": (_set("t_s", 4, 0.01), "row 5: expected rising times in run 3, got 0.01 s after 0.03 s; sort"),
+    "attitude without a number": (_set("tilt_rad", 2, math.nan), "row 3: expected the plate's attitude in every row"),
+    "no attitude": (lambda columns: columns.pop("tilt_rad"), "Expected the plate's attitude in .*found none"),
+    "no azimuth": (lambda columns: columns.pop("azimuth_rad"), "Expected azimuth_rad beside tilt_rad"),
+    "no place": (lambda columns: columns.pop("y_m"), "missing are y_m"),
+    "no run": (lambda columns: columns.pop("run"), "Expected a column 'run'"),
+    "one run": (lambda columns: columns.update(run_of(3)), "at least 2 runs in .*, got one"),
+    "a name misspelt": (
+        lambda columns: columns.update(yawrad=columns.pop("yaw_rad")),
+        "got 'yawrad'; rename it yaw_rad",
+    ),
+    "a unit unknown": (
+        lambda columns: columns.update(x_inch=columns.pop("x_m")),
+        "got 'x_inch'; convert it and call it x_m",
+    ),
+    "a plate that stays tilted": (
+        lambda columns: columns.update(tilt_rad=[0.3] * len(columns["run"])),
+        "stays at 0.3 rad",
+    ),
+    "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_wrong_table_is_one_sentence(name: str, tmp_path: Path) -> None:
+    change, said = BAD[name]
+    columns = two_runs()
+    change(columns)
+    with pytest.raises(UserError, match=said) as raised:
+        imported(saved(columns, tmp_path / "a.csv"), tmp_path / "a.mcap")
+    assert "\n" not in str(raised.value)
+
+
+def test_check_says_what_is_missing_and_what_cannot_be_tested(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    parts = [run_of(number, azimuth=0.3 * number) for number in range(20)]
+    columns = {name: [value for part in parts for value in part[name]] for name in parts[0]}
+    parser = argparse.ArgumentParser()
+    import_.add_arguments(parser)
+    source = saved(columns, tmp_path / "a.csv")
+    assert import_.run(parser.parse_args(["tracks", str(source), "--check"])) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert "No mass_kg: every block has 8 g." in said
+    assert any(line.startswith("It can be diagnosed: 20 of 20 runs") for line in said)
+    assert any(line.startswith("Untestable: ") and "load_dependence" in line for line in said)
+    assert list(tmp_path.glob("*.mcap")) == []
+    few = saved(two_runs(), tmp_path / "b.csv")
+    assert import_.run(parser.parse_args(["tracks", str(few), "--check"])) == 0
+    assert "It cannot be diagnosed: expected at least 20 runs" in capsys.readouterr().out
+    with pytest.raises(UserError, match="--check, got neither"):
+        import_.run(parser.parse_args(["tracks", str(few)]))
