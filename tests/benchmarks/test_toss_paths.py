@@ -3,8 +3,8 @@
     REPOSE_CUBE_TOSSES=tosses.parquet pytest -m benchmark -s tests/benchmarks/test_toss_paths.py
 
 Each half is searched anew and predicts the other. A slide of the other half is simulated again by the plain model and
-by the one that was found, from where its evidence starts, and compared with the camera's track after that. TOSSES_SPLITS
-says how often the tosses are split (2).
+by the one that was found, from where its evidence starts, and compared with the camera's track after that.
+TOSSES_SPLITS says how often the tosses are split (2).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +43,7 @@ def two_runs() -> Columns:
     return {name: [*parts[0][name], *parts[1][name]] for name in parts[0]}
 
 
-def saved(columns: Columns, path: Path) -> Path:
+def saved(columns: Mapping[str, Sequence[object]], path: Path) -> Path:
     lines = [",".join(columns), *(",".join(map(str, row)) for row in zip(*columns.values(), strict=True))]
     path.write_text("\n".join(lines).replace("nan", ""), encoding="utf-8")
     return path
@@ -95,8 +95,10 @@ def test_what_is_known_of_a_run_is_in_its_sample(tmp_path: Path) -> None:
     known = two_runs()
     light = [run == 3 for run in known["run"]]
     known |= {"mass_g": [5.0 if one else 9.0 for one in light], "dwell_s": [2.0] * len(light)}
-    first, second = open_recording(imported(saved(known, tmp_path / "a.csv"), tmp_path / "a.mcap")).samples()
+    named = {**known, "group": ["A" if one else "B" for one in light]}
+    first, second = open_recording(imported(saved(named, tmp_path / "a.csv"), tmp_path / "a.mcap")).samples()
     assert (first.block_mass_kg, second.block_mass_kg) == pytest.approx((0.005, 0.009))
+    assert (first.object, second.object) == ("A", "B")
     assert math.isnan(first.temperature_c)
     assert first.slip_ns - first.rest_ns == pytest.approx((2.0 + math.atan(MU) / RATE) * 1e9, abs=3e7)
 
