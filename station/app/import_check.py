@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 
-from station.app.commands.diagnose import setting_of
+from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import why_not
 from station.diagnosis.inference.fit import fit, levelled

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from shared.geometry import Array
-from station.app.commands.diagnose import setting_of
+from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.observations.build import evidence_of
