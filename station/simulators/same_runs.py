@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def refuse_other_runs(recorded: Signals, simulated: Signals, *, name: str) -> No
         for run in both
         if (
             said := _difference(
-                mine[run], theirs[run], _steepest(recorded, mine[run]), _steepest(simulated, theirs[run])
+                mine[run], theirs[run], *_steepest_of_both((recorded, mine[run]), (simulated, theirs[run]))
             )
         )
     ]
@@ -55,8 +56,12 @@ def _difference(mine: RecordedRun, theirs: RecordedRun, tilt_rad: float, their_t
     return ""
 
 
-def _steepest(signals: Signals, run: RecordedRun) -> float:
-    return float(signals.attitude.between(run.begin_ns, run.end_ns + 1).tilt_rad.max(initial=0.0))
+def _steepest_of_both(*sides: tuple[Signals, RecordedRun]) -> Iterator[float]:
+    """The steepest tilt of each, up to where the shorter ends: some simulators stop as soon as the block slides."""
+    lasted_ns = min(run.end_ns - run.begin_ns for _, run in sides)
+    for signals, run in sides:
+        tilts = signals.attitude.between(run.begin_ns, run.begin_ns + lasted_ns + 1).tilt_rad
+        yield float(tilts.max(initial=0.0))
 
 
 def _listed(runs: dict[int, RecordedRun]) -> str:

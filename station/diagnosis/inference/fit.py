@@ -182,9 +182,9 @@ class _Search:
         self.reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
         self.model = model_of(self.vector, free, base=start)
         self.at = residuals(evidence, self.model)
-        self.slope, self.sloped = np.zeros(0), np.full(len(free), np.inf)
         self.noise = noise or self._noise()
         self._whiten()
+        self.slope, self.sloped = np.zeros((len(self.white), 0)), np.full(len(free), np.inf)
 
     def _noise(self) -> Noise:
         """Estimates the noise from the runs that count."""

@@ -56,7 +56,8 @@ class Whitening:
 
     def __call__(self, values: Array) -> Array:
         """Whitened values; a vector (rows,) or a matrix (rows, columns)."""
-        columns = np.ascontiguousarray(values.reshape(len(values), -1), dtype=np.float64)
+        # A vector is one column; a matrix may have none, where there is nothing to fit.
+        columns = np.ascontiguousarray(values[:, None] if values.ndim == 1 else values, dtype=np.float64)
         white = np.empty_like(columns)
         _solve(self._order, self._edges, self._places, self._factors, columns, white)
         return white.reshape(values.shape)
