@@ -60,6 +60,18 @@ CASES = {
 }
 
 
+LONG = {
+    "an effect is left out, and the level": "four minutes",
+    "only the simulation has it": "more than a minute",
+    "a scene: an effect is left out": "three minutes",
+}
+"""Cases for `pytest -m benchmark`, with what they take on two busy cores."""
+
+
+def cases() -> list[Any]:
+    return [pytest.param(name, marks=[pytest.mark.benchmark] if name in LONG else []) for name in CASES]
+
+
 @cache
 def recorded(truth: tuple[float, float]) -> Signals:
     """The session of `recording`, with the same draws."""
@@ -72,7 +84,7 @@ def answered(case: Case, folder: Path) -> Diagnosis:
     return simulated_again(recording(*case.recorded), recorded(case.recorded), rig=rig, setting=SETTING, simulation=own)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", cases())
 def test_the_difference_is_named_and_the_simulator_gets_better(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
