@@ -32,7 +32,7 @@ SETTINGS: dict[str, str] = {
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
         search.candidates:HARDLY search.tipping:STEEPNESS search.tipping:SHIFTED search.places:CONSTANT
         search.smooth:SAME search.places:DEPENDENT
-        search.tipping:SCATTERS search.tipping:MISTAKES predict.resimulated:KNOT_NS""",
+        search.tipping:SCATTERS search.tipping:MISTAKES predict.resimulated:KNOT_NS predict.resimulated:BEGIN""",
     "units and constants of mathematics": """
         predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM""",
     "what a result shows, and how; no claim depends on it": """

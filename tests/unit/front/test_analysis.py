@@ -47,7 +47,8 @@ def test_it_says_and_writes_what_the_command_does(
 
 def test_its_samples_carry_the_filters_names(table: Path) -> None:
     found = station.analyze(str(table)).samples
-    assert found.columns == station.open(GOLDEN).samples.columns
+    recorded = station.open(GOLDEN).samples.columns
+    assert found.columns == tuple(name for name in recorded if name != "foam_free_m"), "which a table may lack"
     assert dict(zip(found["run"].tolist(), found["flags"].tolist(), strict=True))[901] == "distance"
     assert len(found) == len(read_samples(table))
 
