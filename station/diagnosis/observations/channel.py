@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -35,6 +35,13 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.run)
+
+    def chosen(self, rows: Times | Bools) -> Rows:
+        """The rows with these indices or under this mask."""
+        columns = {one.name: getattr(self, one.name) for one in fields(self)}
+        covariates = columns.pop("covariates")
+        picked = {name: values[rows] for name, values in columns.items()}
+        return Rows(**picked, covariates={name: values[rows] for name, values in covariates.items()})
 
 
 class Channel(ABC):
@@ -120,17 +127,7 @@ class Part(Channel):
     """Some rows of a channel, from which the noise of some runs is estimated."""
 
     def __init__(self, whole: Channel, chosen: Bools) -> None:
-        rows = whole.rows
-        super().__init__(
-            Rows(
-                run=rows.run[chosen],
-                from_ns=rows.from_ns[chosen],
-                to_ns=rows.to_ns[chosen],
-                sigma=rows.sigma[chosen],
-                limit=rows.limit[chosen],
-                covariates={name: values[chosen] for name, values in rows.covariates.items()},
-            )
-        )
+        super().__init__(whole.rows.chosen(chosen))
         self.name, self.phase, self.unit = whole.name, whole.phase, whole.unit
         self.shares_friction = whole.shares_friction
         self._whole, self._chosen = whole, chosen

@@ -2,284 +2,170 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from shared.messages import CameraGeometry
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
-from station.diagnosis.observations.marks import (
-    CREEP_POINTS,
-    PlateMarks,
-    Rest,
-    Shape,
-    strain_of,
-)
+from station.diagnosis.observations.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.starts import leans
+from station.diagnosis.observations.stretches import (
+    LEAST_FRAMES,
+    STRETCH,
+    Stretches,
+    between,
+    mean_attitude,
+    spans,
+    stretch,
+    view_of,
+)
 from station.diagnosis.observations.tracks import RunTrack
-from station.diagnosis.observations.views import IMAGE_PX, block_view
+from station.diagnosis.observations.views import fixed_view
 from station.diagnosis.observations.windows import windows_of
-from station.physics.contact import Array, View
+from station.physics.contact import Array
 from station.physics.covariates import covariates_of
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
 
-STRETCHES = 4
-LEAST_FRAMES = 3
-MEAN_POINTS = 24
 BEFORE_SLIP_NS = 30_000_000
 
-
-@dataclass(frozen=True, eq=False)
-class _Stretch:
-    """A stretch of frames of one run, with the means over it; `place` is the run's place in the evidence."""
-
-    place: int
-    track: RunTrack
-    from_ns: int
-    to_ns: int
-    pose: Array
-    frames: int
-    corner_m: Array | None
-    velocity: Array
-    yaw_rate: float
+FIXED = np.dtype(
+    [
+        ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("level", np.float64, (4, 2)),
+        ("now", np.float64, (4, 2)), ("factor", np.float64),
+    ]
+)  # fmt: skip
+"""A fiducial in one stretch of a tilt: its mean corners level and now, and the error of their difference over that of
+one frame."""
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     """The block's apparent motion before the onset, for runs in which the foam does not hold it."""
-    pairs: list[tuple[_Stretch, _Stretch]] = []
-    for place, track in enumerate(recorded.tracks):
-        start = _stretch(place, track, track.level_ns, track.tilt_ns)
-        until = (track.slip_ns or track.end_ns) - BEFORE_SLIP_NS
-        held = track.sample.censored or leans(track, recorded.setting)
-        if start is None or until <= track.tilt_ns or held:
-            continue
-        edges = np.linspace(track.tilt_ns, until, STRETCHES + 1).astype(np.int64).tolist()
-        stretches = (_stretch(place, track, *pair) for pair in itertools.pairwise(edges))
-        pairs += [(start, stretch) for stretch in stretches if stretch is not None]
-    if not pairs:
+    found = [pair for place, track in enumerate(recorded.tracks) for pair in _resting(recorded, place, track)]
+    if not found:
         return []
-    starts, stretches = [start for start, _ in pairs], [stretch for _, stretch in pairs]
-    view, start_view = _view(stretches, recorded), _view(starts, recorded)
-    moved = np.array([stretch.pose[:2] - start.pose[:2] for start, stretch in pairs])
-    sigma = np.array([s.track.sigma_m * np.sqrt(1 / s.frames + 1 / b.frames) for b, s in pairs])
-    creeping = _creeping(stretches, recorded)
+    before, now = (np.array(list(rows), dtype=STRETCH) for rows in zip(*found, strict=True))
+    view, level = view_of(now, recorded), view_of(before, recorded)
+    moved = now["pose"][:, :2] - before["pose"][:, :2]
+    sigma = now["sigma_m"] * np.sqrt(1 / now["frames"] + 1 / before["frames"])
+    creeping = _creeping(now, recorded)
+    known = {
+        name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()
+    }
     rows = rows_of(
-        {**_span(stretches), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)},
-        {name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()}
-        | {"tilt": view.tilt_rad},
+        {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, {**known, "tilt": view.tilt_rad}
     )
-    creep_s = np.array([1e-9 * (0.5 * (s.from_ns + s.to_ns) - s.track.tilt_ns) for s in stretches])
-    return [
-        Rest(rows, (moved * view.down).sum(axis=1), view=view, start=start_view, creeping=creeping, creep_s=creep_s)
-    ]
+    creep_s = 1e-9 * (0.5 * (now["from_ns"] + now["to_ns"]) - now["tilt_ns"])
+    return [Rest(rows, (moved * view.down).sum(axis=1), view=view, start=level, creeping=creeping, creep_s=creep_s)]
+
+
+def _resting(recorded: Recorded, place: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:
+    """A run's stretch with the plate level beside each stretch of its tilt."""
+    level = stretch(place, track, track.level_ns, track.tilt_ns)
+    until = (track.slip_ns or track.end_ns) - BEFORE_SLIP_NS
+    if level is None or until <= track.tilt_ns or track.sample.censored or leans(track, recorded.setting):
+        return
+    for span in spans(track.tilt_ns, until):
+        if (now := stretch(place, track, *span)) is not None:
+            yield level, now
+
+
+def _creeping(stretches: Stretches, recorded: Recorded) -> Moments:
+    """CREEP_POINTS moments between the begin of the tilt and each stretch's middle, the block at rest."""
+    time_ns = between(stretches["tilt_ns"], (stretches["from_ns"] + stretches["to_ns"]) // 2, CREEP_POINTS)
+    pose = np.repeat(stretches["pose"], CREEP_POINTS, axis=0)
+    return Moments(
+        time_ns=time_ns,
+        run=np.repeat(stretches["run"], CREEP_POINTS),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        place_m=pose[:, :2],
+        yaw_rad=pose[:, 2],
+    )
 
 
 def plate_channel(recorded: Recorded) -> Sequence[Channel]:
     """The apparent motion of the first usable fiducial on the plate, which only the camera can cause."""
     geometry = recorded.signals.geometry
-    if geometry is None:
-        return []
-    channels: list[Channel] = []
     for fiducial in recorded.signals.fiducials.values():
         seen = fiducial.select(fiducial.found)
-        if len(seen) < LEAST_FRAMES or not len(recorded.plate):
+        if geometry is None or len(seen) < LEAST_FRAMES or not len(recorded.plate):
             continue
-        channels += _fiducial(
-            recorded, seen.time_ns, seen.on_plate(geometry), float(np.nanmedian(seen.sigma_px)), geometry
-        )
-    return channels[:1]
+        parts = _fixed(recorded, seen.time_ns, seen.on_plate(geometry))
+        if len(parts):
+            return [_plate_marks(recorded, parts, float(np.nanmedian(seen.sigma_px)), geometry)]
+    return []
 
 
-def _fiducial(
-    recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: float, geometry: CameraGeometry
-) -> Sequence[Channel]:
-    rows: list[tuple[int, int, int, Array, Array, float]] = []
-    for place, track in enumerate(recorded.tracks):
-        level = _mean_corners(time_ns, corner_m, track.level_ns, track.tilt_ns)
-        until = track.slip_ns or track.end_ns
-        edges = np.linspace(track.tilt_ns, until, STRETCHES + 1).astype(np.int64).tolist()
-        for begin, end in itertools.pairwise(edges):
-            now = _mean_corners(time_ns, corner_m, begin, end)
-            if level is not None and now is not None:
-                rows.append((place, begin, end, level[0], now[0], np.sqrt(1 / level[1] + 1 / now[1])))
-    if not rows:
-        return []
-    run, from_ns, to_ns, level_m, now_m, factor = zip(*rows, strict=True)
-    spans = list(zip(from_ns, to_ns, strict=True))
-    before, after = np.array(level_m), np.array(now_m)
-    views = [_fixed_view(points, recorded, spans, geometry) for points in (after, before)]
-    moved = (after - before).mean(axis=1)
-    sigma = np.array(factor) * sigma_px * geometry.mm_per_px * 0.5e-3
-    columns = {
-        "run": np.array(run),
-        "from_ns": np.array(from_ns),
-        "to_ns": np.array(to_ns),
-        "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M),
-    }
-    covariates = {
-        "tilt": views[0].tilt_rad,
-        "direction": views[0].down_rad,
-        "run": recorded.facts.number[np.array(run)],
-    }
-    return [PlateMarks(rows_of(columns, covariates), (moved * views[0].down).sum(axis=1), views[0], _level(views[1]))]
+def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array) -> Stretches:
+    """The stretches (n,) of a fiducial, with the fields of FIXED."""
+
+    def mean(from_ns: int, to_ns: int) -> tuple[Array, int] | None:
+        first, last = np.searchsorted(time_ns, (from_ns, to_ns))
+        seen = corner_m[first:last]
+        seen = seen[np.isfinite(seen).all(axis=(1, 2))]
+        return (seen.mean(axis=0), len(seen)) if len(seen) else None
+
+    rows = [
+        (place, *span, level[0], now[0], np.sqrt(1 / level[1] + 1 / now[1]))
+        for place, track in enumerate(recorded.tracks)
+        if (level := mean(track.level_ns, track.tilt_ns)) is not None
+        for span in spans(track.tilt_ns, track.slip_ns or track.end_ns)
+        if (now := mean(*span)) is not None
+    ]
+    return np.array(rows, dtype=FIXED)
+
+
+def _plate_marks(recorded: Recorded, parts: Stretches, sigma_px: float, geometry: CameraGeometry) -> PlateMarks:
+    tilt_rad, down_rad = mean_attitude(recorded, parts["from_ns"], parts["to_ns"])
+    view = fixed_view(parts["now"], geometry, tilt_rad=tilt_rad, down_rad=down_rad)
+    level = fixed_view(parts["level"], geometry, tilt_rad=np.zeros_like(tilt_rad), down_rad=down_rad)
+    moved = (parts["now"] - parts["level"]).mean(axis=1)
+    sigma = parts["factor"] * sigma_px * geometry.mm_per_px * 0.5e-3
+    covariates = {"tilt": tilt_rad, "direction": down_rad, "run": recorded.facts.number[parts["run"]]}
+    rows = rows_of({**_span(parts), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, covariates)
+    return PlateMarks(rows, (moved * view.down).sum(axis=1), view, level)
 
 
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     """The mark's strain with the plate level, just before the slide, and in every window of the slide."""
     geometry = recorded.signals.geometry
-    if geometry is None:
+    found = np.array([row for each in enumerate(recorded.tracks) for row in _shaped(*each)], dtype=STRETCH)
+    if geometry is None or len(found) < LEAST_FRAMES:
         return []
-    found: list[_Stretch] = []
-    for place, track in enumerate(recorded.tracks):
-        if track.corner_m is None:
-            continue
-        until = track.slip_ns or track.end_ns
-        spans = [(track.level_ns, track.tilt_ns, 0.0), ((track.tilt_ns + until) // 2, until - BEFORE_SLIP_NS, 0.0)]
-        spans += [(window.from_ns, window.to_ns + 1, 1.0) for window in windows_of(track)]
-        stretches = (_stretch(place, track, begin, end, moving=moving > 0) for begin, end, moving in spans)
-        found += [stretch for stretch in stretches if stretch is not None]
-    if len(found) < LEAST_FRAMES:
-        return []
-    view = _view(found, recorded)
-    yaw = np.array([stretch.pose[2] for stretch in found])
-    seen = np.array([stretch.corner_m for stretch in found])
-    side = geometry.marker_side_m
-    sigma = np.array([s.track.corner_sigma_m / side / np.sqrt(s.frames) for s in found])
-    span = _span(found)
-    thrice = {name: np.repeat(values, 3) for name, values in span.items()}
-    speed = np.linalg.norm(view.velocity_m_s, axis=1)
+    view, yaw = view_of(found, recorded), found["pose"][:, 2]
+    sigma = found["corner_sigma_m"] / geometry.marker_side_m / np.sqrt(found["frames"])
     covariates = {
         "x": view.centre_m[:, 0],
         "y": view.centre_m[:, 1],
-        "speed": speed,
+        "speed": np.linalg.norm(view.velocity_m_s, axis=1),
         "tilt": view.tilt_rad,
         "direction": view.down_rad,
-        "run": recorded.facts.number[span["run"]],
+        "run": recorded.facts.number[found["run"]],
     }
-    rows = rows_of(
-        {**thrice, "sigma": np.repeat(np.hypot(sigma, thresholds.STRAIN_TRUSTED), 3)},
-        {name: np.repeat(values, 3) for name, values in covariates.items()},
-    )
-    return [Shape(rows, strain_of(view.point_m, seen, yaw), view, yaw)]
+    columns = {**_span(found), "sigma": np.hypot(sigma, thresholds.STRAIN_TRUSTED)}
+    every = np.repeat(np.arange(len(found)), 3)
+    rows = rows_of(columns, covariates).chosen(every)
+    return [Shape(rows, strain_of(view.point_m, found["corner_m"], yaw), view, yaw)]
 
 
-def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> _Stretch | None:
-    frames = track.frames(from_ns, to_ns)
-    count = frames.stop - frames.start
-    if count < LEAST_FRAMES:
-        return None
-    times, pose = track.time_ns[frames], track.pose[frames]
-    velocity, yaw_rate = np.zeros(2), 0.0
-    mean = pose.mean(axis=0)
-    seconds = (times - times[0]) * 1e-9
-    if moving:
-        slopes = np.polyfit(seconds, pose, 1)[0]
-        velocity, yaw_rate = slopes[:2], float(slopes[2])
-    corners = None
-    if track.corner_m is not None:
-        corners = mean[:2] + _mean_shape(track.corner_m[frames], yaw_rate * (seconds - seconds.mean()))
-    return _Stretch(place, track, int(times[0]), int(times[-1]), mean, count, corners, velocity, yaw_rate)
+def _shaped(place: int, track: RunTrack) -> Iterator[Any]:
+    """The stretches of a run in which the mark's shape is seen."""
+    if track.corner_m is None:
+        return
+    until = track.slip_ns or track.end_ns
+    still = [(track.level_ns, track.tilt_ns), ((track.tilt_ns + until) // 2, until - BEFORE_SLIP_NS)]
+    yield from (row for span in still if (row := stretch(place, track, *span)) is not None)
+    for window in windows_of(track):
+        if (row := stretch(place, track, window.from_ns, window.to_ns + 1, moving=True)) is not None:
+            yield row
 
 
-def _mean_shape(seen: Array, turned_rad: Array) -> Array:
-    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by `turned_rad` (n,).
-
-    Each frame's corners are turned back: the mean of a square in many headings is a smaller square.
-    """
-    offset = seen - seen.mean(axis=1, keepdims=True)
-    cosine, sine = np.cos(turned_rad), np.sin(turned_rad)
-    back = np.stack([np.stack([cosine, -sine], axis=-1), np.stack([sine, cosine], axis=-1)], axis=-2)
-    return (offset @ back).mean(axis=0)
-
-
-def _span(stretches: Sequence[_Stretch]) -> dict[str, Times]:
-    return {
-        "run": np.array([stretch.place for stretch in stretches]),
-        "from_ns": np.array([stretch.from_ns for stretch in stretches]),
-        "to_ns": np.array([stretch.to_ns for stretch in stretches]),
-    }
-
-
-def _view(stretches: Sequence[_Stretch], recorded: Recorded) -> View:
-    middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)
-    tilt_rad, down_rad = _mean_attitude(recorded, [(stretch.from_ns, stretch.to_ns) for stretch in stretches])
-    tilt_ns = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
-    return block_view(
-        recorded,
-        np.array([stretch.pose for stretch in stretches]),
-        velocity_m_s=np.array([stretch.velocity for stretch in stretches]),
-        yaw_rate_rad_s=np.array([stretch.yaw_rate for stretch in stretches]),
-        tilt_rad=tilt_rad,
-        down_rad=down_rad,
-        rest_s=np.maximum((middle - tilt_ns) * 1e-9, 0.0),
-    )
-
-
-def _mean_attitude(recorded: Recorded, spans: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
-    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches (ns): the plate may move in them."""
-    shares = (np.arange(MEAN_POINTS) + 0.5) / MEAN_POINTS
-    begin, end = np.array(spans, dtype=np.int64).T
-    times = begin[:, None] + np.round(shares * (end - begin)[:, None]).astype(np.int64)
-    gravity = recorded.plate.at(times.ravel()).gravity.reshape(len(spans), MEAN_POINTS, 3).mean(axis=1)
-    level = np.hypot(gravity[:, 0], gravity[:, 1])
-    return np.arctan2(level, -gravity[:, 2]), np.arctan2(gravity[:, 1], gravity[:, 0])
-
-
-def _fixed_view(points: Array, recorded: Recorded, spans: Sequence[tuple[int, int]], geometry: CameraGeometry) -> View:
-    tilt_rad, down_rad = _mean_attitude(recorded, spans)
-    count = len(points)
-    return View(
-        point_m=points,
-        on_block=False,
-        velocity_m_s=np.zeros((count, 2)),
-        yaw_rate_rad_s=np.zeros(count),
-        tilt_rad=tilt_rad,
-        down_rad=down_rad,
-        rest_s=np.zeros(count),
-        side_m=geometry.marker_side_m,
-        camera_height_m=geometry.camera_height_m or 0.3,
-        image_centre_m=np.array([geometry.camera_x_m, geometry.camera_y_m]),
-        row_m=np.array([0.0, -1.0]),
-        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3,
-    )
-
-
-def _level(view: View) -> View:
-    """The same mark with the plate level."""
-    return replace(view, tilt_rad=np.zeros_like(view.tilt_rad), rest_s=np.zeros_like(view.rest_s))
-
-
-def _mean_corners(time_ns: Times, corner_m: Array, from_ns: int, to_ns: int) -> tuple[Array, int] | None:
-    first, last = np.searchsorted(time_ns, (from_ns, to_ns))
-    seen = corner_m[first:last]
-    seen = seen[np.isfinite(seen).all(axis=(1, 2))]
-    return (seen.mean(axis=0), len(seen)) if len(seen) else None
-
-
-def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> Moments:
-    """CREEP_POINTS moments between the begin of the tilt and each stretch's middle, the block at rest."""
-    shares = (np.arange(CREEP_POINTS) + 0.5) / CREEP_POINTS
-    begin = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
-    middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)
-    time_ns = (begin[:, None] + np.round(shares * (middle - begin)[:, None]).astype(np.int64)).ravel()
-    pose = np.repeat(np.array([stretch.pose for stretch in stretches]), CREEP_POINTS, axis=0)
-    return Moments(
-        time_ns=time_ns,
-        run=np.repeat(np.array([stretch.place for stretch in stretches], dtype=np.int64), CREEP_POINTS),
-        facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
-        place_m=pose[:, :2],
-        yaw_rad=pose[:, 2],
-        velocity_m_s=np.zeros((len(time_ns), 2)),
-        moving=np.zeros(len(time_ns), dtype=np.bool_),
-        slip_ns=time_ns,
-        border_m=np.full(len(time_ns), np.inf),
-    )
+def _span(stretches: Stretches) -> dict[str, Times]:
+    return {name: stretches[name] for name in ("run", "from_ns", "to_ns")}

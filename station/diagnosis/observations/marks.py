@@ -17,36 +17,11 @@ CREEP_POINTS = 12
 SENSOR_POINTS = 7
 
 
-class Rest(Channel):
-    """The block's apparent motion down the slope before its onset, m, in stretches of the tilt.
-
-    `view` and `start` see the mark in the stretch (n) and level before the tilt (n). `creeping` has CREEP_POINTS
-    moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to the stretch.
-    """
-
-    name: str = "rest"
-    phase: str = "pre-slip"
-    unit: str = "m"
-    trusted: float = thresholds.PLACE_TRUSTED_M
-
-    def __init__(
-        self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
-    ) -> None:
-        super().__init__(rows)
-        self._moved, self._view, self._start = moved_m, view, start
-        self._creeping, self._creep_s = creeping, creep_s
-
-    def residual(self, model: Model) -> Array:
-        """Recorded minus predicted apparent motion (n,), m."""
-        moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
-        if model.acting("creep"):
-            velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
-            moved = moved + velocity.mean(axis=1) * self._creep_s[:, None]
-        return self._moved - (moved * self._view.down).sum(axis=1)
-
-
 class PlateMarks(Channel):
-    """The apparent motion of the plate's own fiducials down the slope, m, at the block mark's height."""
+    """The apparent motion of the plate's own fiducials down the slope, m, at the block mark's height.
+
+    `view` and `start` see the mark in each stretch of the tilt (n) and level before the tilt (n).
+    """
 
     name: str = "plate"
     phase: str = "pre-slip"
@@ -59,8 +34,34 @@ class PlateMarks(Channel):
 
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted apparent motion (n,), m."""
-        moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
-        return self._moved - (moved * self._view.down).sum(axis=1)
+        return self._moved - (self._predicted(model) * self._view.down).sum(axis=1)
+
+    def _predicted(self, model: Model) -> Array:
+        """The predicted apparent motion (n, 2), m."""
+        return (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
+
+
+class Rest(PlateMarks):
+    """The block's apparent motion down the slope before its onset, m, in stretches of the tilt.
+
+    `creeping` has CREEP_POINTS moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to
+    the stretch.
+    """
+
+    name: str = "rest"
+
+    def __init__(
+        self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
+    ) -> None:
+        super().__init__(rows, moved_m, view, start)
+        self._creeping, self._creep_s = creeping, creep_s
+
+    def _predicted(self, model: Model) -> Array:
+        moved = super()._predicted(model)
+        if not model.acting("creep"):
+            return moved
+        velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
+        return moved + velocity.mean(axis=1) * self._creep_s[:, None]
 
 
 class Shape(Channel):

@@ -102,6 +102,7 @@ class Changed:
 class Moments:
     """n moments: time, run, and the block's place; `attitude` gives the plate's by a delay (s) earlier.
 
+    By default the block rests at the plate's origin, far from any foam.
     With `at_rest` the plate's own motion does not load the block: an onset that is read by tracing a slide back
     measures the slide's friction, not the load of its very moment; and `steeper_rad` (n,) is by how much more than
     reported a plate at rest would have to be tilted for the same load. `rested_s` (n,), if given, replaces the time at
@@ -116,12 +117,12 @@ class Moments:
         run: Times,
         facts: RunFacts,
         attitude: Callable[[float], Attitude],
-        place_m: Array,
-        yaw_rad: Array,
-        velocity_m_s: Array,
-        moving: Bools,
-        slip_ns: Times,
-        border_m: Array,
+        place_m: Array | None = None,
+        yaw_rad: Array | None = None,
+        velocity_m_s: Array | None = None,
+        moving: Bools | None = None,
+        slip_ns: Times | None = None,
+        border_m: Array | None = None,
         rested_s: Array | None = None,
         rested_at: Callable[[Array | float], Array] | None = None,
         at_rest: bool = False,
@@ -129,11 +130,15 @@ class Moments:
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
-        self._place, self._yaw, self._velocity = place_m, yaw_rad, velocity_m_s
-        self._moving, self._slip_ns, self._border, self._rested = moving, slip_ns, border_m, rested_s
-        self._rested_at = rested_at
-        self._steeper_rad = steeper_rad
-        self._at_rest = at_rest
+        count = len(time_ns)
+        self._place = np.zeros((count, 2)) if place_m is None else place_m
+        self._yaw = np.zeros(count) if yaw_rad is None else yaw_rad
+        self._velocity = np.zeros((count, 2)) if velocity_m_s is None else velocity_m_s
+        self._moving = np.zeros(count, dtype=np.bool_) if moving is None else moving
+        self._slip_ns = time_ns if slip_ns is None else slip_ns
+        self._border = np.full(count, np.inf) if border_m is None else border_m
+        self._rested, self._rested_at = rested_s, rested_at
+        self._steeper_rad, self._at_rest = steeper_rad, at_rest
         self._plate = attitude(0.0)
         self._contact = self._contact_with(self._plate)
         self._inertial = self._inertial_on(self._plate)
@@ -191,11 +196,6 @@ class Moments:
     def plain(self) -> Load:
         """The loads with the attitude as reported, and no push."""
         return self._plain
-
-    @property
-    def velocity_m_s(self) -> Array:
-        """The block's velocity in P (n, 2)."""
-        return self._velocity
 
     def loads(self, model: Model) -> Load:
         """The contact and its loads with the model's attitude, delay and pushes."""

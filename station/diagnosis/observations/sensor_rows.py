@@ -59,12 +59,6 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
         run=np.repeat(run, SENSOR_POINTS),
         facts=recorded.facts,
         attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
-        place_m=np.zeros((len(time_ns), 2)),
-        yaw_rad=np.zeros(len(time_ns)),
-        velocity_m_s=np.zeros((len(time_ns), 2)),
-        moving=np.zeros(len(time_ns), dtype=np.bool_),
-        slip_ns=time_ns,
-        border_m=np.full(len(time_ns), np.inf),
     )
     middle = slice(SENSOR_POINTS // 2, None, SENSOR_POINTS)
     covariates = {

@@ -25,9 +25,6 @@ def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times)
         attitude=lambda delay_s: _attitude(chosen, delay_s),
         place_m=place_m,
         yaw_rad=np.array([sample.start_yaw_rad for sample in chosen.samples]),
-        velocity_m_s=np.zeros((len(chosen), 2)),
-        moving=np.zeros(len(chosen), dtype=np.bool_),
-        slip_ns=time_ns,
         border_m=setting.free_m(place_m),
     )
     tilt = moments.reported.tilt_rad

@@ -1,8 +1,8 @@
-"""The camera's view of the block's mark, from which effects compute its displacement."""
+"""The camera's view of the block's mark and of the plate's fiducials, from which effects compute its displacement."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,12 +50,35 @@ def block_view(
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=rest_s,
-        side_m=geometry.marker_side_m,
-        camera_height_m=geometry.camera_height_m or 0.3,
-        image_centre_m=np.array([geometry.camera_x_m, geometry.camera_y_m]),
-        row_m=np.array([0.0, -1.0]),
+        **_camera(geometry),
         image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3 * _nearer(geometry),
     )
+
+
+def fixed_view(point_m: Array, geometry: CameraGeometry, *, tilt_rad: Array, down_rad: Array) -> View:
+    """The view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m."""
+    count = len(point_m)
+    return View(
+        point_m=point_m,
+        on_block=False,
+        velocity_m_s=np.zeros((count, 2)),
+        yaw_rate_rad_s=np.zeros(count),
+        tilt_rad=tilt_rad,
+        down_rad=down_rad,
+        rest_s=np.zeros(count),
+        **_camera(geometry),
+        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3,
+    )
+
+
+def _camera(geometry: CameraGeometry) -> dict[str, Any]:
+    """The fields of `View` that are the camera's own."""
+    return {
+        "side_m": geometry.marker_side_m,
+        "camera_height_m": geometry.camera_height_m or 0.3,
+        "image_centre_m": np.array([geometry.camera_x_m, geometry.camera_y_m]),
+        "row_m": np.array([0.0, -1.0]),
+    }
 
 
 def _nearer(geometry: CameraGeometry) -> float:

@@ -9,8 +9,8 @@ import numpy as np
 from station.diagnosis.inference.fit import fit
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.image_rows import _mean_shape  # pyright: ignore[reportPrivateUsage]: its one user is the evidence
 from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.stretches import mean_shape
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.simulator import simulator
@@ -36,8 +36,8 @@ def test_the_mean_of_a_square_that_turns_is_that_square() -> None:
     turned = np.linspace(-0.6, 0.6, 25)
     at = np.exp(1j * turned)[:, None] * (SQUARE_M @ [1.0, 1j]) + (0.01 + 0.02j)
     seen = np.stack([at.real, at.imag], axis=-1).astype(np.float64)
-    np.testing.assert_allclose(_mean_shape(seen, turned), SQUARE_M, atol=1e-12)
-    shrunk = _mean_shape(seen, np.zeros_like(turned))
+    np.testing.assert_allclose(mean_shape(seen, turned), SQUARE_M, atol=1e-12)
+    shrunk = mean_shape(seen, np.zeros_like(turned))
     assert np.abs(shrunk).max() < 0.97 * SQUARE_M.max(), "turned by 70° the plain mean is several per cent smaller"
 
 

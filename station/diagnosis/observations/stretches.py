@@ -1,0 +1,97 @@
+"""Stretches of frames: the means of a block's pose and of its mark's corners while hardly anything changes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.diagnosis.observations.tracks import RunTrack
+from station.diagnosis.observations.views import block_view
+from station.physics.contact import Array, View
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+STRETCHES = 4
+"""The stretches of a tilt."""
+
+LEAST_FRAMES = 3
+MEAN_POINTS = 24
+
+STRETCH = np.dtype(
+    [
+        ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("tilt_ns", np.int64), ("frames", np.int64),
+        ("pose", np.float64, 3), ("corner_m", np.float64, (4, 2)), ("velocity", np.float64, 2),
+        ("yaw_rate", np.float64), ("sigma_m", np.float64), ("corner_sigma_m", np.float64),
+    ]
+)  # fmt: skip
+"""A stretch: the run's place in the evidence, its times, the begin of the tilt, the number of frames, and the means.
+
+The mean corners are nan for a block that another tracker follows; the last two are the noise of a single frame."""
+
+Stretches = NDArray[Any]
+"""Stretches (n,) with the fields of STRETCH."""
+
+
+def spans(from_ns: int, to_ns: int) -> Iterator[tuple[int, int]]:
+    """The STRETCHES equal parts of a time, ns."""
+    return itertools.pairwise(np.linspace(from_ns, to_ns, STRETCHES + 1).astype(np.int64).tolist())
+
+
+def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> tuple[Any, ...] | None:
+    """One row of `Stretches`; None with too few frames. Only of a `moving` block is the velocity not taken for 0."""
+    part = track.frames(from_ns, to_ns)
+    count = part.stop - part.start
+    if count < LEAST_FRAMES:
+        return None
+    times, pose = track.time_ns[part], track.pose[part]
+    mean, seconds = pose.mean(axis=0), (times - times[0]) * 1e-9
+    slopes = np.polyfit(seconds, pose, 1)[0] if moving else np.zeros(3)
+    corners = np.full((4, 2), np.nan)
+    if track.corner_m is not None:
+        corners = mean[:2] + mean_shape(track.corner_m[part], float(slopes[2]) * (seconds - seconds.mean()))
+    noise = (track.sigma_m, track.corner_sigma_m)
+    return place, times[0], times[-1], track.tilt_ns, count, mean, corners, slopes[:2], slopes[2], *noise
+
+
+def mean_shape(seen: Array, turned_rad: Array) -> Array:
+    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by `turned_rad` (n,).
+
+    Each frame's corners are turned back: the mean of a square in many headings is a smaller square.
+    """
+    offset = seen - seen.mean(axis=1, keepdims=True)
+    cosine, sine = np.cos(turned_rad), np.sin(turned_rad)
+    back = np.stack([np.stack([cosine, -sine], axis=-1), np.stack([sine, cosine], axis=-1)], axis=-2)
+    return (offset @ back).mean(axis=0)
+
+
+def view_of(stretches: Stretches, recorded: Recorded) -> View:
+    """The camera's view of the block's mark in each stretch."""
+    middle = (stretches["from_ns"] + stretches["to_ns"]) // 2
+    tilt_rad, down_rad = mean_attitude(recorded, stretches["from_ns"], stretches["to_ns"])
+    return block_view(
+        recorded,
+        stretches["pose"],
+        velocity_m_s=stretches["velocity"],
+        yaw_rate_rad_s=stretches["yaw_rate"],
+        tilt_rad=tilt_rad,
+        down_rad=down_rad,
+        rest_s=np.maximum((middle - stretches["tilt_ns"]) * 1e-9, 0.0),
+    )
+
+
+def mean_attitude(recorded: Recorded, from_ns: NDArray[np.int64], to_ns: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches (ns): the plate may move in them."""
+    gravity = recorded.plate.at(between(from_ns, to_ns, MEAN_POINTS)).gravity
+    x, y, z = gravity.reshape(len(from_ns), MEAN_POINTS, 3).mean(axis=1).T
+    return np.arctan2(np.hypot(x, y), -z), np.arctan2(y, x)
+
+
+def between(from_ns: NDArray[np.int64], to_ns: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+    """The middles (n count,), ns, of `count` equal parts of each time from `from_ns` (n,) to `to_ns` (n,)."""
+    shares = (np.arange(count) + 0.5) / count
+    return (from_ns[:, None] + np.round(shares * (to_ns - from_ns)[:, None]).astype(np.int64)).ravel()
