@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from shared.messages import Sample
+from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.image_rows import plate_channel, rest_channel, shape_channel
@@ -20,15 +21,16 @@ from station.diagnosis.observations.rested import rested
 from station.diagnosis.observations.ridden import rides
 from station.diagnosis.observations.sensor_rows import sensor_channel
 from station.diagnosis.observations.setting import Setting
-from station.diagnosis.observations.slide_rows import free_windows, slide_channels
+from station.diagnosis.observations.slide_rows import slide_channels
 from station.diagnosis.observations.slips import Reread, reread
 from station.diagnosis.observations.tips import tips_of
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
+from station.diagnosis.observations.windows import windows_of
 from station.signals.session import Signals
 
 
 class Recorded:
-    """The data from which the builders of the channels work."""
+    """The data from which the builders of the channels work; `free_windows` are those clear of the foam."""
 
     def __init__(self, signals: Signals, setting: Setting) -> None:
         self.signals, self.setting = signals, setting
@@ -38,7 +40,8 @@ class Recorded:
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
-        self.windows = free_windows(self)
+        self.windows = windows_of(self.tracks, setting)
+        self.free_windows = self.windows[self.windows["free_m"] > thresholds.FREE_M]
 
     def _usable(self, track: RunTrack) -> bool:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
@@ -62,7 +65,7 @@ def evidence_of(signals: Signals, setting: Setting) -> Evidence:
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
         paths=_paths(recorded.reread, onsets),
-        rides=rides(recorded) if recorded.windows else None,
+        rides=rides(recorded) if len(recorded.free_windows) else None,
     )
 
 

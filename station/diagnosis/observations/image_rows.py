@@ -26,7 +26,6 @@ from station.diagnosis.observations.stretches import (
 )
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.views import fixed_view
-from station.diagnosis.observations.windows import windows_of
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
 
@@ -136,7 +135,7 @@ def _plate_marks(recorded: Recorded, parts: Stretches, sigma_px: float, geometry
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     """The mark's strain with the plate level, just before the slide, and in every window of the slide."""
     geometry = recorded.signals.geometry
-    found = np.array([row for each in enumerate(recorded.tracks) for row in _shaped(*each)], dtype=STRETCH)
+    found = np.array([row for each in enumerate(recorded.tracks) for row in _shaped(recorded, *each)], dtype=STRETCH)
     if geometry is None or len(found) < LEAST_FRAMES:
         return []
     view, yaw = view_of(found, recorded), found["pose"][:, 2]
@@ -155,15 +154,15 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     return [Shape(rows, strain_of(view.point_m, found["corner_m"], yaw), view, yaw)]
 
 
-def _shaped(place: int, track: RunTrack) -> Iterator[Any]:
+def _shaped(recorded: Recorded, place: int, track: RunTrack) -> Iterator[Any]:
     """The stretches of a run in which the mark's shape is seen."""
     if track.corner_m is None:
         return
     until = track.slip_ns or track.end_ns
     still = [(track.level_ns, track.tilt_ns), ((track.tilt_ns + until) // 2, until - BEFORE_SLIP_NS)]
     yield from (row for span in still if (row := stretch(place, track, *span)) is not None)
-    for window in windows_of(track):
-        if (row := stretch(place, track, window.from_ns, window.to_ns + 1, moving=True)) is not None:
+    for window in recorded.windows[recorded.windows["run"] == place]:
+        if (row := stretch(place, track, window["from_ns"], window["to_ns"] + 1, moving=True)) is not None:
             yield row
 
 

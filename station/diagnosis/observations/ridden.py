@@ -49,11 +49,11 @@ class Rides:
 
 def rides(recorded: Recorded) -> Rides:
     """The slides that have windows, each from its first one's beginning to its last one's end, or to the foam."""
-    stretch: dict[int, tuple[int, int]] = {}
-    for place, window in recorded.windows:
-        first = stretch.get(place, (window.from_ns, 0))[0]
-        stretch[place] = (first, window.to_ns)
-    found = (_ride(recorded, place, *ends) for place, ends in stretch.items())
+    windows = recorded.free_windows
+    places, first = np.unique(windows["run"], return_index=True)
+    last = np.append(first[1:], len(windows)) - 1
+    ends = zip(places.tolist(), windows["from_ns"][first].tolist(), windows["to_ns"][last].tolist(), strict=True)
+    found = (_ride(recorded, *one) for one in ends)
     return Rides(
         rides=tuple(ride for ride in found if ride is not None),
         gravity_at=recorded.plate.gravity_at,

@@ -8,13 +8,15 @@ Gauss's rule at three nodes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
@@ -49,31 +51,33 @@ def _gauss(weight: Array) -> tuple[Array, Array]:
 NODES, WEIGHTS = _gauss(weight_of(np.linspace(-1.0, 1.0, FRAMES)))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Window:
-    """One window: its time, acceleration (2,), m/s², and angular acceleration, and the states at the nodes (3, …)."""
+WINDOW = np.dtype(
+    [
+        ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("node_ns", np.int64, 3),
+        ("node_pose", np.float64, (3, 3)), ("node_velocity", np.float64, (3, 2)),
+        ("node_yaw_rate_rad_s", np.float64, 3), ("node_way_rad", np.float64, 3), ("way_sigma_rad", np.float64),
+        ("acceleration_m_s2", np.float64, 2), ("yaw_acceleration_rad_s2", np.float64),
+        ("acceleration_factor", np.float64), ("velocity_factor", np.float64),
+        ("weight", np.float64, len(FINE_NODES)), ("free_m", np.float64),
+    ]
+)  # fmt: skip
+"""A window: its run's place in the evidence, its times, the states at the nodes, and the accelerations.
 
-    from_ns: int
-    to_ns: int
-    node_ns: Times
-    acceleration_m_s2: Array
-    yaw_acceleration_rad_s2: float
-    node_pose: Array
-    node_velocity: Array
-    acceleration_factor: float
-    """Standard deviation of the acceleration over that of a place, 1/s²."""
-    velocity_factor: float
-    """Standard deviation of the velocity over that of a place, 1/s."""
-    node_yaw_rate_rad_s: Array
-    node_way_rad: Array
-    way_sigma_rad: float
-    """Standard error of the direction at the window's middle, by the whole path."""
-    frames: slice
-    weight: Array
-    """Weight of the acceleration at FINE_NODES (41,)."""
+`way_sigma_rad` is the standard error of the direction at the middle, by the whole path. The factors are the standard
+deviations of the acceleration over that of a place, 1/s², and of the velocity, 1/s. `weight` is that of the
+acceleration at FINE_NODES, and `free_m` the least distance of the block from the foam."""
+
+Windows = NDArray[Any]
+"""Windows (n,) with the fields of WINDOW."""
 
 
-def windows_of(track: RunTrack) -> Iterator[Window]:
+def windows_of(tracks: Sequence[RunTrack], setting: Setting) -> Windows:
+    """The windows of all slides, run by run in their order; a run is told by its place among the tracks."""
+    rows = [(place, *window) for place, track in enumerate(tracks) for window in _of_track(track, setting)]
+    return np.array(rows, dtype=WINDOW)
+
+
+def _of_track(track: RunTrack, setting: Setting) -> Iterator[tuple[Any, ...]]:
     """The windows of a slide, side by side, from MARGIN_NS after the onset to MARGIN_NS before the stop.
 
     A window with a moment of rest would show too little acceleration. Windows in which the block hardly moves are left
@@ -88,11 +92,13 @@ def windows_of(track: RunTrack) -> Iterator[Window]:
     # The yaw is a straight line in time: a window's curvature is independent of a straight line's noise.
     turning = np.polyfit((track.time_ns[part] - track.slip_ns) * 1e-9, track.pose[part, 2], 1)
     for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
-        window = _window(track, slice(first, first + FRAMES), course, turning)
+        frames = slice(first, first + FRAMES)
+        window = _window(track, frames, course, turning)
         if window is not None:
-            yield window
+            yield *window, setting.free_m(track.pose[frames]).min()
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Course:
     """The direction of a slide as a smooth function of the distance along it, from the whole path.
 
@@ -100,11 +106,12 @@ class Course:
     turns the force with the direction would then seem to explain noise.
     """
 
-    def __init__(
-        self, *, middle: Array, main: Array, fit: Array, inverse: Array, scale_m: float, sigma_m: float
-    ) -> None:
-        self._middle, self._main, self._fit = middle, main, fit
-        self._inverse, self._scale, self._sigma = inverse, scale_m, sigma_m
+    middle: Array
+    main: Array
+    fit: Array
+    inverse: Array
+    scale_m: float
+    sigma_m: float
 
     @classmethod
     def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
@@ -124,30 +131,23 @@ class Course:
         left = float(np.sqrt(np.mean((aside - basis @ fit) ** 2)))
         # A path that no such curve fits (a block that was knocked) has no usable direction.
         sigma_m = sigma_m if left < thresholds.CROOKED * sigma_m else 10 * left
-        return cls(
-            middle=middle,
-            main=main,
-            fit=fit,
-            inverse=inverse @ inverse.T,
-            scale_m=length,
-            sigma_m=sigma_m,
-        )
+        return cls(middle=middle, main=main, fit=fit, inverse=inverse @ inverse.T, scale_m=length, sigma_m=sigma_m)
 
     def at(self, place_m: Array) -> tuple[Array, Array]:
         """The direction (m,), rad, at places (m, 2) near the path, and its standard error (m,)."""
-        along, _ = _along_aside(place_m - self._middle, self._main)
-        share = along / self._scale
-        order = np.arange(len(self._fit))
-        slopes = np.where(order > 0, order * share[:, None] ** np.maximum(order - 1, 0), 0.0) / self._scale
-        way = np.arctan2(self._main[1], self._main[0]) + np.arctan(slopes @ self._fit)
-        return way, self._sigma * np.sqrt(np.einsum("ij,jk,ik->i", slopes, self._inverse, slopes))
+        along, _ = _along_aside(place_m - self.middle, self.main)
+        share = along / self.scale_m
+        order = np.arange(len(self.fit))
+        slopes = np.where(order > 0, order * share[:, None] ** np.maximum(order - 1, 0), 0.0) / self.scale_m
+        way = np.arctan2(self.main[1], self.main[0]) + np.arctan(slopes @ self.fit)
+        return way, self.sigma_m * np.sqrt(np.einsum("ij,jk,ik->i", slopes, self.inverse, slopes))
 
 
 def _along_aside(offset: Array, main: Array) -> tuple[Array, Array]:
     return offset @ main, offset @ np.array([-main[1], main[0]])
 
 
-def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> Window | None:
+def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> tuple[Any, ...] | None:
     times, pose = track.time_ns[frames], track.pose[frames]
     middle = (int(times[0]) + int(times[-1])) // 2
     half_s = 0.5e-9 * float(times[-1] - times[0])
@@ -168,21 +168,9 @@ def _window(track: RunTrack, frames: slice, course: Course, turning: Array) -> W
     ):
         return None
     way, way_sigma = course.at(node[:, :2])
-    yaw_acceleration = float(2 * fit[2, 2] / half_s**2)
     node[:, 2] = np.polyval(turning, (middle - track.slip_ns) * 1e-9 + NODES * half_s)
-    return Window(
-        from_ns=int(times[0]),
-        to_ns=int(times[-1]),
-        node_ns=(middle + np.round(NODES * half_s * 1e9)).astype(np.int64),
-        acceleration_m_s2=2 * fit[2, :2] / half_s**2,
-        yaw_acceleration_rad_s2=yaw_acceleration,
-        node_pose=node,
-        node_velocity=velocity[:, :2],
-        node_yaw_rate_rad_s=velocity[:, 2].copy(),
-        velocity_factor=velocity_factor,
-        acceleration_factor=2 * float(np.linalg.norm(inverse[2])) / half_s**2,
-        node_way_rad=way,
-        way_sigma_rad=float(way_sigma[1]),
-        frames=frames,
-        weight=weight_of(s),
-    )
+    times_ns = (times[0], times[-1], (middle + np.round(NODES * half_s * 1e9)).astype(np.int64))
+    states = (node, velocity[:, :2], velocity[:, 2], way, way_sigma[1])
+    accelerations = (2 * fit[2, :2] / half_s**2, 2 * fit[2, 2] / half_s**2)
+    factor = 2 * np.linalg.norm(inverse[2]) / half_s**2
+    return *times_ns, *states, *accelerations, factor, velocity_factor, weight_of(s)
