@@ -10,6 +10,7 @@ where it settles: the windows until then are no evidence of that, and are judged
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -130,11 +131,7 @@ def _stretches(speed_m_s: Array, group: Times | None = None) -> list[tuple[int, 
     return [(begin, end) for begin, end in itertools.pairwise(edges) if end > begin]
 
 
-def _joined(parts: list[TableRows]) -> TableRows:
-    """Records one after another."""
-    first = parts[0]
-    names = ("row", "number", "time_ns", "coefficient", "sigma", "load_n", "speed_m_s", "displacement_m", "settled")
-    values = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    more = {name: np.concatenate([part.more.column(name) for part in parts]) for name in first.more.more}
-    samples = tuple(sample for part in parts for sample in part.samples)
-    return replace(first, samples=samples, group=None, more=replace(first.more, samples=samples, more=more), **values)
+def _joined(parts: Sequence[TableRows]) -> TableRows:
+    """Records one after another, as one group."""
+    each = [replace(part, group=None).columns() for part in parts]
+    return replace(parts[0], group=None, **{name: np.concatenate([one[name] for one in each]) for name in each[0]})

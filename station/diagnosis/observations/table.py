@@ -19,7 +19,7 @@ from station.diagnosis.observations.starts import FREE_M
 from station.diagnosis.observations.table_onsets import onsets_of
 from station.diagnosis.observations.table_pulled import pulled_of
 from station.diagnosis.observations.table_rows import TableRows, mass_of
-from station.diagnosis.observations.table_states import moments_ns, places_m, rests_s, tilts_rad
+from station.diagnosis.observations.table_states import moments_ns, places_m, rests_s
 from station.signals.measured import Measured
 
 
@@ -58,15 +58,14 @@ def _notes(table: Measured, rows: TableRows) -> Iterator[str]:
 
 def _free(rows: TableRows, setting: Setting) -> tuple[TableRows, int]:
     """The rows without those of blocks that lay against the foam, which holds them, and the number of these."""
-    noted = rows.more.column("foam_free_m")
-    free_m = np.where(np.isfinite(noted), noted, setting.free_m(places_m(rows)))
+    free_m = np.where(np.isfinite(rows.foam_free_m), rows.foam_free_m, setting.free_m(places_m(rows)))
     leaned = ~rows.pulled & (free_m <= FREE_M)
     return rows.chosen(np.flatnonzero(~leaned)), int(leaned.sum())
 
 
 def _facts(rows: TableRows, setting: Setting) -> RunFacts:
-    facts = facts_of(rows.samples, setting)
-    tilt = np.where(rows.pulled, 0.0, tilts_rad(rows))
+    facts = facts_of(tuple(rows.samples), setting)
+    tilt = np.where(rows.pulled, 0.0, rows.of_samples("onset_angle_rad"))
     mass = np.where(np.isfinite(rows.load_n), mass_of(rows.load_n, tilt), facts.mass_kg)
     typical = float(np.median(tilt)) if len(rows) else 0.0
     rest_ns = moments_ns(rows) - np.round(rests_s(rows, typical) * 1e9).astype(np.int64)

@@ -10,7 +10,7 @@ from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Attitude, Times
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table_rows import TableRows
-from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from, tilts_rad
+from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from
 from station.physics.contact import Array
 
 
@@ -24,7 +24,7 @@ def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times)
         facts=facts,
         attitude=lambda delay_s: _attitude(chosen, delay_s),
         place_m=place_m,
-        yaw_rad=np.array([sample.start_yaw_rad for sample in chosen.samples]),
+        yaw_rad=chosen.of_samples("start_yaw_rad"),
         border_m=setting.free_m(place_m),
     )
     tilt = moments.reported.tilt_rad
@@ -39,8 +39,8 @@ def _sigma_rad(rows: TableRows) -> Array:
 
 def _attitude(rows: TableRows, delay_s: float) -> Attitude:
     """The plate at the onsets, tilted about the axis at β: down the slope is (sin β, −cos β)."""
-    rate = np.array([sample.tilt_rate_rad_s for sample in rows.samples])
-    tilt, beta = tilts_rad(rows) - rate * delay_s, azimuths_rad(rows)
+    rate = rows.of_samples("tilt_rate_rad_s")
+    tilt, beta = rows.of_samples("onset_angle_rad") - rate * delay_s, azimuths_rad(rows)
     gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
     axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
     still: Array = np.zeros((len(rows), 3))

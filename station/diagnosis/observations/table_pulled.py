@@ -39,7 +39,7 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         speed_m_s=rows.speed_m_s,
         x_m=place_m[:, 0],
         y_m=place_m[:, 1],
-        yaw_rad=np.array([sample.start_yaw_rad for sample in rows.samples]),
+        yaw_rad=rows.of_samples("start_yaw_rad"),
         rest_s=np.asarray((moments_ns(rows) - facts.rest_ns[places]) * 1e-9, dtype=np.float64),
         slid_s=zero,
         tilt_rad=zero,

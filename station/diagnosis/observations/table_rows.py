@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import zlib
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from shared.messages import Sample
 from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import GRAVITY_M_S2, Array, Bools
@@ -24,11 +25,12 @@ class TableRows:
     `row` is the row's number in the table, `number` the place of its run in the order of the runs, 0 if unknown.
     `time_ns` is 0 if unknown. `group` numbers the groups, in which rows are alike; None without groups. `coefficient`
     is nan for a block on a tilted plate; `sigma` is its relative standard deviation, nan if unknown. What is unknown of
-    `load_n` and `displacement_m` is nan; `speed_m_s` is 0 at rest. `settled` (n,) is the decadic logarithm of the slip
-    since the speed changed, m; nan if it has not. `read` counts the rows that were usable, `lost` the others.
+    `load_n`, `displacement_m` and `foam_free_m` (the distance from the foam) is nan; `speed_m_s` is 0 at rest.
+    `settled` (n,) is the decadic logarithm of the slip since the speed changed, m; nan if it has not. `read` counts the
+    rows that were usable, `lost` the others.
     """
 
-    samples: tuple[Sample, ...]
+    samples: NDArray[Any]
     row: Index
     number: Array
     time_ns: Times
@@ -38,8 +40,8 @@ class TableRows:
     load_n: Array
     speed_m_s: Array
     displacement_m: Array
+    foam_free_m: Array
     settled: Array
-    more: Measured
     read: int
     lost: int
 
@@ -50,7 +52,7 @@ class TableRows:
         Their order is that of their runs and times. Where the table has none, a row's place says nothing, and a
         checksum of its cells takes its place: the same rows give the same answer however they are sorted.
         """
-        samples = table.samples
+        samples = np.fromiter(table.samples, dtype=object, count=len(table))
         coefficient = _coefficient(table)
         angle = np.array([sample.onset_angle_rad for sample in samples], dtype=np.float64)
         speed = np.nan_to_num(table.column("sliding_speed_m_s"))
@@ -65,7 +67,7 @@ class TableRows:
         place = np.flatnonzero(usable)
         order = place[np.lexsort((_checksums(table)[place], time_ns[place], run[place]))]
         return cls(
-            samples=tuple(samples[one] for one in order),
+            samples=samples[order],
             row=order + 1,
             number=_number(run[order], time_ns[order]),
             time_ns=time_ns[order],
@@ -75,8 +77,8 @@ class TableRows:
             load_n=_loads_n(table, steady)[order],
             speed_m_s=speed[order],
             displacement_m=table.column("displacement_m")[order],
+            foam_free_m=table.column("foam_free_m")[order],
             settled=np.full(len(order), np.nan),
-            more=_picked(table, order),
             read=len(order),
             lost=len(table) - len(order),
         )
@@ -84,12 +86,18 @@ class TableRows:
     def __len__(self) -> int:
         return len(self.samples)
 
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The fields that are arrays (n,), by name."""
+        named = {one.name: getattr(self, one.name) for one in fields(self)}
+        return {name: values for name, values in named.items() if isinstance(values, np.ndarray)}
+
     def chosen(self, places: Index) -> TableRows:
         """The rows at these places."""
-        kept = {one.name: getattr(self, one.name)[places] for one in fields(self) if one.name in _COLUMNS}
-        samples = tuple(self.samples[place] for place in places)
-        group = None if self.group is None else self.group[places]
-        return replace(self, samples=samples, group=group, more=_picked(self.more, places), **kept)
+        return replace(self, **{name: values[places] for name, values in self.columns().items()})
+
+    def of_samples(self, name: str) -> Array:
+        """A field (n,) of the rows' samples."""
+        return np.array([getattr(sample, name) for sample in self.samples], dtype=np.float64)
 
     def typical_first(self) -> TableRows:
         """The rows of each group with those nearest to its median friction first.
@@ -98,7 +106,7 @@ class TableRows:
         """
         if self.group is None:
             return self
-        tilt = np.array([sample.onset_angle_rad for sample in self.samples])
+        tilt = self.of_samples("onset_angle_rad")
         friction = np.log(np.where(self.pulled, self.coefficient, np.tan(tilt)))
         middle = np.array(
             [np.median(friction[self.group == one]) for one in range(int(self.group.max(initial=-1)) + 1)]
@@ -120,12 +128,6 @@ class TableRows:
         """The rows' numbers (n,) for reports: their runs', or where these are no names those in the table."""
         runs = np.array([sample.run for sample in self.samples], dtype=np.int64)
         return runs if len(np.unique(runs)) == len(runs) else self.row
-
-
-_COLUMNS = (
-    "row", "number", "time_ns", "coefficient", "sigma", "load_n", "speed_m_s", "displacement_m", "settled",
-)  # fmt: skip
-"""The fields of `TableRows` that are arrays (n,)."""
 
 
 def _coefficient(table: Measured) -> Array:
@@ -167,14 +169,6 @@ def _groups(table: Measured, order: Index) -> Index | None:
     if not table.group:
         return None
     return np.unique(np.array(table.group)[order], return_inverse=True)[1].astype(np.int64)
-
-
-def _picked(table: Measured, order: Index) -> Measured:
-    return Measured(
-        samples=tuple(table.samples[one] for one in order),
-        more={name: values[order] for name, values in table.more.items()},
-        ignored=table.ignored,
-    )
 
 
 def mass_of(load_n: Array, tilt_rad: Array | float = 0.0) -> Array:

@@ -20,21 +20,13 @@ APART_NS = 600_000_000_000
 
 def places_m(rows: TableRows) -> Array:
     """The places (n, 2) on the plate, m."""
-    return np.array([(sample.start_x_m, sample.start_y_m) for sample in rows.samples]).reshape(-1, 2)
-
-
-def tilts_rad(rows: TableRows) -> Array:
-    """The tilts (n,) at the onsets."""
-    return np.array([sample.onset_angle_rad for sample in rows.samples], dtype=np.float64)
+    return np.column_stack([rows.of_samples("start_x_m"), rows.of_samples("start_y_m")])
 
 
 def azimuths_rad(rows: TableRows) -> Array:
     """The azimuths β (n,) of the tilts' axes."""
-    return np.array([_azimuth(sample) for sample in rows.samples])
-
-
-def _azimuth(sample: Sample) -> float:
-    return sample.azimuth_rad if sample.azimuth_rad or sample.direction < 0 else sample.direction * math.pi / 2
+    noted, direction = rows.of_samples("azimuth_rad"), rows.of_samples("direction")
+    return np.where((noted != 0.0) | (direction < 0.0), noted, direction * math.pi / 2)
 
 
 def moments_ns(rows: TableRows) -> Times:
@@ -43,12 +35,11 @@ def moments_ns(rows: TableRows) -> Times:
 
 
 def rests_s(rows: TableRows, typical_rad: float) -> Array:
-    """The dwells (n,), s, until the tilt reaches the typical onset."""
+    """The dwells (n,), s, until the typical onset; a run's own comes later where its friction is high."""
     return np.array([_rest_s(sample, typical_rad) for sample in rows.samples])
 
 
 def _rest_s(sample: Sample, typical_rad: float) -> float:
-    """The dwell, s, until the tilt reaches the typical onset; the run's own onset comes later with high friction."""
     rate = abs(sample.tilt_rate_rad_s)
     ramp = typical_rad / rate if rate > 0 else 0.0
     waited = (sample.start_ns - sample.rest_ns) * 1e-9 if sample.start_ns > sample.rest_ns > 0 else 0.0
@@ -63,7 +54,7 @@ def rows_from(chosen: TableRows, places: Times, sigma: Array, contact: Contact) 
             "from_ns": chosen.time_ns,
             "to_ns": chosen.time_ns,
             "sigma": sigma,
-            "limit": np.array([sample.censored for sample in chosen.samples]),
+            "limit": chosen.of_samples("censored"),
         },
         {**covariates_of(contact), SETTLED: chosen.settled},
     )
