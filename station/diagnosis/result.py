@@ -207,7 +207,7 @@ class Candidates:
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
-    """The whole answer.
+    """The whole answer; the defaults are those of a recording with which nothing can be tested.
 
     `given` is True if the baseline is a simulation that the user gave, and `differs` are the numbers that both set
     differently. Otherwise the baseline is one constant friction.
@@ -216,24 +216,24 @@ class Diagnosis:
     recording: str
     total_runs: int
     used_runs: int
-    held_out_runs: int
-    simulator: str
-    mu_s: Value
-    scatter: float
-    global_p: float
-    verdict: Verdict
-    located: tuple[Located, ...]
-    effects: tuple[EffectFound, ...]
-    other_probability: float
-    none_probability: float
-    fit: FitQuality
-    next_experiment: NextExperiment | None
-    candidates_tried: int
-    candidates: tuple[Candidates, ...]
-    untestable: Mapping[str, str]
-    numerics: tuple[Mapping[str, Any], ...]
-    notes: tuple[str, ...]
-    model: Mapping[str, Any]
+    held_out_runs: int = 0
+    simulator: str = "planar"
+    mu_s: Value = field(default_factory=lambda: Value(value=math.nan, sd=math.nan, unit="1"))
+    scatter: float = math.nan
+    global_p: float = 1.0
+    verdict: Verdict = "untestable"
+    located: tuple[Located, ...] = ()
+    effects: tuple[EffectFound, ...] = ()
+    other_probability: float = 0.0
+    none_probability: float = 0.0
+    fit: FitQuality = field(default_factory=FitQuality.unknown)
+    next_experiment: NextExperiment | None = None
+    candidates_tried: int = 0
+    candidates: tuple[Candidates, ...] = ()
+    untestable: Mapping[str, str] = field(default_factory=dict[str, str])
+    numerics: tuple[Mapping[str, Any], ...] = ()
+    notes: tuple[str, ...] = ()
+    model: Mapping[str, Any] = field(default_factory=dict[str, Any])
     given: bool = False
     differs: tuple[Differs, ...] = ()
     seconds: float = math.nan
@@ -263,15 +263,15 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "differs": [_differs(one) for one in diagnosis.differs],
             },
             "global_p": diagnosis.global_p,
-            "located": [_located(place) for place in diagnosis.located],
+            "located": [_without(place, "curve") for place in diagnosis.located],
             "verdict": diagnosis.verdict,
             "effects": [_effect(effect) for effect in diagnosis.effects],
             "other_probability": diagnosis.other_probability,
             "none_probability": diagnosis.none_probability,
             "fit": {
                 "held_out": True,
-                "before": _quality(fit.before),
-                "after": _quality(fit.after),
+                "before": asdict(fit.before),
+                "after": asdict(fit.after),
                 "log_score_gain": fit.log_score_gain,
                 "gain_se": fit.gain_se,
                 "floor": {"onset_rmse_deg": fit.floor_onset_deg},
@@ -281,18 +281,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "nested": fit.nested,
                 "simulator_rerun": dict(fit.simulator_rerun) or {"engine": "", "before": {}, "after": {}},
             },
-            "next_experiment": None
-            if plan is None
-            else {
-                "separates": [list(group) for group in plan.separates],
-                "plan": plan.plan,
-                "runs": plan.runs,
-                "why": plan.why,
-                "power": plan.power,
-                "log_odds": plan.log_odds,
-                "minutes": plan.minutes,
-                "sd": plan.sd,
-            },
+            "next_experiment": None if plan is None else _without(plan, "changed"),
             "candidates_tried": diagnosis.candidates_tried,
             "seconds": diagnosis.seconds,
             "versions": dict(diagnosis.versions),
@@ -312,19 +301,6 @@ def _differs(one: Differs) -> dict[str, Any]:
     both = {"recording": one.recording, "simulation": one.simulation}
     told = {side: {"value": value.value, "sd": value.sd} for side, value in both.items()}
     return {"name": one.name, **told, "unit": one.recording.unit}
-
-
-def _located(place: Located) -> dict[str, Any]:
-    return {
-        "phase": place.phase,
-        "covariate": place.covariate,
-        "channel": place.channel,
-        "effect_size": place.effect_size,
-        "p": place.p,
-        "runs": list(place.runs),
-        "windows": [{"run": one.run, "from_ns": one.from_ns, "to_ns": one.to_ns} for one in place.windows],
-        "summary": place.summary,
-    }
 
 
 def _effect(effect: EffectFound) -> dict[str, Any]:
@@ -351,16 +327,9 @@ def _own(own: Own) -> dict[str, Any]:
     }
 
 
-def _quality(quality: Quality) -> dict[str, Any]:
-    return {
-        "log_score": quality.log_score,
-        "onset_rmse_deg": quality.onset_rmse_deg,
-        "path_rmse_mm": quality.path_rmse_mm,
-        "coverage90": quality.coverage90,
-        "onset_median_deg": quality.onset_median_deg,
-        "path_median_mm": quality.path_median_mm,
-        "se": dict(quality.se),
-    }
+def _without(part: Any, name: str) -> dict[str, Any]:
+    """The fields of a part of the answer but one, which is drawn and not told."""
+    return {key: value for key, value in asdict(part).items() if key != name}
 
 
 def _finite(value: Any) -> Any:
