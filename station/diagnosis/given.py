@@ -80,7 +80,7 @@ def against_given(
         rng=rng,
         progress=lambda said: progress(f"simulation: {said}"),
     )
-    found = search(staged, progress)
+    found = search(staged, rng, progress)
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
     progress("comparing recording and simulation")
     compared = against(recorded, theirs)

@@ -54,9 +54,8 @@ def found_in(evidence: Evidence, left_out: Bools) -> Search:
     """The search of the runs that are not left out."""
     start, rng = Model(mu_s=0.4), np.random.default_rng(1)
     part = with_wander(evidence.without(left_out), start)
-    return search(
-        in_stages(part, tuple(catalogue().values()), start=start, rng=rng, progress=lambda _: None), lambda _: None
-    )
+    staged = in_stages(part, tuple(catalogue().values()), start=start, rng=rng, progress=lambda _: None)
+    return search(staged, rng, lambda _: None)
 
 
 def slope_of(evidence: Evidence, found: Search) -> Value:

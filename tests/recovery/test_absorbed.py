@@ -27,7 +27,7 @@ def test_an_absorbed_adhesion_is_given_no_other_name() -> None:
     rng = np.random.default_rng(5)
     seen = evidence(truth, np.random.default_rng(11))
     staged = in_stages(seen, effects, start=Model(mu_s=0.3), rng=rng, progress=lambda _: None)
-    found = search(staged, lambda _: None)
+    found = search(staged, rng, lambda _: None)
     assert "adhesion" in found.untestable
     assert found.named == ()
 

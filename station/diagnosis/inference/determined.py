@@ -46,7 +46,7 @@ def determined(evidence: Evidence, fitted: Fit, term: Term) -> tuple[Combination
     offered = {} if contact is None else term.effect.derived(contact, term.values)
     if entangled and (contact is None or not offered):
         return (_line(free, covariance, term.values),)
-    unseen = [name for name, (_, unit) in offered.items() if unit == OF_STATIC and evidence.channel("onset") is None]
+    unseen = [name for name, (_, unit) in offered.items() if unit == OF_STATIC and evidence.onsets is None]
     found = [_coefficient(evidence, fitted, term, name) for name in unseen]
     if not entangled or contact is None:
         return tuple(found)
@@ -69,7 +69,7 @@ def _coefficient(evidence: Evidence, fitted: Fit, term: Term, expression: str) -
 
     The level is that of all slides, which every free number moves as much as it moves their mean residual.
     """
-    along, contact = evidence.channel("along"), _contact(evidence)
+    along, contact = evidence.slides, _contact(evidence)
     assert along is not None
     assert contact is not None
     level = float(np.mean(fitted.model.friction(contact)) * np.exp(np.mean(along.residual(fitted.model))))
@@ -129,5 +129,5 @@ def _line(free: tuple[Parameter, ...], covariance: Array, values: Values) -> Com
 
 def _contact(evidence: Evidence) -> Contact | None:
     """The recorded states: those of the slides, or else of the onsets; None without either."""
-    slides = evidence.channel("along")
+    slides = evidence.slides
     return evidence.contact() if slides is None else slides.contact

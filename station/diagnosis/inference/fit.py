@@ -18,6 +18,7 @@ from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
 from station.diagnosis.likelihood.student import fitted_tail, log_density, pulls
 from station.diagnosis.likelihood.systematic import is_nuisance, nuisances, without_nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
+from station.diagnosis.observations.channel import ONSET
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.physics.contact import Array, Bools
@@ -146,7 +147,7 @@ def levelled(evidence: Evidence, start: Model) -> Model:
     Far from that level the residuals' median would count as scatter, every later noise estimate would stay too large,
     and no effect would show.
     """
-    channel = evidence.channel("onset") or evidence.channel("along")
+    channel = evidence.friction
     rows = channel.rows if channel else None
     known = channel.residual(start)[~rows.limit & evidence.counted[rows.run]] if channel and rows else np.zeros(0)
     return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
@@ -337,9 +338,9 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
         if channel.name in noise.wander:  # windows of a record are means of many rows: no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])
-        if channel.name == "onset" and evidence.group is None:
+        if channel.name == ONSET and evidence.group is None:
             # Both parts of the scatter are scaled alike: their ratio is known from the difference of onset and slide.
-            friction, own["onset"] = scale * noise.friction, scale * noise.own["onset"]
+            friction, own[ONSET] = scale * noise.friction, scale * noise.own[ONSET]
         else:
             factor[channel.name] = max(factor[channel.name] * scale, LEAST_FACTOR)
             if evidence.group is not None:
@@ -349,7 +350,5 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
 
 def shaking_of(evidence: Evidence, model: Model) -> Array | None:
     """Standard deviations (onset rows,) that the model's random pushes add to the onsets; None if there are none."""
-    if not model.acting("shaking") or not evidence.channels or evidence.channels[0].name != "onset":
-        return None
-    first = evidence.channels[0]
-    return first.shaking(model) if isinstance(first, Onsets) else None
+    first = evidence.channels[0] if evidence.channels else None
+    return first.shaking(model) if isinstance(first, Onsets) and model.acting("shaking") else None

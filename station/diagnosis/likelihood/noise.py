@@ -20,6 +20,7 @@ from scipy.stats import norm
 
 from station.diagnosis import thresholds
 from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.observations.channel import ALONG, ONSET
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
@@ -46,7 +47,7 @@ class Noise:
     @property
     def scatter(self) -> float:
         """Relative standard deviation of a run's static friction; of its friction while sliding if it has no onset."""
-        name = "onset" if "onset" in self.own else "along"
+        name = ONSET if ONSET in self.own else ALONG
         return math.hypot(self.friction, self.own.get(name, 0.0), self.group.get(name, 0.0))
 
     def at_most(self, other: Noise) -> Noise:
@@ -91,10 +92,9 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
             error = np.hypot(error, _of_means(wander, place, rows.run[known], evidence.runs))
         means[channel.name], errors[channel.name] = mean, error
         own[channel.name] = _between(mean, error)
-    if "onset" in own:
+    if (onsets := evidence.onsets) is not None:
         # Runs without a slide are the upper tail: without them the scatter would be underestimated.
-        channel = next(channel for channel in evidence.channels if channel.name == "onset")
-        own["onset"] *= _censoring(residuals["onset"], channel.rows.limit)
+        own[ONSET] *= _censoring(residuals[ONSET], onsets.rows.limit)
     friction = _share(means, errors, own)
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, thresholds.GAUSSIAN))
 
@@ -187,14 +187,14 @@ def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[st
     The difference of the two in the same run determines precisely what they do not share; a covariance of two large
     scatters would not.
     """
-    if "onset" not in means or "along" not in means:
+    if ONSET not in means or ALONG not in means:
         return 0.0
-    both = np.isfinite(means["onset"]) & np.isfinite(means["along"])
+    both = np.isfinite(means[ONSET]) & np.isfinite(means[ALONG])
     if both.sum() < thresholds.LEAST_KNOWN:
         return 0.0
-    apart = _robust_sd(means["onset"][both] - means["along"][both]) ** 2
-    apart = max(apart - float(np.median(errors["along"][both])) ** 2, 1e-10)
-    first, second = own["onset"] ** 2, own["along"] ** 2
+    apart = _robust_sd(means[ONSET][both] - means[ALONG][both]) ** 2
+    apart = max(apart - float(np.median(errors[ALONG][both])) ** 2, 1e-10)
+    first, second = own[ONSET] ** 2, own[ALONG] ** 2
     of_onset = min(max(0.5 * (first - second + apart), 0.02 * apart), 0.98 * apart, first)
-    own["onset"], own["along"] = math.sqrt(of_onset), math.sqrt(max(apart - of_onset, 1e-12))
+    own[ONSET], own[ALONG] = math.sqrt(of_onset), math.sqrt(max(apart - of_onset, 1e-12))
     return math.sqrt(max(first - of_onset, 0.0))

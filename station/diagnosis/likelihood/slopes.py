@@ -58,5 +58,5 @@ def differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict
 
 def _changes(channel: Channel, number: Free) -> bool:
     if number.effect is None:
-        return channel.shares_friction or channel.name == "across"
+        return channel.frictional
     return channel.changed_by(number.effect)

@@ -18,6 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.observations.channel import REST
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Contact, View
 from station.physics.effect import Effect, Family, Layer, Values
@@ -94,8 +95,8 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
 
     Without slides the reading of the onsets is part of mu, and is no nuisance.
     """
-    onset = (ONSET_READING,) if evidence.channel("onset") and evidence.channel("along") else ()
-    picture = (PICTURE_READING,) if evidence.channel("rest") else ()
+    onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
+    picture = (PICTURE_READING,) if evidence.channel(REST) else ()
     reading = (*onset, *picture)
     allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)

@@ -10,7 +10,7 @@ import numpy as np
 
 from station.diagnosis.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.channel import ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
 
@@ -123,7 +123,7 @@ def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
 
 def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:
     """True if a channel's random effect of a run is in the variance of its rows: a run has one onset, or one row."""
-    return channel.name == "onset" or evidence.group is not None
+    return channel.name == ONSET or evidence.group is not None
 
 
 def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:

@@ -49,18 +49,24 @@ class Channel(ABC):
 
     Attributes:
         name: the channel's name in tables.
+        title: what it compares, in words.
         phase: the phase of a run in which it is seen: camera at rest, pre-slip, onset, slide or stop.
         unit: the residual's unit.
         shares_friction: True if the run's random effect on friction shifts its rows (by 1 per unit of ln mu).
+        frictional: True if every law of friction changes its rows.
+        level_tells: True if the rows' common level says something: it is neither mu's nor subtracted nor a mean of 0.
         trusted: the systematic floor in `unit`: an effect that changes its rows by less is not claimed on any evidence.
         travelled_m: (n,) the way along the block's path, for rows that lie along one, else None. Only differences
             within a run have a meaning.
     """
 
     name: str
+    title: str
     phase: str
     unit: str
     shares_friction: bool = False
+    frictional: bool = False
+    level_tells: bool = False
     trusted: float = 0.0
     travelled_m: Array | None = None
 
@@ -95,13 +101,16 @@ class Channel(ABC):
         return bool(self.hooks & effect.acts_through())
 
 
+ONSET, ALONG, REST = "onset", "along", "rest"
+"""Names of channels: static friction, sliding friction, and the block's place at rest."""
+
 CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
-    "onset": CONTACT_HOOKS | {"shaking"},
-    "along": CONTACT_HOOKS,
+    ONSET: CONTACT_HOOKS | {"shaking"},
+    ALONG: CONTACT_HOOKS,
     "across": CONTACT_HOOKS,
     "turn": frozenset({"spin", "lever"}),
-    "rest": frozenset({"seen", "creep"}),
+    REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
     "shape": frozenset({"seen"}),
     "sensor": frozenset({"attitude"}),
@@ -128,8 +137,8 @@ class Part(Channel):
 
     def __init__(self, whole: Channel, chosen: Bools) -> None:
         super().__init__(whole.rows.chosen(chosen))
-        self.name, self.phase, self.unit = whole.name, whole.phase, whole.unit
-        self.shares_friction = whole.shares_friction
+        self.name, self.title, self.phase, self.unit = whole.name, whole.title, whole.phase, whole.unit
+        self.shares_friction, self.frictional = whole.shares_friction, whole.frictional
         self._whole, self._chosen = whole, chosen
         self.travelled_m = None if whole.travelled_m is None else whole.travelled_m[chosen]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from station.diagnosis.observations.channel import Channel, Part
+from station.diagnosis.observations.channel import ALONG, ONSET, Channel, Part
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools, Contact
@@ -53,6 +53,21 @@ class Evidence:
         return next((channel for channel in self.channels if channel.name == name), None)
 
     @property
+    def onsets(self) -> Channel | None:
+        """The channel of static friction, or None."""
+        return self.channel(ONSET)
+
+    @property
+    def slides(self) -> Channel | None:
+        """The channel of sliding friction, or None."""
+        return self.channel(ALONG)
+
+    @property
+    def friction(self) -> Channel | None:
+        """The channel of static friction, or else that of sliding friction; None without either."""
+        return self.onsets or self.slides
+
+    @property
     def runs(self) -> int:
         """The number of runs with evidence."""
         return len(self.run_number)
@@ -72,8 +87,7 @@ class Evidence:
 
     def contact(self) -> Contact | None:
         """The recorded contacts of the onsets, or else of the slides; None without either."""
-        channels = (self.channel(name) for name in ("onset", "along"))
-        return next((channel.contact for channel in channels if channel is not None), None)
+        return next((one.contact for one in (self.onsets, self.slides) if one is not None), None)
 
     def used(self) -> int:
         """The number of counted runs with at least one row of friction."""

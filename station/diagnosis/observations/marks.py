@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.channel import Channel, Rows
+from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Moments
 from station.physics.contact import Array, View
 from station.physics.effect import Effect
@@ -24,8 +24,10 @@ class PlateMarks(Channel):
     """
 
     name: str = "plate"
+    title: str = "the place of the plate's own marks"
     phase: str = "pre-slip"
     unit: str = "m"
+    level_tells: bool = True
     trusted: float = thresholds.PLACE_TRUSTED_M
 
     def __init__(self, rows: Rows, moved_m: Array, view: View, start: View) -> None:
@@ -48,7 +50,8 @@ class Rest(PlateMarks):
     the stretch.
     """
 
-    name: str = "rest"
+    name: str = REST
+    title: str = "the block's place before the slip"
 
     def __init__(
         self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
@@ -71,6 +74,7 @@ class Shape(Channel):
     """
 
     name: str = "shape"
+    title: str = "the mark's shape"
     phase: str = "camera at rest"
     unit: str = "1"
     trusted: float = thresholds.STRAIN_TRUSTED
@@ -116,14 +120,13 @@ class Sensor(Channel):
     Rows are means of readings; `moments` has SENSOR_POINTS of them for each row.
     """
 
-    name: str = "sensor"
     phase: str = "pre-slip"
     unit: str = "rad"
     trusted: float = thresholds.ANGLE_TRUSTED_RAD
 
     def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
         super().__init__(rows)
-        self.name = f"sensor:{source}"
+        self.name, self.title = f"sensor:{source}", f"the angle sensor {source}"
         self._difference, self._moments = difference_rad - difference_rad.mean(), moments
 
     def residual(self, model: Model) -> Array:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.channel import Channel, Rows
+from station.diagnosis.observations.channel import ONSET, Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
 from station.physics.contact import Array, Contact
 from station.physics.dissipation import held_along, threshold
@@ -31,10 +31,12 @@ class Onsets(Channel):
     So would a law of the time at rest, which goes on while the plate tilts.
     """
 
-    name: str = "onset"
+    name: str = ONSET
+    title: str = "the friction at the onset"
     phase: str = "onset"
     unit: str = "relative friction"
     shares_friction: bool = True
+    frictional: bool = True
     trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, moments: Moments) -> None:

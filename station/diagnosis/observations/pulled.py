@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.channel import Channel, Rows
+from station.diagnosis.observations.channel import ALONG, ONSET, Channel, Rows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.effect import unit
 from station.physics.model import Model
 
 SETTLING = "settling"
+TITLES = {
+    ONSET: "the friction at the onset",
+    ALONG: "the friction along the slide",
+    SETTLING: "the friction that settles after a change of the speed",
+}
 
 LEAST_SHARE = 0.05
 """The smallest share of the press and of the friction that a model's pushes leave: a logarithm needs some."""
@@ -34,8 +39,9 @@ class Pulled(Channel):
         'onset' at the end of their rest.
         """
         super().__init__(rows)
-        self.name, self.phase = name, "onset" if name == "onset" else "slide"
-        self.shares_friction = name != SETTLING
+        self.name, self.phase = name, "onset" if name == ONSET else "slide"
+        self.title, self.level_tells = TITLES[name], name == SETTLING
+        self.shares_friction = self.frictional = not self.level_tells
         self.travelled_m = travelled_m
         self._contact, self._log_recorded = contact, np.log(coefficient)
 

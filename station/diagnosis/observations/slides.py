@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.channel import Channel, Rows
+from station.diagnosis.observations.channel import ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, Contact, View
@@ -138,10 +138,12 @@ class Along(_Slides):
     with an effect of a fifth, and a level error that is a fifth of the tilt, that would be four per cent.
     """
 
-    name: str = "along"
+    name: str = ALONG
+    title: str = "the friction along the slide"
     sees: bool = True
     unit: str = "relative friction"
     shares_friction: bool = True
+    frictional: bool = True
     trusted: float = thresholds.FRICTION_TRUSTED
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
@@ -179,6 +181,8 @@ class Across(_Slides):
     """Sideways force to the left of the motion: recorded minus predicted, relative to the typical friction."""
 
     name: str = "across"
+    title: str = "the sideways force"
+    frictional: bool = True
     sees: bool = True
     unit: str = "relative friction"
     trusted: float = thresholds.FRICTION_TRUSTED
@@ -210,6 +214,7 @@ class Turn(_Slides):
     """
 
     name: str = "turn"
+    title: str = "the block's turning"
     unit: str = "rad/s²"
     trusted: float = thresholds.TURN_TRUSTED_RAD_S2
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.diagnosis.observations.build import facts_of
-from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.pulled import SETTLING
@@ -78,7 +78,7 @@ def _channels(rows: TableRows, facts: RunFacts, setting: Setting) -> Iterator[Ch
     if (~rows.pulled).any():
         yield onsets_of(rows, facts, setting, np.flatnonzero(~rows.pulled))
     unsettled = settling(rows)
-    masks = {"onset": rows.pulled & ~moving, "along": moving & ~unsettled, SETTLING: moving & unsettled}
+    masks = {ONSET: rows.pulled & ~moving, ALONG: moving & ~unsettled, SETTLING: moving & unsettled}
     for name, mask in masks.items():
         if mask.any():
             yield pulled_of(name, rows, facts, mask)

@@ -118,7 +118,7 @@ def nested(
     if not whole.found:
         plain = Model(mu_s=whole.null.model.mu_s)
         return tuple(_refitted(with_wander(evidence.without(out), plain), whole, anew=True) for out in outs)
-    begin = whole.null.model, whole.ends
+    begin = whole.null.model, whole.fitter.ends()
     work = (delayed(_searched)(evidence, effects, begin, out, [seed, number]) for number, out in enumerate(outs))
     found: Any = Parallel(n_jobs=min(jobs, FOLDS))(work)
     return tuple(found)

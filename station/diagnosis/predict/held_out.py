@@ -57,7 +57,7 @@ def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
     log_run, onset, within, path, rank = (np.full(runs, np.nan) for _ in range(5))
     for left_out, part in parts:
         log_run[left_out] = part.log_run[left_out] + part.log_prior / runs
-        channel = evidence.channel("onset")
+        channel = evidence.onsets
         if isinstance(channel, Onsets):
             _onsets(channel, part, left_out, onset=onset, within=within, rank=rank)
     present = np.zeros(runs, dtype=np.bool_)
@@ -90,7 +90,7 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
 
 def _drawn(evidence: Evidence, part: Fit) -> Array:
     """Expected log friction (r,) of each run's slide, given its onset; nan where the onset is unknown."""
-    channel = evidence.channel("onset")
+    channel = evidence.onsets
     expected = np.full(evidence.runs, 0.0 if channel is None else np.nan)
     if channel is not None and part.noise.scatter > 0:
         share = part.noise.friction**2 / part.noise.scatter**2

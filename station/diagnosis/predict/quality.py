@@ -130,7 +130,7 @@ def quality(held: HeldOut) -> Quality:
 
 def _floor_deg(evidence: Evidence, after: Fit) -> float:
     """The root mean square difference of an onset from its expectation, by the runs' scatter alone, in degrees."""
-    channel = evidence.channel("onset")
+    channel = evidence.onsets
     if not isinstance(channel, Onsets):
         return math.nan
     tilt = channel.angle_rad()

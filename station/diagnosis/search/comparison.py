@@ -18,7 +18,7 @@ from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisanc
 from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
 from station.diagnosis.search.excused import best_of_each, excused
-from station.diagnosis.search.misfit import Gained, gained_by, superfluous, temperature
+from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -96,7 +96,7 @@ def _round(
     A further name gets a stage of its own only if what is left is beyond chance; one that came as half of a pair has to
     pass the same test here.
     """
-    compared, gains, changed = dict[str, Comparison](), dict[str, Gained](), False
+    compared, changed = dict[str, Comparison](), False
     for effect in _terms(current.model):
         comparison = _comparison(fitter, current, effect, offered, rng)
         best = comparison.candidates[0]
@@ -108,10 +108,6 @@ def _round(
             current, changed, mine = best.fitted, True, best
         if mine is not None:
             compared[mine.effects[0].id] = comparison
-            gains[mine.effects[0].id] = gained_by(fitter.evidence, mine)
-    name = superfluous(gains)
-    if name is not None:
-        current, changed = compared[name].without, True
     return current, compared, changed
 
 

@@ -89,7 +89,7 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
 def summary_of(before: Fit, place: Place) -> str:
     """What a place's residuals depend on, and how strongly, in one sentence."""
     residual, smooth, _ = smooth_part(before, place)
-    channel, what = place.channel, _what(place.channel.name)
+    channel, what = place.channel, place.channel.title
     if place.covariate == "all":
         return f"{channel.phase}: {what} is off by {_amount(_middle(residual), channel.unit)} throughout"
     title = TITLES.get(place.covariate, place.covariate)
@@ -120,19 +120,6 @@ def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
     smooth = place.basis @ np.linalg.lstsq(place.basis * weight[:, None], residual * weight, rcond=None)[0]
     size = float(np.sqrt(np.mean(smooth**2)) / max(np.sqrt(np.mean(residual**2)), 1e-12))
     return residual, smooth, min(size, 1.0)
-
-
-def _what(channel: str) -> str:
-    return {
-        "onset": "the friction at the onset",
-        "along": "the friction along the slide",
-        "settling": "the friction that settles after a change of the speed",
-        "across": "the sideways force",
-        "turn": "the block's turning",
-        "rest": "the block's place before the slip",
-        "plate": "the place of the plate's own marks",
-        "shape": "the mark's shape",
-    }.get(channel, f"the angle sensor {channel.partition(':')[2]}")
 
 
 def _amount(value: float, unit: str) -> str:

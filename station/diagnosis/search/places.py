@@ -61,11 +61,7 @@ def _bases(channel: Channel) -> dict[str, Array]:
         basis = _angle(values) if name in ANGLES else _smooth(values, least_spread(name), 4 if name == "run" else 3)
         if basis is not None:
             bases[name] = basis
-    if (
-        not channel.shares_friction
-        and channel.name not in ("across", "turn", "shape")
-        and not channel.name.startswith("sensor")
-    ):
+    if channel.level_tells:
         bases["all"] = np.ones((len(channel), 1))
     return bases
 

@@ -33,7 +33,6 @@ from station.diagnosis.search.candidates import (
 from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.comparison import Comparison, revised
 from station.diagnosis.search.excused import excused, is_misfit_of_law
-from station.diagnosis.search.misfit import Gained, gained_by, is_misfit
 from station.diagnosis.search.places import places_of
 from station.diagnosis.search.smooth import smooth_terms
 from station.diagnosis.search.trifle import is_trifle, is_trifling_place
@@ -66,22 +65,22 @@ class Stage:
     tried: int
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Search:
     """All stages. `model` is the last fit, `places` stand out where no effect acts, `untestable` has reasons by id.
 
-    `compared` has, for each term of the model by its id, what could stand in its place; `ends` are the ends of all
-    fits, and `offered` the effects and smooth terms that this evidence can show.
+    `compared` has, for each term of the model by its id, what could stand in its place; it is empty until `search` has
+    compared them. `offered` are the effects and smooth terms that this evidence can show, which `fitter` has fitted.
     """
 
     null: Fit
     stages: tuple[Stage, ...]
     model: Fit
-    compared: Mapping[str, Comparison]
     places: tuple[Candidate, ...]
     untestable: Mapping[str, str]
-    ends: Begins
-    offered: Sequence[Effect] = ()
+    offered: Sequence[Effect]
+    fitter: Fitter
+    compared: Mapping[str, Comparison] = field(default_factory=dict[str, Comparison])
 
     @property
     def global_p(self) -> float:
@@ -109,20 +108,6 @@ def with_wander(evidence: Evidence, start: Model) -> Evidence:
     return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
 
 
-@dataclass(kw_only=True, eq=False)
-class Staged:
-    """The result of the stages: the plain model, the last one, the place that stands out, and what was offered."""
-
-    null: Fit
-    model: Fit
-    fitter: Fitter
-    offered: Sequence[Effect]
-    untestable: Mapping[str, str]
-    rng: np.random.Generator
-    stages: list[Stage] = field(default_factory=list[Stage])
-    places: list[Candidate] = field(default_factory=list[Candidate])
-
-
 def in_stages(
     evidence: Evidence,
     effects: Sequence[Effect],
@@ -131,7 +116,7 @@ def in_stages(
     rng: np.random.Generator,
     progress: Progress,
     begins: Begins | None = None,
-) -> Staged:
+) -> Search:
     """Runs all stages, on evidence with at least one row of friction; the terms are not yet compared in their places.
 
     If `begins` is given, fits begin where those of nearly the same runs ended: they end at the same maximum.
@@ -145,36 +130,30 @@ def in_stages(
     null = fit(evidence, allowing_for(null.model, absorbed), (), noise=null.noise)
     offered = [*(effect for effect in effects if effect.id not in reasons), *smooth_terms(evidence)]
     fitter = Fitter(evidence, begins, coinciding=Coinciding.among(evidence, offered))
-    found = Staged(null=null, model=null, fitter=fitter, offered=offered, untestable=reasons, rng=rng)
-    known: list[Gained] = []
+    model, stages = null, list[Stage]()
     for number in range(int(thresholds.MOST_STAGES)):
         progress(f"stage {number + 1}: scoring {len(offered)} effects and smooth terms, alone and in pairs")
-        stage = _stage(found.fitter, found.model, offered, rng=rng, first=number == 0, known=known, progress=progress)
-        found.stages.append(stage)
-        if stage.chosen is None:
+        stages.append(_stage(fitter, model, offered, rng=rng, first=number == 0, progress=progress))
+        chosen = stages[-1].chosen
+        if chosen is None or chosen.fitted is None:
             break
-        known.append(gained_by(evidence, stage.chosen))
-        if stage.chosen.fitted is None:
-            found.places.append(stage.chosen)
-            break
-        found.model = stage.chosen.fitted
-    return found
+        model = chosen.fitted
+    return Search(
+        null=null,
+        stages=tuple(stages),
+        model=model,
+        places=tuple(stage.chosen for stage in stages if stage.chosen is not None and stage.chosen.fitted is None),
+        untestable=reasons,
+        offered=tuple(offered),
+        fitter=fitter,
+    )
 
 
-def search(staged: Staged, progress: Progress) -> Search:
+def search(found: Search, rng: np.random.Generator, progress: Progress) -> Search:
     """Compares each term that the stages have found with what could stand in its place."""
     progress("comparing each with what could stand in its place")
-    model, compared = revised(staged.fitter, staged.model, staged.offered, staged.rng.spawn(1)[0])
-    return Search(
-        null=staged.null,
-        stages=tuple(staged.stages),
-        model=model,
-        compared=compared,
-        places=tuple(staged.places),
-        untestable=staged.untestable,
-        ends=staged.fitter.ends(),
-        offered=tuple(staged.offered),
-    )
+    model, compared = revised(found.fitter, found.model, found.offered, rng.spawn(1)[0])
+    return replace(found, model=model, compared=compared)
 
 
 def _stage(
@@ -184,7 +163,6 @@ def _stage(
     *,
     rng: np.random.Generator,
     first: bool,
-    known: Sequence[Gained],
     progress: Progress,
 ) -> Stage:
     coinciding = fitter.coinciding
@@ -194,7 +172,7 @@ def _stage(
     progress("fitting the best candidates in full")
     ranked = _in_full(fitter, current, stage.candidates, _rest(current, offered, coinciding))
     standing = [spot for spot in stage.places if spot.place and not is_trifling_place(scored, spot.place)]
-    chosen = _chosen(fitter, current, ranked, standing, known)
+    chosen = _chosen(fitter, current, ranked, standing)
     return replace(stage, candidates=tuple(ranked), chosen=chosen)
 
 
@@ -289,25 +267,15 @@ def _kind(candidate: Candidate) -> str:
     return "smooth" if candidate.smooth else "single" if len(candidate.effects) == 1 else "pair"
 
 
-def _chosen(
-    fitter: Fitter,
-    current: Fit,
-    ranked: Sequence[Candidate],
-    spots: Sequence[Candidate],
-    known: Sequence[Gained],
-) -> Candidate | None:
+def _chosen(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], spots: Sequence[Candidate]) -> Candidate | None:
     """The likeliest candidate, if it is likelier than nothing, and neither misspecification nor negligible; else None.
 
     A place stands for what no effect can express: it counts only in channels in which no smooth term acts.
     """
     full = [candidate for candidate in ranked if candidate.fitted is not None]
-    alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.shares_friction]
-    alone = [spot for spot in alone if spot.place is not None and spot.place.channel.name != "across"]
+    alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.frictional]
     for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
-        if one.odds <= 0:
-            continue
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
-        trifle = trifle or is_misfit_of_law(fitter, current, one)
-        if not trifle and not is_misfit(gained_by(fitter.evidence, one), known):
+        if one.odds > 0 and not trifle and not is_misfit_of_law(fitter, current, one):
             return one
     return None

@@ -73,11 +73,11 @@ def _frictions(evidence: Evidence) -> Iterator[Effect]:
 
 
 def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
-    sliding = evidence.channel("along") is not None
+    sliding = evidence.slides is not None
     if covariate in ONLY_SLIDING:
         yield frozenset({"sliding"})
         return
-    if evidence.channel("onset") is not None:
+    if evidence.onsets is not None:
         yield frozenset({"onset"})
         if sliding and covariate not in ONLY_ONSET:
             yield frozenset({"onset", "sliding"})
@@ -88,7 +88,7 @@ def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
 def _values(evidence: Evidence) -> dict[str, Array]:
     """The values that occur, by covariate, for covariates that vary enough to explain anything."""
     found: dict[str, Array] = {}
-    for channel in (evidence.channel("onset"), evidence.channel("along")):
+    for channel in (evidence.onsets, evidence.slides):
         for name, values in channel.rows.covariates.items() if channel else ():
             if name not in LEFT_OUT and name not in found and _varies(name, values):
                 found[name] = values[np.isfinite(values)]
@@ -141,7 +141,7 @@ def _power_forms(covariate: str, values: Array) -> Iterator[Form]:
 
 def _memory(evidence: Evidence) -> dict[str, ByRun]:
     """The covariates that a run's rows have and no contact (the run before), as tables by the run's number."""
-    channel = evidence.channel("onset") or evidence.channel("along")
+    channel = evidence.friction
     if channel is None:
         return {}
     number = evidence.facts.number[channel.rows.run]
@@ -151,7 +151,7 @@ def _memory(evidence: Evidence) -> dict[str, ByRun]:
 
 
 def _pushes(evidence: Evidence) -> Iterator[Effect]:
-    onset = evidence.channel("onset") or evidence.channel("along")
+    onset = evidence.friction
     if onset is None or not {"x", "y"} <= onset.rows.covariates.keys():
         return
     if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= thresholds.LEAST_PLACES_M:

@@ -58,7 +58,7 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
     hooks, advised = effect.acts_through(), advice(evidence, effect)
     if not any(channel.hooks & hooks for channel in evidence.channels):
         return "this recording has nothing in which it would show"
-    sensed = "attitude" in hooks and any(channel.name.startswith("sensor") for channel in evidence.channels)
+    sensed = "attitude" in hooks and any(channel.hooks == frozenset({"attitude"}) for channel in evidence.channels)
     if effect.absorbed_by_mu and "attitude" in hooks and not sensed:
         return "; ".join(filter(None, ["without another angle sensor it is the same as another mu", advised]))
     contact = evidence.contact()

@@ -111,6 +111,7 @@ def evidence_of_case(case: Case, folder: Path) -> Evidence:
     if not kept.exists():
         with tempfile.TemporaryDirectory() as made:
             evidence = _made(case, Path(made))
+        kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_bytes(cloudpickle.dumps(evidence))
     found: Evidence = cloudpickle.loads(kept.read_bytes())
     return found

@@ -44,10 +44,6 @@ def _true(*_: Any, **__: Any) -> bool:
     return True
 
 
-def _none(*_: Any, **__: Any) -> None:
-    return None
-
-
 def _one(*_: Any, **__: Any) -> float:
     return 1.0
 
@@ -70,9 +66,8 @@ def _full_cost(fitter: Any, _found: Any, _effect: Any, _parameter: Any) -> float
 
 S = "station.diagnosis.search."
 RULES: tuple[Rule, ...] = (
-    Rule(name="misfit", places=(S + "search:is_misfit",), off=_false),
+    Rule(name="misfit of a law", places=(S + "search:is_misfit_of_law",), off=_false),
     Rule(name="further name by chance", places=(S + "comparison:Comparison.is_further",), off=_false, is_property=True),
-    Rule(name="misfit at the end", places=(S + "comparison:superfluous",), off=_none),
     Rule(name="trifle", places=(S + "search:is_trifle", S + "comparison:is_trifle"), off=_false),
     Rule(name="trifling place", places=(S + "search:is_trifling_place",), off=_false),
     Rule(

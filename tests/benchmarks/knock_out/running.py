@@ -78,7 +78,7 @@ def searched(evidence: Evidence, like: Found | None = None) -> Found:
     effects = tuple(catalogue().values())
     evidence = with_wander(evidence, start)
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None)
-    found = search(staged, lambda _: None)
+    found = search(staged, rng, lambda _: None)
     if like is not None and {one.id for one in found.found} == {one.id for one in like[1].found}:
         return evidence, found, like[2]
     return evidence, found, named(evidence, effects, found, fold=assigned(evidence, rng), seed=SEED, jobs=1)
