@@ -1,28 +1,24 @@
-# ruff: noqa: PLR0917 (compiled functions take no keyword-only arguments)
 """The noise of rows in groups: each group's own level, the rows' scatter in it, and the wander of a continuous record.
 
 A row of group g has the residual b_g + w + s + f e sigma, with b_g the group's random effect, s the row's own, and w,
 where the rows follow one another along a slip, an Ornstein-Uhlenbeck process of it. All sizes are those of the largest
-likelihood, which a Kalman filter over (w, b) gives exactly (Durbin & Koopman 2012, Time Series Analysis by State Space
-Methods, ch. 4).
+likelihood (`wander.minus_log_likelihood`).
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.special import expit
 
 from station.diagnosis import thresholds
-from station.diagnosis.compiled import compiled
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.likelihood.robust import clipped
+from station.diagnosis.likelihood.wander import Wander, minus_log_likelihood, simplex
 from station.diagnosis.observations.channel import Channel
-from station.diagnosis.observations.evidence import Evidence, Index
+from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.pulled import SETTLING
 from station.physics.contact import Array, Bools
 
@@ -72,16 +68,11 @@ def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes:
     starts = np.diff(block, prepend=-1) != 0
     path = channel.travelled_m
     if path is None:
-        values = _clipped(values, np.cumsum(starts) - 1)
+        group = np.cumsum(starts) - 1
+        middle = np.array([float(np.median(values[group == one])) for one in range(int(group[-1]) + 1)])
+        values = clipped(values, thresholds.WANDER_CLIP, middle[group])
     place = None if path is None else np.asarray(path[order], dtype=np.float64)
     return _likeliest(values, sigma, place, starts)
-
-
-def _clipped(values: Array, group: Index) -> Array:
-    """The values (n,) clipped at WANDER_CLIP robust standard deviations from the medians of their groups."""
-    middle = np.array([float(np.median(values[group == one])) for one in range(int(group[-1]) + 1)])[group]
-    reach = thresholds.WANDER_CLIP * 1.4826 * float(np.median(np.abs(values - middle)))
-    return middle + np.clip(values - middle, -reach, reach) if reach else values
 
 
 def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools) -> _Sizes:
@@ -92,24 +83,21 @@ def _likeliest(values: Array, sigma: Array, place_m: Array | None, starts: Bools
     def sizes(inner: Array) -> _Sizes:
         numbers = np.append(inner, np.full(5 - len(inner), -np.inf))
         error, row, group, wander = (spread * np.exp(np.clip(numbers[:4], -np.inf, 12.0))).tolist()
-        share = 1.0 / (1.0 + math.exp(-min(max(float(numbers[4]), -30.0), 30.0)))
         return _Sizes(
             factor=max(error / typical, 1e-3),
             row=max(row, LEAST),
             group=max(group, LEAST) if starts.sum() > 1 else LEAST,
             wander=wander,
-            reach_m=low * (high / low) ** share,
+            reach_m=low * (high / low) ** float(expit(np.clip(numbers[4], -30.0, 30.0))),
         )
 
     def cost(inner: Array) -> float:
         one = sizes(inner)
         variance = (sigma * one.factor) ** 2 + one.row**2
-        return float(_minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m))
+        return float(minus_log_likelihood(values, variance, places, starts, one.group**2, one.wander**2, one.reach_m))
 
     begin = np.log([0.3, 0.3, 0.5, 0.5, 1.0])[: 3 if place_m is None else 5]
-    corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -1.0, -1.0, 1.5][: len(begin)])])
-    options = {"maxfev": STEPS, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
-    return sizes(np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x))
+    return sizes(simplex(cost, begin, np.array([-1.0, -1.0, -1.0, -1.0, 1.5])[: len(begin)], evaluations=STEPS))
 
 
 def _reaches(place_m: Array | None, starts: Bools) -> tuple[float, float]:
@@ -121,33 +109,3 @@ def _reaches(place_m: Array | None, starts: Bools) -> tuple[float, float]:
         return 1.0, 1.0
     low = max(float(np.median(np.diff(place_m)[~starts[1:]])), 1e-12)
     return low, max(float(place_m.max()) / thresholds.LEAST_SLID, low)
-
-
-@compiled
-def _minus_log_likelihood(
-    values: Any, rows: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
-) -> float:
-    """Minus the log likelihood of values (n,) in groups that begin at `starts`.
-
-    `rows` (n,), `own` and `wander` are the variances of rows, groups' levels and the wander.
-    """
-    total = 0.0
-    w = b = p_ww = p_wb = p_bb = 0.0
-    for i in range(len(values)):
-        if starts[i]:
-            w, b, p_ww, p_wb, p_bb = 0.0, 0.0, wander, 0.0, own
-        else:
-            kept = np.exp(-abs(place[i] - place[i - 1]) / reach_m)
-            w *= kept
-            p_ww, p_wb = kept * kept * p_ww + (1.0 - kept * kept) * wander, kept * p_wb
-        variance = p_ww + 2.0 * p_wb + p_bb + rows[i] + 1e-30
-        left = values[i] - w - b
-        total += 0.5 * (left * left / variance + np.log(variance))
-        of_w, of_b = (p_ww + p_wb) / variance, (p_wb + p_bb) / variance
-        w, b = w + of_w * left, b + of_b * left
-        p_ww, p_wb, p_bb = (
-            p_ww - of_w * of_w * variance,
-            p_wb - of_w * of_b * variance,
-            p_bb - of_b * of_b * variance,
-        )
-    return total

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.stats import norm
 
 from station.diagnosis import thresholds
+from station.diagnosis.likelihood.robust import clipped
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.channel import ALONG, ONSET
 from station.diagnosis.observations.evidence import Evidence
@@ -149,14 +150,7 @@ def _between(mean: Array, error: Array) -> float:
 
 def _robust_sd(values: Array) -> float:
     """Standard deviation of clipped values, corrected for what the clipping takes from a Gaussian."""
-    return float(np.std(_clipped(values))) / 0.9933
-
-
-def _clipped(values: Array) -> Array:
-    """The values clipped at CLIP robust standard deviations from their median."""
-    middle = float(np.median(values))
-    mad = 1.4826 * float(np.median(np.abs(values - middle)))
-    return np.clip(values, middle - thresholds.CLIP * mad, middle + thresholds.CLIP * mad) if mad else values
+    return float(np.std(clipped(values, thresholds.CLIP))) / 0.9933
 
 
 def _censoring(values: Array, limit: Bools) -> float:
@@ -167,15 +161,15 @@ def _censoring(values: Array, limit: Bools) -> float:
     """
     if not limit.any() or (~limit).sum() < thresholds.LEAST_KNOWN:
         return 1.0
-    clipped = _clipped(values[~limit])
-    plain = max(float(np.std(clipped)), 1e-9)
-    mean, scale = float(np.mean(clipped)), plain
+    slid = clipped(values[~limit], thresholds.CLIP)
+    plain = max(float(np.std(slid)), 1e-9)
+    mean, scale = float(np.mean(slid)), plain
     for _ in range(CENSORED_ROUNDS):
         beyond = (values[limit] - mean) / scale
         hazard = np.exp(norm.logpdf(beyond) - norm.logsf(beyond))
         expected = mean + scale * hazard
         square = scale**2 * (1.0 + beyond * hazard - hazard**2)
-        everything = np.concatenate([clipped, expected])
+        everything = np.concatenate([slid, expected])
         mean = float(np.mean(everything))
         scale = math.sqrt(float(np.sum((everything - mean) ** 2) + np.sum(square)) / len(everything))
     return min(max(scale / plain, 1.0), thresholds.MOST_CENSORED)

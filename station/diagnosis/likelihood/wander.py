@@ -9,16 +9,18 @@ place would be fitted to what is random in each run.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.special import expit
 
 from station.diagnosis import thresholds
 from station.diagnosis.compiled import compiled
+from station.diagnosis.likelihood.robust import clipped
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
@@ -60,19 +62,16 @@ def _wander(evidence: Evidence, channel: Channel, residual: Array) -> Wander:
     run, sigma = channel.rows.run[order], channel.rows.sigma[order]
     assert channel.travelled_m is not None
     place = channel.travelled_m[order]
-    values = _clipped(_of_its_own(residual[order], run))
-    edges = np.append(np.flatnonzero(np.diff(run, prepend=-1)), len(run))
+    values = clipped(_of_its_own(residual[order], run), thresholds.WANDER_CLIP)
+    starts = np.diff(run, prepend=-1) != 0
     spread = max(float(np.std(values)), 1e-12)
 
     def cost(inner: Array) -> float:
         factor, own, sd, reach_m = _numbers(inner, spread)
-        return float(_minus_log_likelihood(values, sigma * factor, place, edges, own**2, sd**2, reach_m))
+        return float(minus_log_likelihood(values, (sigma * factor) ** 2, place, starts, own**2, sd**2, reach_m))
 
     begin = np.array([0.0, math.log(0.5), math.log(0.3), 0.0])
-    corners = np.vstack([begin, begin + np.diag([-1.0, -1.0, -2.0, 1.5])])
-    options = {"maxfev": STEPS, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
-    found = minimize(cost, begin, method="Nelder-Mead", options=options)
-    *_, sd, reach_m = _numbers(np.asarray(found.x), spread)
+    *_, sd, reach_m = _numbers(simplex(cost, begin, np.array([-1.0, -1.0, -2.0, 1.5]), evaluations=STEPS), spread)
     return Wander(sd, reach_m)
 
 
@@ -82,9 +81,8 @@ def _numbers(inner: Array, spread: float) -> tuple[float, float, float, float]:
     `inner` (4,) has logarithms of the first three; the reach is a logistic function within its bounds.
     """
     low, high = math.log(thresholds.SHORTEST_REACH_M), math.log(thresholds.LONGEST_REACH_M)
-    share = 1.0 / (1.0 + math.exp(-min(max(float(inner[3]), -30.0), 30.0)))
     factor, own, sd = np.exp(np.clip(inner[:3], -12.0, 12.0)).tolist()
-    return factor, spread * own, spread * sd, math.exp(low + share * (high - low))
+    return factor, spread * own, spread * sd, math.exp(low + float(expit(inner[3])) * (high - low))
 
 
 def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
@@ -103,37 +101,43 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
     return residual - np.cumsum(steps)[number]
 
 
-def _clipped(values: Array) -> Array:
-    middle = float(np.median(values))
-    reach = thresholds.WANDER_CLIP * 1.4826 * float(np.median(np.abs(values - middle)))
-    return np.clip(values, middle - reach, middle + reach)
+def simplex(cost: Callable[[Array], float], begin: Array, steps: Array, *, evaluations: int) -> Array:
+    """The numbers (k,) of the least cost by the simplex search (Nelder & Mead 1965, Comput. J. 7, 308).
+
+    Its first corners are `begin` (k,) and a step (k,) along each axis from there.
+    """
+    corners = np.vstack([begin, begin + np.diag(steps)])
+    options = {"maxfev": evaluations, "xatol": 0.02, "fatol": 0.02, "initial_simplex": corners}
+    return np.asarray(minimize(cost, begin, method="Nelder-Mead", options=options).x)
 
 
 @compiled
-def _minus_log_likelihood(
-    values: Any, sigma: Any, place: Any, edges: Any, own: float, wander: float, reach_m: float
+def minus_log_likelihood(
+    values: Any, rows: Any, place: Any, starts: Any, own: float, wander: float, reach_m: float
 ) -> float:
-    """Minus the log likelihood of Gaussian runs with a level each and an Ornstein-Uhlenbeck process along the path.
+    """Minus the log likelihood of values (n,) in runs or groups that begin at `starts`, by a Kalman filter.
 
-    `own` and `wander` are the variances of the level and of the process; `place` (n,) is the way along the path, m; run
-    i has the rows from edges[i] to edges[i + 1].
+    Each has a level and an Ornstein-Uhlenbeck process along its path; `place` (n,) is the way along it, m. `rows` (n,),
+    `own` and `wander` are the variances of rows, levels and the process. The filter is over (w, b), process and level
+    (Durbin & Koopman 2012, Time Series Analysis by State Space Methods, ch. 4).
     """
     total = 0.0
-    for run in range(len(edges) - 1):
-        first, size = edges[run], edges[run + 1] - edges[run]
-        factor = np.zeros((size, size))
-        white = np.zeros(size)
-        for i in range(size):
-            left = values[first + i]
-            for j in range(i + 1):
-                part = own + wander * np.exp(-abs(place[first + i] - place[first + j]) / reach_m)
-                if i == j:
-                    part += sigma[first + i] ** 2
-                for k in range(j):
-                    part -= factor[i, k] * factor[j, k]
-                factor[i, j] = np.sqrt(max(part, 1e-30)) if i == j else part / factor[j, j]
-                if j < i:
-                    left -= factor[i, j] * white[j]
-            white[i] = left / factor[i, i]
-            total += 0.5 * white[i] ** 2 + np.log(factor[i, i])
+    w = b = p_ww = p_wb = p_bb = 0.0
+    for i in range(len(values)):
+        if starts[i]:
+            w, b, p_ww, p_wb, p_bb = 0.0, 0.0, wander, 0.0, own
+        else:
+            kept = np.exp(-abs(place[i] - place[i - 1]) / reach_m)
+            w *= kept
+            p_ww, p_wb = kept * kept * p_ww + (1.0 - kept * kept) * wander, kept * p_wb
+        variance = p_ww + 2.0 * p_wb + p_bb + rows[i] + 1e-30
+        left = values[i] - w - b
+        total += 0.5 * (left * left / variance + np.log(variance))
+        of_w, of_b = (p_ww + p_wb) / variance, (p_wb + p_bb) / variance
+        w, b = w + of_w * left, b + of_b * left
+        p_ww, p_wb, p_bb = (
+            p_ww - of_w * of_w * variance,
+            p_wb - of_w * of_b * variance,
+            p_bb - of_b * of_b * variance,
+        )
     return total

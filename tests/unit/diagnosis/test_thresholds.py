@@ -34,7 +34,7 @@ SETTINGS: dict[str, str] = {
         search.smooth:SAME search.places:DEPENDENT
         search.tipping:SCATTERS search.tipping:MISTAKES predict.resimulated:KNOT_NS predict.resimulated:BEGIN""",
     "units and constants of mathematics": """
-        predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM""",
+        predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM likelihood.robust:GAUSSIAN_MAD""",
     "what a result shows, and how; no claim depends on it": """
         inference.determined:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
         search.locate:STANDS_OUT search.locate:BINS""",
