@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from station.diagnosis import thresholds
@@ -22,10 +23,7 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     whose step would cross it are held there, and the rest is solved again; draws and recording are treated alike.
     """
     own = scored.score[:, None] if score is None else score
-    chosen = np.asarray(columns)
-    information = scored.information[np.ix_(chosen, chosen)]
-    size = _sizes(information)
-    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    chosen, size, scaled = _scaled(scored, columns)
     part = own[chosen] / size[:, None]
     step = np.linalg.solve(scaled, part)
     total = np.maximum((part * step).sum(axis=0), 0.0)
@@ -43,21 +41,24 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
 
 def estimate(scored: Scores, columns: Sequence[int]) -> Array:
     """The columns' numbers (k,) at the maximum of the likelihood's quadratic model, clipped to their bounds."""
-    chosen = np.asarray(columns)
-    information = scored.information[np.ix_(chosen, chosen)]
-    size = _sizes(information)
-    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    chosen, size, scaled = _scaled(scored, columns)
     step = np.linalg.solve(scaled, scored.score[chosen] / size) / size
     return np.clip(step, scored.low[chosen], scored.high[chosen])
 
 
-def _sizes(information: Array) -> Array:
-    """Square roots (k,) of the diagonal; a column without information gets a size that scales it to zero."""
-    diagonal = np.diag(information)
-    return np.where(diagonal > 1e-9, np.sqrt(np.maximum(diagonal, 1e-9)), 1e15)
+def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], Array, Array]:
+    """The columns (k,), the square roots of their information, and that information (k, k) in units of these.
+
+    A column without information gets a size that scales it to zero.
+    """
+    chosen = np.asarray(columns, dtype=np.int64)
+    information = scored.information[np.ix_(chosen, chosen)]
+    own = np.diag(information)
+    size = np.where(own > 1e-9, np.sqrt(np.maximum(own, 1e-9)), 1e15)
+    return chosen, size, information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
 
 
-def _held(scored: Scores, chosen: Array, own: Array, outside: Bools) -> Array:
+def _held(scored: Scores, chosen: NDArray[np.int64], own: Array, outside: Bools) -> Array:
     """The gains (draws,) without the columns that `outside` (k, draws) marks as crossing their bounds."""
     found = np.zeros(own.shape[1])
     for pattern in np.unique(outside, axis=1).T:
@@ -74,10 +75,7 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
     The shares' mean, which is the gain, is taken off. The ratio guards against dependence within runs that the noise
     model does not know: it is a sandwich variance, of which only a significant excess counts.
     """
-    chosen = np.asarray(columns)
-    information = scored.information[np.ix_(chosen, chosen)]
-    size = _sizes(information)
-    scaled = information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+    chosen, size, scaled = _scaled(scored, columns)
     shares = scored.of_runs[:, chosen] / size
     centred = shares - shares.mean(axis=0)
     scatter = centred.T @ centred

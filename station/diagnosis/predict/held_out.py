@@ -41,6 +41,16 @@ class HeldOut:
     path_m: Array
     rank: Array
 
+    @property
+    def onset_error_deg(self) -> Array:
+        """The onsets' errors (r,), recorded minus predicted, in degrees."""
+        return np.degrees(self.onset_rad)
+
+    @property
+    def path_error_mm(self) -> Array:
+        """The slides' errors (r,), mm."""
+        return 1e3 * self.path_m
+
 
 def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
     """Refits given effects without each fold (r,), from the whole fit as a start, and predicts it; paths are nan."""

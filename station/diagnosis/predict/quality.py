@@ -115,7 +115,7 @@ def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
 def quality(held: HeldOut) -> Quality:
     """The summary of predictions, each figure with its standard error."""
     score, within = _mean(held.log_run), _mean(held.within)
-    onset, path = np.degrees(np.abs(held.onset_rad)), 1e3 * held.path_m
+    onset, path = np.abs(held.onset_error_deg), held.path_error_mm
     found = {
         "log_score": score,
         "onset_rmse_deg": _rms(onset),

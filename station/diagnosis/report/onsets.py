@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom, norm
 
+from station.diagnosis.predict.held_out import HeldOut
 from station.diagnosis.report.drawing import AFTER, BEFORE, new_figure
-from station.diagnosis.report.picture_data import HeldOutPicture
 from station.physics.contact import Array
 
 _BINS = 10
 
 
-def onsets(before: HeldOutPicture, after: HeldOutPicture, *, both: bool) -> Any:
+def onsets(before: HeldOut, after: HeldOut, *, both: bool) -> Any:
     """Histogram of the errors, quantiles against a Gaussian's, and the ranks, which should be uniform."""
     figure = new_figure(height_in=2.8)
     shown = [("before", before, BEFORE)] + ([("after", after, AFTER)] if both else [])

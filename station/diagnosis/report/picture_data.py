@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,26 +20,19 @@ class ChannelPicture:
     """One channel's residuals (n,), recorded minus predicted, by the plain model and by the one that was found.
 
     Attributes:
-        name, phase, unit: the channel's.
-        run: (n,) the recording's own run numbers.
+        name, unit: the channel's.
         x_m, y_m: (n,) the block's place on the plate (P); nan where the channel has none.
         before, after: (n,) residuals in `unit`.
-        sigma: (n,) the measurements' standard deviations.
         limit: (n,) True where a residual is only a lower limit: a run without a slide.
-        covariates: (n,) each, by name, SI and radians.
     """
 
     name: str
-    phase: str
     unit: str
-    run: Array
     x_m: Array
     y_m: Array
     before: Array
     after: Array
-    sigma: Array
     limit: Bools
-    covariates: Mapping[str, Array] = field(default_factory=dict[str, Array])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,19 +47,6 @@ class Spot:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HeldOutPicture:
-    """Predictions of every run (r,) by a fit that has not seen it; nan where a run has no such figure.
-
-    `rank` is the share of the predicted distribution below the recorded onset, `log_score` a run's log density.
-    """
-
-    onset_error_deg: Array
-    path_error_mm: Array
-    rank: Array
-    log_score: Array
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class PictureData:
     """The data of a diagnosis's figures, which is no part of its JSON; empty where nothing could be tested.
 
@@ -77,8 +56,8 @@ class PictureData:
     channels: tuple[ChannelPicture, ...] = ()
     spots_before: tuple[Spot, ...] = ()
     spots_after: tuple[Spot, ...] = ()
-    held_before: HeldOutPicture | None = None
-    held_after: HeldOutPicture | None = None
+    held_before: HeldOut | None = None
+    held_after: HeldOut | None = None
     opening_radius_m: float = np.inf
 
     def channel(self, name: str) -> ChannelPicture | None:
@@ -92,55 +71,37 @@ def picture_data(
     """Gathers the data; it evaluates each channel's residuals twice, and once more with a small fit for each spot."""
     before, after = found.null.model, found.model.model
     return PictureData(
-        channels=tuple(_channel(evidence, channel, before, after) for channel in evidence.channels),
+        channels=tuple(_channel(channel, before, after) for channel in evidence.channels),
         spots_before=_spots(found.stages[0]),
         spots_after=_spots(found.stages[-1]),
-        held_before=_held(both[0]),
-        held_after=_held(both[1]),
+        held_before=both[0],
+        held_after=both[1],
         opening_radius_m=opening_radius_m,
     )
 
 
-def _channel(evidence: Evidence, channel: Channel, before: Model, after: Model) -> ChannelPicture:
-    rows = channel.rows
-    unknown = np.full(len(rows), np.nan)
+def _channel(channel: Channel, before: Model, after: Model) -> ChannelPicture:
+    rows, unknown = channel.rows, np.full(len(channel), np.nan)
     return ChannelPicture(
         name=channel.name,
-        phase=channel.phase,
         unit=channel.unit,
-        run=evidence.run_number[rows.run],
         x_m=rows.covariates.get("x", unknown),
         y_m=rows.covariates.get("y", unknown),
         before=channel.residual(before),
         after=channel.residual(after),
-        sigma=rows.sigma,
         limit=rows.limit,
-        covariates=rows.covariates,
     )
 
 
 def _spots(stage: Stage) -> tuple[Spot, ...]:
-    spots = list[Spot]()
-    for candidate in stage.places:
-        place = candidate.place
-        if place is None:
-            continue
-        spots.append(
-            Spot(
-                phase=place.phase,
-                channel=place.channel.name,
-                covariate=place.covariate,
-                effect_size=smooth_part(stage.before, place)[2],
-                p=float(stage.calibration.corrected(candidate.p)),
-            )
+    places = ((candidate, candidate.place) for candidate in stage.places if candidate.place is not None)
+    return tuple(
+        Spot(
+            phase=place.phase,
+            channel=place.channel.name,
+            covariate=place.covariate,
+            effect_size=smooth_part(stage.before, place)[2],
+            p=float(stage.calibration.corrected(candidate.p)),
         )
-    return tuple(spots)
-
-
-def _held(held: HeldOut) -> HeldOutPicture:
-    return HeldOutPicture(
-        onset_error_deg=np.degrees(held.onset_rad),
-        path_error_mm=1e3 * held.path_m,
-        rank=held.rank,
-        log_score=held.log_run,
+        for candidate, place in places
     )

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from station.diagnosis.predict.held_out import HeldOut
 from station.diagnosis.report.drawing import AFTER, BEFORE, FLOOR, new_figure
-from station.diagnosis.report.picture_data import HeldOutPicture, PictureData
+from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.result import Diagnosis
 from station.physics.contact import Array
 
@@ -56,12 +57,12 @@ def wilson(hits: int, count: int) -> tuple[float, float, float]:
     return share, max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def _bars(before: HeldOutPicture | None, after: HeldOutPicture | None, name: str) -> list[Bar]:
+def _bars(before: HeldOut | None, after: HeldOut | None, name: str) -> list[Bar]:
     both = (("before", before, BEFORE), ("after", after, AFTER))
     return [(word, *root_mean_square(getattr(held, name)), colour) for word, held, colour in both if held is not None]
 
 
-def _coverage(before: HeldOutPicture | None, after: HeldOutPicture | None) -> list[Bar]:
+def _coverage(before: HeldOut | None, after: HeldOut | None) -> list[Bar]:
     bars: list[Bar] = []
     for word, held, colour in (("before", before, BEFORE), ("after", after, AFTER)):
         if held is not None:
