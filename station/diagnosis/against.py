@@ -21,7 +21,7 @@ from scipy.stats import chi2
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, as_simulated, fit
 from station.diagnosis.inference.values import inexact, values_of
-from station.diagnosis.likelihood.systematic import is_nuisance
+from station.diagnosis.likelihood.systematic import keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
@@ -122,9 +122,7 @@ def against(recorded: Found, simulated: Found) -> Against:
 
 def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
     """The fit again with only these of the model's effects and its nuisances."""
-    ids = {effect.id for effect in effects}
-    terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect.id in ids)
-    return fit(evidence, replace(fitted.model, terms=terms), effects, noise=fitted.noise)
+    return fit(evidence, keeping(fitted.model, {one.id for one in effects}), effects, noise=fitted.noise)
 
 
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:

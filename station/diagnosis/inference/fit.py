@@ -148,8 +148,7 @@ def levelled(evidence: Evidence, start: Model) -> Model:
     and no effect would show.
     """
     channel = evidence.friction
-    rows = channel.rows if channel else None
-    known = channel.residual(start)[~rows.limit & evidence.counted[rows.run]] if channel and rows else np.zeros(0)
+    known = channel.residual(start)[evidence.known(channel)] if channel else np.zeros(0)
     return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
 
 
@@ -311,30 +310,20 @@ def _bounded(gradient: Array, hessian: Array, least: Array, most: Array) -> tupl
     return move, -float(gradient @ move + 0.5 * move @ hessian @ move)
 
 
-def restricted(evidence: Evidence, at: dict[str, Array], runs: Bools) -> tuple[Evidence, dict[str, Array]]:
-    """The evidence and the residuals of the chosen runs (runs,) alone, for estimates of the noise."""
-    if runs.all():
-        return evidence, at
-    return evidence.only(runs), {
-        channel.name: at[channel.name][runs[channel.rows.run]] for channel in evidence.channels
-    }
-
-
 def noise_of(evidence: Evidence, at: dict[str, Array]) -> Noise:
     """The noise of the runs that count, from the residuals by channel."""
-    known = restricted(evidence, at, evidence.counted)
     estimate = estimate_noise if evidence.group is None else grouped_noise
-    noise = with_tails(known[0], known[1], estimate(*known))
+    noise = with_tails(evidence, at, estimate(evidence, at))
     return noise if evidence.floor is None else noise.at_least(evidence.floor)
 
 
 def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
-    """The noise with each channel's tail and scale fitted to the whitened components."""
+    """The noise with each channel's tail and scale fitted to the whitened components of the runs that count."""
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
-        chosen = (whitening.channel == place) & ~whitening.limit
+        chosen = (whitening.channel == place) & ~whitening.limit & evidence.counted[whitening.run]
         if channel.name in noise.wander:  # windows of a record are means of many rows: no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])

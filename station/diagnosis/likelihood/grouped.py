@@ -61,7 +61,7 @@ def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes:
     """The likeliest sizes. One group has no level of its own: that is mu."""
     rows = channel.rows
     order = np.argsort(evidence.block[rows.run], kind="stable")
-    order = order[~rows.limit[order]]
+    order = order[evidence.known(channel)[order]]
     if len(order) < thresholds.LEAST_KNOWN:
         return _Sizes()
     block, sigma, values = evidence.block[rows.run][order], rows.sigma[order], residual[order]

@@ -74,12 +74,15 @@ class Noise:
 
 
 def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
-    """Estimates the noise from residuals by channel with robust moments: within and between runs, between channels."""
+    """Estimates the noise from residuals by channel with robust moments: within and between runs, between channels.
+
+    Only the runs that count are looked at.
+    """
     own, factor = dict[str, float](), dict[str, float]()
     means, errors = dict[str, Array](), dict[str, Array]()
     for channel in evidence.channels:
         values, rows = residuals[channel.name], channel.rows
-        known = ~rows.limit
+        known = evidence.known(channel)
         wander = evidence.wander.get(channel.name)
         place = None if wander is None or channel.travelled_m is None else channel.travelled_m[known]
         more = 0.0 if wander is None or place is None else _wandering(wander, place, rows.sigma[known], rows.run[known])
@@ -95,7 +98,8 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         own[channel.name] = _between(mean, error)
     if (onsets := evidence.onsets) is not None:
         # Runs without a slide are the upper tail: without them the scatter would be underestimated.
-        own[ONSET] *= _censoring(residuals[ONSET], onsets.rows.limit)
+        counted = evidence.counted[onsets.rows.run]
+        own[ONSET] *= _censoring(residuals[ONSET][counted], onsets.rows.limit[counted])
     friction = _share(means, errors, own)
     return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, thresholds.GAUSSIAN))
 

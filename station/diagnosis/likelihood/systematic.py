@@ -11,7 +11,7 @@ trace would get another effect's name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import ClassVar
 
@@ -119,6 +119,21 @@ def _allowed(effect: Effect) -> Term:
 def is_nuisance(effect: Effect) -> bool:
     """True if an effect is fitted and never claimed."""
     return effect.id.startswith("_")
+
+
+def claimable(model: Model) -> list[Effect]:
+    """The model's effects that are no nuisances."""
+    return [term.effect for term in model.terms if not is_nuisance(term.effect)]
+
+
+def keeping(model: Model, ids: Collection[str]) -> Model:
+    """The model with its nuisances and only these of its other effects, by their ids."""
+    return replace(model, terms=tuple(one for one in model.terms if is_nuisance(one.effect) or one.effect.id in ids))
+
+
+def less(model: Model, effect_id: str) -> Model:
+    """The model without one of its effects."""
+    return keeping(model, {effect.id for effect in claimable(model)} - {effect_id})
 
 
 def without_nuisances(model: Model) -> Model:

@@ -58,7 +58,7 @@ def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wan
 
 def _wander(evidence: Evidence, channel: Channel, residual: Array) -> Wander:
     order = np.argsort(channel.rows.run, kind="stable")
-    order = order[(evidence.counted[channel.rows.run] & ~channel.rows.limit)[order]]
+    order = order[evidence.known(channel)[order]]
     run, sigma = channel.rows.run[order], channel.rows.sigma[order]
     assert channel.travelled_m is not None
     place = channel.travelled_m[order]

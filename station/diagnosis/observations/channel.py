@@ -130,22 +130,3 @@ def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[st
         limit=np.asarray(limit, dtype=np.bool_),
         covariates=covariates,
     )
-
-
-class Part(Channel):
-    """Some rows of a channel, from which the noise of some runs is estimated."""
-
-    def __init__(self, whole: Channel, chosen: Bools) -> None:
-        super().__init__(whole.rows.chosen(chosen))
-        self.name, self.title, self.phase, self.unit = whole.name, whole.title, whole.phase, whole.unit
-        self.shares_friction, self.frictional = whole.shares_friction, whole.frictional
-        self._whole, self._chosen = whole, chosen
-        self.travelled_m = None if whole.travelled_m is None else whole.travelled_m[chosen]
-
-    def changed_by(self, effect: Effect) -> bool:
-        """True if the whole channel is changed by the effect."""
-        return self._whole.changed_by(effect)
-
-    def residual(self, model: Model) -> Array:
-        """The residuals of the chosen rows."""
-        return self._whole.residual(model)[self._chosen]

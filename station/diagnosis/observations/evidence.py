@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from station.diagnosis.observations.channel import ALONG, ONSET, Channel, Part
+from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.tips import NO_TIPS, Tips
 from station.physics.contact import Array, Bools, Contact
@@ -77,6 +77,10 @@ class Evidence:
         """The runs (r,) to which models are fitted, as a mask."""
         return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
 
+    def known(self, channel: Channel) -> Bools:
+        """The rows (n,) of a channel whose runs count and whose residuals are values, not limits, as a mask."""
+        return ~channel.rows.limit & self.counted[channel.rows.run]
+
     @property
     def block(self) -> Index:
         """The first run (r,) of each run's group: runs of different blocks are independent."""
@@ -99,8 +103,3 @@ class Evidence:
         kept = self.counted & ~runs
         paths = None if self.paths is None else self.paths.of_runs(self.facts.number[kept])
         return replace(self, held_out=~kept, paths=paths)
-
-    def only(self, runs: Bools) -> Evidence:
-        """The rows of the masked runs (r,), for estimates of noise; runs keep their places."""
-        parts = (Part(channel, runs[channel.rows.run]) for channel in self.channels)
-        return replace(self, channels=tuple(parts))

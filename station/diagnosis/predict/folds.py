@@ -18,7 +18,8 @@ from joblib import Parallel, delayed
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
-from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
+from station.diagnosis.likelihood import systematic
+from station.diagnosis.likelihood.systematic import claimable
 from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.candidates import Begins
@@ -130,7 +131,7 @@ def _searched(
     start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng(seed)
     part = with_wander(evidence.without(left_out), start)
     found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
-    names = tuple(term.effect.id for term in without_nuisances(found.model.model).terms)
+    names = tuple(effect.id for effect in found.found)
     fold = Fold(
         left_out=left_out,
         wander=part.wander,
@@ -158,9 +159,8 @@ def dropped(evidence: Evidence, fold: Fold, name: str) -> Fold:
 
 def less(evidence: Evidence, after: Fit, name: str) -> Fit:
     """The fit without one of its effects."""
-    terms = tuple(term for term in after.model.terms if term.effect.id != name)
-    kept = [term.effect for term in terms if not is_nuisance(term.effect)]
-    return fit(evidence, replace(after.model, terms=terms), kept, noise=after.noise)
+    rest = systematic.less(after.model, name)
+    return fit(evidence, rest, claimable(rest), noise=after.noise)
 
 
 def refitted(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> tuple[tuple[Bools, Fit], ...]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from station.diagnosis.against import Against, Found
 from station.diagnosis.inference.fit import Fit, as_simulated, fit
-from station.diagnosis.likelihood.systematic import is_nuisance
+from station.diagnosis.likelihood.systematic import claimable, keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
 from station.diagnosis.predict.quality import compared, of_folds
@@ -58,16 +58,13 @@ def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
 
 def model_of(evidence: Evidence, fitted: Fit, kept: Collection[Effect]) -> Model:
     """The fitted model with these of its effects, as a simulator takes it."""
-    terms = tuple(term for term in fitted.model.terms if is_nuisance(term.effect) or term.effect in kept)
-    return as_simulated(evidence, replace(fitted, model=replace(fitted.model, terms=terms)))
+    return as_simulated(evidence, replace(fitted, model=keeping(fitted.model, {one.id for one in kept})))
 
 
 def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collection[Effect]) -> Model:
     part, whole = fold.of(evidence), against.recording
-    terms = tuple(term for term in whole.model.terms if is_nuisance(term.effect) or term.effect in kept)
-    named = [term.effect for term in terms if not is_nuisance(term.effect)]
-    again = fit(part, replace(whole.model, terms=terms), named, noise=whole.noise)
-    return as_simulated(part, again)
+    left = keeping(whole.model, {one.id for one in kept})
+    return as_simulated(part, fit(part, left, claimable(left), noise=whole.noise))
 
 
 def _as_given(evidence: Evidence, given: Model, plain: Fit) -> Fit:

@@ -17,7 +17,7 @@ from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.gain import estimate, gain, overdispersion, p_value
 from station.diagnosis.inference.parameters import told
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.likelihood.systematic import is_nuisance
+from station.diagnosis.likelihood.systematic import claimable
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.coinciding import Coinciding
 from station.diagnosis.search.places import Place
@@ -232,8 +232,8 @@ class Fitter:
 
     def begin(self, current: Fit, candidate: Candidate) -> None:
         """Fits the candidate from its own starts; `fitted` then continues from the likeliest known fit."""
-        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
-        self.refit(_with(current.model, candidate.starts), [*acting, *candidate.effects], current.noise)
+        effects = [*claimable(current.model), *candidate.effects]
+        self.refit(_with(current.model, candidate.starts), effects, current.noise)
 
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
         """The candidate after a full fit of the whole model together with it.
@@ -241,7 +241,7 @@ class Fitter:
         The fit begins where the candidate's parts were fitted to. If it ends below such a part, or far below what the
         scores promise, it has missed its maximum and begins again: near that part, or where the scores say.
         """
-        acting = [term.effect for term in current.model.terms if not is_nuisance(term.effect)]
+        acting = claimable(current.model)
         effects = [*acting, *candidate.effects]
         parts = (self._known.get(_key([*acting, effect])) for effect in candidate.effects)
         base = max([current, *(part for part in parts if part)], key=lambda part: part.log_likelihood)

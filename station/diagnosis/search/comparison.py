@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
+from station.diagnosis.likelihood.systematic import claimable, less
 from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import Candidate, Fitter, tested_alone
 from station.diagnosis.search.excused import best_of_each, excused
 from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.trifle import is_trifle
 from station.physics.effect import Effect
-from station.physics.model import Model
 
 ROUNDS = 3
 NAMED_FITS, SMOOTH_FITS = 8, 4
@@ -41,7 +40,7 @@ class Comparison:
     @property
     def is_further(self) -> bool:
         """True if the model has other terms, and what is left without this one is within chance (p above NEXT)."""
-        return bool(_terms(self.without.model)) and self.by_chance > thresholds.NEXT
+        return bool(claimable(self.without.model)) and self.by_chance > thresholds.NEXT
 
     @property
     def needless(self) -> bool:
@@ -84,7 +83,7 @@ def revised(
         current, compared, changed = _round(fitter, current, offered, rng)
         if not changed:
             break
-    kept = {effect.id for effect in _terms(current.model)}
+    kept = {effect.id for effect in claimable(current.model)}
     return current, {name: comparison for name, comparison in compared.items() if name in kept}
 
 
@@ -97,7 +96,7 @@ def _round(
     pass the same test here.
     """
     compared, changed = dict[str, Comparison](), False
-    for effect in _terms(current.model):
+    for effect in claimable(current.model):
         comparison = _comparison(fitter, current, effect, offered, rng)
         best = comparison.candidates[0]
         mine = next((one for one in comparison.candidates if one.effects[0].id == effect.id), None)
@@ -109,10 +108,6 @@ def _round(
         if mine is not None:
             compared[mine.effects[0].id] = comparison
     return current, compared, changed
-
-
-def _terms(model: Model) -> list[Effect]:
-    return [term.effect for term in without_nuisances(model).terms]
 
 
 def _comparison(
@@ -140,12 +135,5 @@ def _less(fitter: Fitter, current: Fit, effect: Effect) -> Fit:
 
     If it ended short of its maximum, the rest would be credited to whatever stands beside it.
     """
-    left, acting = _left(current, effect)
-    return fitter.refit(left, acting, current.noise)
-
-
-def _left(current: Fit, effect: Effect) -> tuple[Model, list[Effect]]:
-    """A model without one of its effects, and the effects that remain."""
-    terms = tuple(term for term in current.model.terms if term.effect.id != effect.id)
-    acting = [term.effect for term in terms if not is_nuisance(term.effect)]
-    return replace(current.model, terms=terms), acting
+    left = less(current.model, effect.id)
+    return fitter.refit(left, claimable(left), current.noise)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
+from station.diagnosis.likelihood.systematic import less
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch
@@ -99,8 +99,7 @@ def summary_of(before: Fit, place: Place) -> str:
 
 def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
     """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
-    without = replace(model, terms=tuple(one for one in model.terms if one.effect.id != term.effect.id))
-    apart = between(evidence, without, model)
+    apart = between(evidence, less(model, term.effect.id), model)
     change = 2 * float(np.sqrt(np.mean(apart**2)))
     covariate = covariate_of(term.effect)
     title = TITLES.get(covariate, covariate)

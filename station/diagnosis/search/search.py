@@ -18,7 +18,7 @@ from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import Scores, scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.likelihood.slopes import residuals
-from station.diagnosis.likelihood.systematic import allowing_for, without_nuisances
+from station.diagnosis.likelihood.systematic import allowing_for, claimable
 from station.diagnosis.likelihood.wander import wanders
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.by_paths import judged, proposed
@@ -90,7 +90,7 @@ class Search:
     @property
     def found(self) -> tuple[Effect, ...]:
         """The effects in the model, smooth terms among them."""
-        return tuple(term.effect for term in without_nuisances(self.model.model).terms)
+        return tuple(claimable(self.model.model))
 
     @property
     def named(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.diagnosis.inference.fit import Fit, restricted, with_tails
+from station.diagnosis.inference.fit import Fit, with_tails
 from station.diagnosis.likelihood.noise import estimate_noise
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.student import log_density
@@ -175,8 +175,8 @@ def corrected_log_run(table: Table, correction: Mapping[str, Array], train: Bool
         name: values - correction.get(name, np.zeros(len(values)))
         for name, values in residuals(evidence, table.plain.model).items()
     }
-    known = restricted(evidence, at, train)
-    whitening = Whitening(evidence, with_tails(known[0], known[1], estimate_noise(*known)))
+    known = evidence.without(~train)
+    whitening = Whitening(evidence, with_tails(known, at, estimate_noise(known, at)))
     density = log_density(whitening(stack(evidence, at)), whitening.tail, whitening.limit)
     log_run = np.bincount(whitening.run, density, evidence.runs) - whitening.log_scale
     present = np.zeros(evidence.runs, dtype=np.bool_)
