@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from station.app.setting import setting_of
 from station.app.simulating import rig_of
-from station.diagnosis.diagnose import why_not
+from station.diagnosis.answer import why_not
 from station.diagnosis.inference.fit import fit, levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.search.untestable import untestable

@@ -11,7 +11,8 @@ import numpy as np
 from shared.errors import UserError
 from station.diagnosis import thresholds
 from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
-from station.diagnosis.diagnose import Examined, Recorded, evidence_from, overall
+from station.diagnosis.answer import overall
+from station.diagnosis.diagnose import Examined, Recorded, evidence_from
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given

@@ -15,7 +15,7 @@ import pytest
 
 from shared.rig import load_rig
 from station.app.setting import setting_of
-from station.diagnosis.diagnose import diagnose
+from station.diagnosis.diagnose import examined
 from station.physics.catalogue import catalogue_of_table
 from station.signals.session import Signals
 from tests.concealed.world import NULL
@@ -34,7 +34,7 @@ def claimed(signals: Signals, rig_path: Path, *, seed: int) -> list[set[str]]:
     rig, said = load_rig(rig_path), list[set[str]]()
     for arm in ARMS:
         known = catalogue_of_table(rig.physics)
-        found = diagnose(reported(signals, arm, seed=seed), known, setting=setting_of(rig))
+        found = examined(reported(signals, arm, seed=seed), known, setting=setting_of(rig)).diagnosis
         said.append({effect.id for effect in found.effects if effect.id in found.names})
         print(f"{seed} {arm}: {found.verdict} {said[-1]}, global p {found.global_p:.4f}", flush=True)
     return said

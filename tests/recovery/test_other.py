@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 
 from shared.messages import Sample
-from station.diagnosis.diagnose import diagnose
+from station.diagnosis.diagnose import examined
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.result import Diagnosis
@@ -40,7 +40,7 @@ PHASE = np.arange(RUNS) * 2 * math.pi / 60
 @cache
 def swinging() -> Diagnosis:
     """Of friction that swings with the run number."""
-    return diagnose(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(PHASE)), catalogue())
+    return examined(scaled(samples(runs=RUNS), 1.0 + 0.12 * np.sin(PHASE)), catalogue()).diagnosis
 
 
 def test_friction_that_swings_with_the_run_number_has_no_name() -> None:
@@ -52,14 +52,14 @@ def test_friction_that_swings_with_the_run_number_has_no_name() -> None:
 
 
 def test_a_steady_drift_is_called_wear_and_not_other() -> None:
-    found = diagnose(scaled(samples(runs=RUNS), np.linspace(1.0, 0.8, RUNS)), catalogue())
+    found = examined(scaled(samples(runs=RUNS), np.linspace(1.0, 0.8, RUNS)), catalogue()).diagnosis
     assert "wear" in found.effects[0].class_ids
     assert found.effects[0].id != "other"
 
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_where_nothing_is_hidden_nothing_is_called_other(seed: int) -> None:
-    found = diagnose(samples(runs=RUNS, seed=seed), catalogue())
+    found = examined(samples(runs=RUNS, seed=seed), catalogue()).diagnosis
     assert found.effects == ()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shared.messages import Sample
-from station.diagnosis.diagnose import diagnose, examined
+from station.diagnosis.diagnose import examined
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
@@ -112,5 +112,7 @@ def test_numbers_that_are_none_do_not_stop_it() -> None:
     whole = session()
     corners = whole.corners.corner_px.copy()
     corners[::7] = np.nan
-    found = diagnose(replace(whole, corners=replace(whole.corners, corner_px=corners)), catalogue(), setting=SETTING)
+    found = examined(
+        replace(whole, corners=replace(whole.corners, corner_px=corners)), catalogue(), setting=SETTING
+    ).diagnosis
     assert found.verdict in ("supported", "not supported", "indistinguishable", "untestable")

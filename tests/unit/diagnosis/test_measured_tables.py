@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from shared.messages import Sample
-from station.diagnosis.diagnose import diagnose, examined
+from station.diagnosis.diagnose import examined
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
@@ -48,7 +48,7 @@ def under_loads(order: NDArray[np.int64], *, run: NDArray[np.int64] | None = Non
 @cache
 def raised() -> Diagnosis:
     """The load was raised from run to run."""
-    return diagnose(under_loads(np.arange(RUNS), run=np.arange(RUNS)), catalogue())
+    return examined(under_loads(np.arange(RUNS), run=np.arange(RUNS)), catalogue()).diagnosis
 
 
 # --- the order of the rows --------------------------------------------------------------------------------------------
@@ -58,7 +58,7 @@ def raised() -> Diagnosis:
 def test_a_table_sorted_by_its_angles_says_what_the_shuffled_one_says(seed: int) -> None:
     rows = [replace(one, run=0) for one in samples(grain=0.2, seed=seed)]
     ranked = sorted(rows, key=lambda one: one.onset_angle_rad)
-    one, other = (diagnose(each, catalogue(), seed=1) for each in (rows, ranked))
+    one, other = (examined(each, catalogue(), seed=1).diagnosis for each in (rows, ranked))
     assert one.global_p == other.global_p
     assert [(effect.id, effect.parameters) for effect in one.effects] == [
         (effect.id, effect.parameters) for effect in other.effects
@@ -69,7 +69,7 @@ def test_a_table_sorted_by_its_angles_says_what_the_shuffled_one_says(seed: int)
 
 def test_sorted_angles_of_nothing_are_met_with_silence() -> None:
     ranked = sorted((replace(one, run=0) for one in samples()), key=lambda one: one.onset_angle_rad)
-    found = diagnose(ranked, catalogue())
+    found = examined(ranked, catalogue()).diagnosis
     assert found.verdict == "not supported"
     assert any("nothing can be said of the order" in note for note in found.notes)
 
@@ -123,7 +123,7 @@ def test_a_load_that_was_raised_from_run_to_run_is_no_wear() -> None:
 
 def test_loads_in_random_order_have_their_exponent() -> None:
     order = np.random.default_rng(7).permutation(RUNS)
-    found = diagnose(under_loads(order, run=np.arange(RUNS)), catalogue())
+    found = examined(under_loads(order, run=np.arange(RUNS)), catalogue()).diagnosis
     assert found.effects[0].class_ids == ("load_dependence",)
     exponent = found.effects[0].parameters["exponent"]
     assert abs(exponent.value - 0.3) < 3 * exponent.sd + 0.02
@@ -160,7 +160,7 @@ def test_folds_leave_out_whole_groups() -> None:
 @pytest.mark.parametrize("seed", range(4, 8))
 def test_what_differs_between_six_specimens_is_no_law_of_their_loads(seed: int) -> None:
     """Taken for independent rows, 120 of them would show any slope over six levels."""
-    found = diagnose(in_groups(seed=seed), catalogue())
+    found = examined(in_groups(seed=seed), catalogue()).diagnosis
     assert found.verdict == "not supported"
 
 

@@ -48,7 +48,7 @@ SETTINGS: dict[str, str] = {
 
 def deciding() -> Iterator[tuple[str, ast.Module]]:
     """The modules whose numbers may decide a claim, by their names within `station.diagnosis`."""
-    files = [DIAGNOSIS / "diagnose.py"]
+    files = [DIAGNOSIS / "diagnose.py", DIAGNOSIS / "answer.py"]
     for folder in DECIDING:
         files.extend(sorted((DIAGNOSIS / folder).glob("*.py")))
     for path in files:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from station.diagnosis.diagnose import diagnose, examined
+from station.diagnosis.diagnose import examined
 from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import own_level, sentence
@@ -59,7 +59,7 @@ def test_other_says_on_what_it_depends_and_how_strongly() -> None:
         )
         for one in table
     ]
-    found = diagnose(bent, catalogue())
+    found = examined(bent, catalogue()).diagnosis
     (other,) = [one for one in found.effects if one.verdict != "not supported"]
     assert other.id == "other"
     said = re.search(r"friction changes by about (\d+) % with the temperature", other.title)

@@ -1,0 +1,204 @@
+"""The answer from what was found: the names with their classes, sizes and verdicts, the places, and the next step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from station.diagnosis import thresholds
+from station.diagnosis.inference.determined import determined
+from station.diagnosis.inference.fit import Fit, as_simulated
+from station.diagnosis.inference.values import values_of
+from station.diagnosis.likelihood.systematic import without_nuisances
+from station.diagnosis.next_experiment.elsewhere import elsewhere
+from station.diagnosis.next_experiment.plan import more_runs, next_experiment
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, NextExperiment, Own, Value, Verdict
+from station.diagnosis.search.advised import advice, tilts
+from station.diagnosis.search.belief import Belief, called
+from station.diagnosis.search.locate import located, summary_of, told_of_smooth
+from station.diagnosis.search.search import Search
+from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
+from station.physics.catalogue import Catalogue
+from station.physics.effect import Effect
+from station.physics.model import Model, Term, table_of_model
+from station.physics.smooth import is_smooth
+
+TIPPING = "tipping"
+"""The effect that is inferred from the runs in which the block toppled, not from how it slides."""
+
+
+def why_not(evidence: Evidence) -> str | None:
+    """The reason, in one sentence, why nothing can be tested; None if something can."""
+    used = evidence.used()
+    if not evidence.channels or used == 0:
+        reasons = "; ".join(evidence.notes) or "there is no run with a slide"
+        return f"expected runs with an onset or a slide, found none: {reasons}"
+    if used < thresholds.LEAST_RUNS:
+        return (
+            f"expected at least {thresholds.LEAST_RUNS:g} runs with an onset or a slide, found {used}: record more runs"
+        )
+    slid = _slid(evidence)
+    if slid < thresholds.LEAST_SLID:
+        return f"expected at least {thresholds.LEAST_SLID:g} runs in which the block slid, found {slid}: tilt further"
+    return None
+
+
+def _slid(evidence: Evidence) -> int:
+    """The number of runs in which the block slid; the other runs only bound friction from below."""
+    rows = [channel.rows for channel in evidence.channels if channel.shares_friction]
+    return len(np.unique(np.concatenate([one.run[~one.limit] for one in rows])))
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The beliefs of a search, what each name adds for unseen runs, and the model of those names with its quality."""
+
+    belief: Belief
+    own: Mapping[str, Own]
+    model: Fit
+    quality: FitQuality
+
+
+def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catalogue, *, name: str) -> Diagnosis:
+    """The answer, with the runs in which the block toppled looked at beside the channels."""
+    belief, quality = judged.belief, judged.quality
+    claimed = bool(found.found or found.places)
+    effects = _effects(evidence, found, judged)
+    further = _next(evidence, found, effects, catalogue)
+    effects = tuple(_advised(effect, further) for effect in effects)
+    tall = catalogue.get(TIPPING)
+    prior = thresholds.SINGLE / max(len(catalogue), 1)
+    tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
+    untestable = dict(found.untestable)
+    if tall is not None and shows_tipping(evidence, tall):
+        untestable.pop(TIPPING, None)
+    verdict = overall(effects, claimed=claimed)
+    if tips is not None:
+        effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
+        verdict = "supported"
+    stages = found.stages
+    return Diagnosis(
+        recording=name,
+        total_runs=evidence.total_runs,
+        used_runs=evidence.used(),
+        held_out_runs=evidence.used(),
+        simulator="planar",
+        mu_s=_mu(evidence, found.null),
+        scatter=found.null.noise.scatter,
+        # The smaller of two p-values is doubled (Bonferroni).
+        global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
+        verdict=verdict,
+        located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
+        effects=effects,
+        other_probability=belief.other,
+        none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
+        fit=quality,
+        next_experiment=further,
+        candidates_tried=sum(stage.tried for stage in stages),
+        candidates=tuple(
+            Candidates(
+                stage=number,
+                ids=candidate.ids,
+                told=" + ".join(candidate.key),
+                twice_gain=float(candidate.twice_gain),
+                parameters=sum(len(effect.parameters) for effect in candidate.effects),
+                bic=float(candidate.bic),
+                fitted=candidate.fitted is not None,
+            )
+            for number, stage in enumerate(stages)
+            for candidate in stage.candidates[:10]
+        ),
+        untestable=untestable,
+        numerics=(),
+        notes=evidence.notes,
+        model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
+    )
+
+
+def _next(
+    evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Catalogue
+) -> NextExperiment | None:
+    if tilts(evidence):
+        return next_experiment(evidence, found, effects, catalogue)
+    return elsewhere(evidence, effects, catalogue)
+
+
+def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
+    """An effect with the plan that settles its class as the advice, in place of its law's own."""
+    if further is None or not further.plan or not any(effect.id in group for group in further.separates):
+        return effect
+    return replace(effect, separated_by=further.why)
+
+
+def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
+    if effect is None or tips is None:
+        return model
+    return model.with_term(Term(effect, {name: value.value for name, value in tips.effect.parameters.items()}))
+
+
+def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectFound, ...]:
+    """The names that were found, also those that unseen runs do not confirm, and the places; by probability."""
+    kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
+    every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
+    listed = [_effect(evidence, fitted, term, judged) for fitted, term in every.values()]
+    for candidate, believed in zip(found.places, judged.belief.places, strict=True):
+        place = candidate.place
+        where = "" if place is None else f": {summary_of(found.model, place)}"
+        listed.append(
+            EffectFound(
+                id="other",
+                title=f"something outside the catalogue{where}",
+                class_ids=("other",),
+                probability=believed,
+                verdict="supported" if believed > thresholds.EVEN else "not supported",
+                parameters={},
+            )
+        )
+    return tuple(sorted(listed, key=lambda effect: -effect.probability))
+
+
+def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: Judged) -> EffectFound:
+    effect, belief, own = term.effect, judged.belief, judged.own[term.effect.id]
+    near = belief.classes[effect.id]
+    verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
+    return EffectFound(
+        id=called(effect.id),
+        title=effect.title if not is_smooth(effect) else told_of_smooth(evidence, fitted.model, term),
+        class_ids=near,
+        probability=belief.effects[effect.id],
+        verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
+        parameters=values_of(fitted, term),
+        determined=determined(evidence, fitted, term),
+        own=own,
+        separated_by=advice(evidence, effect),
+    )
+
+
+def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
+    """The verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
+    if not claimed or all(effect.verdict == "not supported" for effect in effects):
+        return "not supported"
+    clear = [effect for effect in effects if effect.verdict == "supported"]
+    return "supported" if clear else "indistinguishable"
+
+
+def _mu(evidence: Evidence, null: Fit) -> Value:
+    """The plain model's coefficient of friction, with the standard error that its runs' scatter leaves."""
+    mu_s = as_simulated(evidence, null).mu_s
+    return Value(value=mu_s, sd=mu_s * null.noise.scatter / math.sqrt(max(evidence.used(), 1)), unit="1")
+
+
+def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:
+    """The answer where nothing can be tested, and why."""
+    return Diagnosis(
+        recording=name,
+        total_runs=evidence.total_runs,
+        used_runs=evidence.used(),
+        next_experiment=more_runs() if 0 < evidence.used() < 0.5 * evidence.total_runs else None,
+        untestable=dict.fromkeys(catalogue, why),
+        notes=(why, *evidence.notes),
+    )
