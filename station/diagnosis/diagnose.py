@@ -1,10 +1,13 @@
-"""The diagnosis of one recording from signals or samples: locate, name, model, fit, next experiment."""
+"""The diagnosis of one recording from signals or samples: locate, name, model, fit.
+
+The next experiment is recommended apart, see `next_experiment.recommended`.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,8 +18,6 @@ from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
-from station.diagnosis.next_experiment.elsewhere import elsewhere
-from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
@@ -24,8 +25,8 @@ from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, NextExperiment, Own, Value, Verdict
-from station.diagnosis.search.advised import advice, tilts
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.diagnosis.search.advised import advice
 from station.diagnosis.search.belief import Belief, beliefs, called
 from station.diagnosis.search.locate import located, summary_of, told_of_smooth
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
@@ -165,8 +166,6 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
-    further = _next(evidence, found, effects, catalogue)
-    effects = tuple(_advised(effect, further) for effect in effects)
     tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
@@ -194,7 +193,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=further,
+        next_experiment=None,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -214,21 +213,6 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         notes=evidence.notes,
         model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
     )
-
-
-def _next(
-    evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Catalogue
-) -> NextExperiment | None:
-    if tilts(evidence):
-        return next_experiment(evidence, found, effects, catalogue)
-    return elsewhere(evidence, effects, catalogue)
-
-
-def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
-    """An effect with the plan that settles its class as the advice, in place of its law's own."""
-    if further is None or not further.plan or not any(effect.id in group for group in further.separates):
-        return effect
-    return replace(effect, separated_by=further.why)
 
 
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
@@ -305,7 +289,7 @@ def _refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -
         other_probability=0.0,
         none_probability=0.0,
         fit=FitQuality.unknown(),
-        next_experiment=more_runs() if 0 < evidence.used() < 0.5 * evidence.total_runs else None,
+        next_experiment=None,
         candidates_tried=0,
         candidates=(),
         untestable=dict.fromkeys(catalogue, why),

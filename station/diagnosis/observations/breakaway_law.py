@@ -127,10 +127,15 @@ def _fitted_near(paths: Breakaways, law: Law, free: Sequence[str]) -> _Found:
 
 
 def _chosen_by_many(paths: Breakaways, found: Sequence[_Found]) -> _Found:
-    """The law that MANY runs prefer, among those that a FEW runs find about as likely as any."""
+    """The law that MANY runs prefer, among those that a FEW runs, and then a brief search, find about as likely."""
+    brief = [_fitted(_near(paths, each.law), each.law, (*each.free, CREEP), BRIEF) for each in _likely(found)]
+    return max((_fitted_near(paths, each.law, each.free) for each in _likely(brief)), key=_worth)
+
+
+def _likely(found: Sequence[_Found]) -> list[_Found]:
+    """The laws that are less than NEARLY behind the likeliest one."""
     least = max(map(_worth, found)) - NEARLY
-    fitted = [_fitted_near(paths, each.law, (*each.free, CREEP)) for each in found if _worth(each) > least]
-    return max(fitted, key=_worth)
+    return [each for each in found if _worth(each) > least]
 
 
 def _worth(found: _Found) -> float:
