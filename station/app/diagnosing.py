@@ -20,6 +20,7 @@ from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
 from station.app.table_simulated import against_table, refuse_no_table
 from station.diagnosis.diagnose import Examined, Recorded, examined
+from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.predict.folds import Folding, named
 from station.diagnosis.search.search import Progress
 from station.physics.catalogue import catalogue_of_table
@@ -101,6 +102,8 @@ def diagnose_session(
         found = examined(
             recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
         )
+        status("planning the next experiment")
+        found = recommended(found, known)
     answer = found.diagnosis
     if answer.next_experiment is not None:
         answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))

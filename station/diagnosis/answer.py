@@ -1,10 +1,10 @@
-"""The answer from what was found: the names with their classes, sizes and verdicts, the places, and the next step."""
+"""The answer from what was found: the names with their classes, sizes and verdicts, and the places."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,11 +13,9 @@ from station.diagnosis.inference.determined import determined
 from station.diagnosis.inference.fit import Fit, as_simulated
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
-from station.diagnosis.next_experiment.elsewhere import elsewhere
-from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, NextExperiment, Own, Value, Verdict
-from station.diagnosis.search.advised import advice, tilts
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.diagnosis.search.advised import advice
 from station.diagnosis.search.belief import Belief, called
 from station.diagnosis.search.locate import located, summary_of, told_of_smooth
 from station.diagnosis.search.search import Search
@@ -68,8 +66,6 @@ def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catal
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
-    further = _next(evidence, found, effects, catalogue)
-    effects = tuple(_advised(effect, further) for effect in effects)
     tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
     tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
@@ -97,7 +93,6 @@ def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catal
         other_probability=belief.other,
         none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
         fit=quality,
-        next_experiment=further,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
             Candidates(
@@ -117,21 +112,6 @@ def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catal
         notes=evidence.notes,
         model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
     )
-
-
-def _next(
-    evidence: Evidence, found: Search, effects: Sequence[EffectFound], catalogue: Catalogue
-) -> NextExperiment | None:
-    if tilts(evidence):
-        return next_experiment(evidence, found, effects, catalogue)
-    return elsewhere(evidence, effects, catalogue)
-
-
-def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:
-    """An effect with the plan that settles its class as the advice, in place of its law's own."""
-    if further is None or not further.plan or not any(effect.id in group for group in further.separates):
-        return effect
-    return replace(effect, separated_by=further.why)
 
 
 def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
@@ -198,7 +178,6 @@ def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) ->
         recording=name,
         total_runs=evidence.total_runs,
         used_runs=evidence.used(),
-        next_experiment=more_runs() if 0 < evidence.used() < 0.5 * evidence.total_runs else None,
         untestable=dict.fromkeys(catalogue, why),
         notes=(why, *evidence.notes),
     )

@@ -1,6 +1,7 @@
 """The diagnosis of one recording from signals or samples: evidence, search, folds, belief, quality, answer.
 
-`examined` tells the story from top to bottom: each line is a step, and each step is a folder of this package.
+`examined` tells the story from top to bottom: each line is a step, and each step is a folder of this package. The next
+experiment is recommended apart, see `next_experiment.recommended`.
 """
 
 from __future__ import annotations

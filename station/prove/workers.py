@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any, TypeVar
@@ -49,9 +50,8 @@ def work_on(tasks: Iterable[Task], work: Callable[[Task], None], *, jobs: int, t
     waiting = list(tasks)
     if not waiting:
         return
-    for name in THREADS:
-        os.environ[name] = "1"
     with (
+        _one_thread_each(),
         bar(console) as progress,
         ProcessPoolExecutor(
             max_workers=min(jobs, len(waiting)), mp_context=multiprocessing.get_context("spawn"), initializer=_deaf
@@ -67,6 +67,21 @@ def work_on(tasks: Iterable[Task], work: Callable[[Task], None], *, jobs: int, t
             pool.shutdown(wait=False, cancel_futures=True)
             progress.console.print("Stopping after the cases at hand; the same command goes on from here.")
             raise
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes that are started meanwhile get one thread; this process's own environment is what it was afterwards."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _deaf() -> None:

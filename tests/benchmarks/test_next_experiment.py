@@ -23,6 +23,7 @@ from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import examined
 from station.diagnosis.next_experiment.changes import MASSES, RATES_DEG_S
+from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.result import Diagnosis, NextExperiment
 from station.physics.catalogue import Catalogue, catalogue
 from station.recording.arrays import load_signals
@@ -95,9 +96,9 @@ def diagnosed(finding: Finding, design: Mapping[str, Any], folder: Path, *, seed
     write_session(run_session(setting, np.random.default_rng(seed)), path, rig=rig, rng=np.random.default_rng(seed + 1))
     reader = open_recording(path)
     known: Catalogue = {name: effect for name, effect in catalogue().items() if name in finding.known}
-    found = examined(load_signals(reader), known, setting=setting_of(rig_of(reader, path=None))).diagnosis
+    found = examined(load_signals(reader), known, setting=setting_of(rig_of(reader, path=None)))
     path.unlink()
-    return found
+    return recommended(found, known).diagnosis
 
 
 def as_done(plan: NextExperiment, before: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -120,11 +121,16 @@ def _worth(choice: Choice) -> float:
 def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
     """The shortest session of a design that promises enough, else the longest."""
     trials, bench = known.trials(changes), known.bench
-    longest = _promise(trials, groups, LENGTHS[-1], bench)
-    if longest.told < POWER:
-        return _choice(known.question, bench, changes, (LENGTHS[-1], longest), groups)
-    promises = ((runs, _promise(trials, groups, runs, bench)) for runs in LENGTHS)
-    return _choice(known.question, bench, changes, _first(promises), groups)
+    promises = {LENGTHS[-1]: _promise(trials, groups, LENGTHS[-1], bench)}
+
+    def told(runs: int) -> float:
+        promises[runs] = _promise(trials, groups, runs, bench)
+        return promises[runs].told
+
+    # More runs tell more, so bisection finds the shortest session.
+    place = bisect_left(LENGTHS[:-1], POWER, key=told) if promises[LENGTHS[-1]].told >= POWER else -1
+    runs = LENGTHS[place]
+    return _choice(known.question, bench, changes, (runs, promises[runs]), groups)
 
 
 def _confirmed(known: _Known, choice: Choice) -> Choice:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -56,6 +57,10 @@ class Paths:
         some = np.unique(np.linspace(0, len(contact) - 1, MOST_RUNS).astype(int))
         return cls(breakaways.some(MOST_RUNS), contact.chosen(some), law)
 
+    @cached_property
+    def _speeds(self) -> _Speeds:
+        return _Speeds.of(self.contact)
+
     def of_runs(self, number: Array) -> Paths | None:
         """The paths of the runs with these numbers, as `contact` has them; None without any."""
         places = np.flatnonzero(np.isin(self.contact.run, number))
@@ -68,7 +73,7 @@ class Paths:
         return tuple(term for term in model.terms if self._changes(term))
 
     def _changes(self, term: Term) -> bool:
-        held, slowing = _tables(Model(mu_s=1.0, terms=(term,)), self.contact)
+        held, slowing = self._speeds.tables((term,))
         return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
 
     def nearest(self, starts: Sequence[Sequence[Term]]) -> tuple[tuple[Term, ...], float]:
@@ -77,16 +82,16 @@ class Paths:
         The search begins at each of the starts, which have the same effects.
         """
         typical = self.contact.chosen(np.array([int(np.argsort(self.contact.tilt_rad)[len(self.contact) // 2])]))
-        held_m_s2 = GRAVITY_M_S2 * math.sin(float(typical.tilt_rad[0]))
-        seen = SPEEDS_M_S[:-1] < SEEN_M_S
-        wanted = _slowing(self.law.of_runs(1), held_m_s2)[seen]
+        held_m_s2, speeds = GRAVITY_M_S2 * math.sin(float(typical.tilt_rad[0])), _Speeds.of(typical)
+        seen, law = SPEEDS_M_S < SEEN_M_S, self.law.of_runs(1)
+        wanted = (held_m_s2 * law.held[0, :, 0] + law.slowing_m_s2[0, :, 0])[seen[:-1]]
 
         def near(start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
             numbers = _numbers(start)
 
             def off(inner: Array) -> Array:
-                laws = _Sliding(typical, _valued(start, numbers, inner), 0.0, 0.0).of_runs(1)
-                return _slowing(laws, held_m_s2)[seen] - wanted
+                held, slowing = speeds.tables(_valued(start, numbers, inner))
+                return (held_m_s2 * held + slowing)[0, seen] - wanted
 
             begin, (low, high) = _inner(start, numbers), np.array(_bounds(numbers)).T
             found = least_squares(off, np.clip(begin, low + EPS, high - EPS), bounds=(low, high), max_nfev=SEARCHES)
@@ -105,7 +110,7 @@ class Paths:
 
     def _climbed(self, terms: tuple[Term, ...]) -> float:
         numbers = _numbers(terms)
-        found = _Sliding(self.contact, terms, self.law.drop_spread, max(self.law.creep_m, 2e-6))
+        found = _Sliding(self._speeds, terms, self.law.drop_spread, max(self.law.creep_m, 2e-6))
         for times in SOFTENED:
             soft = self.breakaways.softened(times)
             near = soft.around(found, TRIED)
@@ -115,12 +120,12 @@ class Paths:
     def _fitted(self, near: Breakaways, start: _Sliding, numbers: Sequence[_Number]) -> _Sliding:
         def law_of(inner: Array) -> _Sliding:
             spread, creep_m = np.exp(inner[:2]).tolist()
-            return _Sliding(self.contact, _valued(start.terms, numbers, inner[2:]), spread, creep_m)
+            return _Sliding(self._speeds, _valued(start.terms, numbers, inner[2:]), spread, creep_m)
 
         places = np.roll(np.arange(len(numbers) + 2), 2)
 
         def at(inner: Array) -> Sloped:
-            along = _along(start.terms, numbers, inner[2:], self.contact)
+            along = _along(start.terms, numbers, inner[2:], self._speeds)
             return near.sloped(law_of(inner), along).of(places, np.ones(len(inner)))
 
         shown = np.log([max(start.spread, 1e-3), start.creep_m])
@@ -155,47 +160,54 @@ def _valued(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array) -> 
     return tuple(term.with_values(**values) for term, values in zip(terms, changed, strict=True))
 
 
-def _slowing(laws: Laws, held_m_s2: float) -> Array:
-    """The deceleration (COUNT - 1,), m/s², by speed, of a block that static friction holds by `held_m_s2`."""
-    return held_m_s2 * laws.held[0, :, 0] + laws.slowing_m_s2[0, :, 0]
-
-
 @dataclass(frozen=True, eq=False)
 class _Sliding:
     """The laws by which the runs slide under these terms; see `breakaway.Falling`."""
 
-    contact: Contact
+    speeds: _Speeds
     terms: tuple[Term, ...]
     spread: float
     creep_m: float
 
     def of_runs(self, runs: int) -> Laws:
-        held, slowing = _tables(Model(mu_s=1.0, terms=self.terms), self.contact)
+        held, slowing = self.speeds.tables(self.terms)
         return Laws(cubics(held), cubics(slowing), np.arange(runs, dtype=np.int64), self.spread, self.creep_m)
 
 
-def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, still: Contact) -> Along:
+def _along(terms: Sequence[Term], numbers: Sequence[_Number], inner: Array, speeds: _Speeds) -> Along:
     """The slopes of each run's tables by the numbers `inner` (k,), by central differences within the bounds."""
     low, high = np.array(_bounds(numbers)).reshape(-1, 2).T
 
     def tables(inner: Array) -> Array:
-        return np.array(_tables(Model(mu_s=1.0, terms=_valued(terms, numbers, inner)), still))
+        return np.array(speeds.tables(_valued(terms, numbers, inner)))
 
-    slopes = np.empty((2, len(inner), len(still), COUNT))
+    slopes = np.empty((2, len(inner), len(speeds.still), COUNT))
     for place, step in enumerate(EPS * np.eye(len(inner))):
         above, below = np.minimum(inner + step, high), np.maximum(inner - step, low)
         slopes[:, place] = (tables(above) - tables(below)) / (above - below)[place]
     return Along(*cubics(slopes))
 
 
-def _tables(model: Model, still: Contact) -> tuple[Array, Array]:
-    """Ratio of sliding to static friction, and other deceleration, m/s², of each run by speed: (r, COUNT) each."""
-    runs = len(still)
-    every = still.chosen(np.repeat(np.arange(runs), COUNT))
-    speed = np.tile(SPEEDS_M_S, runs)
-    moving: Bools = np.ones(len(speed), dtype=np.bool_)
-    sliding = replace(every, moving=moving, speed_m_s=np.maximum(speed, LEAST_SPEED), slid_s=speed / SLIDE_M_S2)
-    held = model.friction(sliding) / np.repeat(model.friction(still), COUNT)
-    way = np.column_stack([np.cos(every.way_rad), np.sin(every.way_rad)])
-    pushed = (model.push(sliding) - model.push(every))[:, :2]
-    return held.reshape(runs, COUNT), -(pushed * way).sum(axis=1).reshape(runs, COUNT)
+@dataclass(frozen=True, eq=False)
+class _Speeds:
+    """Runs (r) at rest, `still`, and each of them at every one of SPEEDS_M_S: `resting` and `sliding` (r COUNT,)."""
+
+    still: Contact
+    resting: Contact
+    sliding: Contact
+
+    @classmethod
+    def of(cls, still: Contact) -> _Speeds:
+        runs = len(still)
+        resting, speed = still.chosen(np.repeat(np.arange(runs), COUNT)), np.tile(SPEEDS_M_S, runs)
+        moving: Bools = np.ones(len(speed), dtype=np.bool_)
+        fast = np.maximum(speed, LEAST_SPEED)
+        return cls(still, resting, replace(resting, moving=moving, speed_m_s=fast, slid_s=speed / SLIDE_M_S2))
+
+    def tables(self, terms: Sequence[Term]) -> tuple[Array, Array]:
+        """Ratio of sliding to static friction, and other deceleration, m/s², of each run by speed: (r, COUNT) each."""
+        model, runs = Model(mu_s=1.0, terms=tuple(terms)), len(self.still)
+        held = model.friction(self.sliding).reshape(runs, COUNT) / model.friction(self.still)[:, None]
+        pushed = (model.push(self.sliding) - model.push(self.resting))[:, :2].reshape(runs, COUNT, 2)
+        way = self.still.way_rad[:, None]
+        return held, -(pushed[..., 0] * np.cos(way) + pushed[..., 1] * np.sin(way))

@@ -9,6 +9,7 @@ import numpy as np
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.next_experiment.recommended import recommended
 from station.physics.catalogue import catalogue
 
 MU = 0.4
@@ -43,4 +44,4 @@ def samples(*, runs: int = RUNS, grain: float = 0.0, seed: int = 3, directions: 
 @cache
 def grained() -> Examined:
     """Of a table in which friction depends on the direction by a fifth."""
-    return examined(samples(grain=0.2), catalogue(), name="grained.csv")
+    return recommended(examined(samples(grain=0.2), catalogue(), name="grained.csv"), catalogue())

@@ -10,6 +10,7 @@ import pytest
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import examined
+from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
@@ -25,7 +26,7 @@ BY_DIRECTION = ("plate_anisotropy", "object_anisotropy", "one_way_friction")
 
 def answered(recorded: Signals | list[Sample]) -> Diagnosis:
     """The diagnosis, with its report and summary made: neither may fail."""
-    found = examined(recorded, catalogue(), setting=SETTING)
+    found = recommended(examined(recorded, catalogue(), setting=SETTING), catalogue())
     assert html_page(found.diagnosis, found.pictures)
     assert summary(found.diagnosis)
     return found.diagnosis

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from station.diagnosis.diagnose import examined
+from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.result import Diagnosis, Located, Stretch, as_json
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.tables import grained, samples
@@ -87,7 +88,7 @@ def test_a_finding_has_every_key() -> None:
 
 @pytest.mark.parametrize("runs", [0, 1, 19, 60])
 def test_recordings_without_a_finding_have_every_key_too(runs: int) -> None:
-    answer = told(examined(samples(runs=runs), catalogue()).diagnosis)
+    answer = told(recommended(examined(samples(runs=runs), catalogue()), catalogue()).diagnosis)
     plan = answer.pop("next_experiment")
     check(answer, {name: part for name, part in CONTRACT.items() if name != "next_experiment"})
     if plan is not None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import examined
+from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
@@ -48,7 +49,8 @@ def under_loads(order: NDArray[np.int64], *, run: NDArray[np.int64] | None = Non
 @cache
 def raised() -> Diagnosis:
     """The load was raised from run to run."""
-    return examined(under_loads(np.arange(RUNS), run=np.arange(RUNS)), catalogue()).diagnosis
+    found = examined(under_loads(np.arange(RUNS), run=np.arange(RUNS)), catalogue())
+    return recommended(found, catalogue()).diagnosis
 
 
 # --- the order of the rows --------------------------------------------------------------------------------------------

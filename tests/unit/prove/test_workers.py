@@ -1,6 +1,7 @@
 """Processes that work on cases: whole results only, and none of them outlives the command."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from station.prove.workers import work_on, write_json
+from station.prove.workers import THREADS, work_on, write_json
 
 SLOW = """
 import sys, time
@@ -29,6 +30,10 @@ if __name__ == "__main__":
 """
 
 
+def write_threads(path: Path) -> None:
+    write_json(path, {name: os.environ.get(name, "") for name in THREADS})
+
+
 def write_its_name(path: Path) -> None:
     write_json(path, {"name": path.name})
 
@@ -38,6 +43,14 @@ def test_every_task_writes_its_own_result(tmp_path: Path):
     work_on(paths, write_its_name, jobs=2, title="writing", console=Console(quiet=True))
     assert [json.loads(path.read_text("utf-8"))["name"] for path in paths] == [path.name for path in paths]
     assert sorted(tmp_path.iterdir()) == paths
+
+
+def test_only_the_workers_have_one_thread_each(tmp_path: Path):
+    """With one thread for this process too, whatever it compiled later failed if its environment was changed back."""
+    before = dict(os.environ)
+    work_on([tmp_path / "a.json"], write_threads, jobs=1, title="", console=Console(quiet=True))
+    assert json.loads((tmp_path / "a.json").read_text("utf-8")) == dict.fromkeys(THREADS, "1")
+    assert dict(os.environ) == before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is not of this system")
