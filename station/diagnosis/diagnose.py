@@ -29,17 +29,12 @@ from station.diagnosis.search.advised import advice, tilts
 from station.diagnosis.search.belief import Belief, beliefs, called
 from station.diagnosis.search.locate import located, summary_of, told_of_smooth
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
-from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
+from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
 from station.physics.catalogue import Catalogue
-from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
 from station.signals.measured import Measured
 from station.signals.session import Signals
-
-TIPPING = "tipping"
-"""The effect that is inferred from the runs in which the block toppled, not from how it slides."""
-
 
 Recorded = Signals | Measured | Sequence[Sample]
 """A session's signals, the rows of a table, or samples alone."""
@@ -114,7 +109,7 @@ def examined(
     sift = sifted(evidence, folds, belief.classes)
     model = _kept(evidence, found, sift.own)
     quality = compared(evidence, sift, model)
-    answer = _answer(evidence, found, _Judged(belief, sift.own, model, quality), catalogue, name=name)
+    answer = _answer(evidence, found, _Judged(belief, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
     return Examined(diagnosis=answer, pictures=pictures, found=judged)
@@ -161,21 +156,26 @@ def _kept(evidence: Evidence, found: Search, own: Mapping[str, Own]) -> Fit:
     return model
 
 
-def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catalogue, *, name: str) -> Diagnosis:
+def _answer(
+    evidence: Evidence,
+    found: Search,
+    judged: _Judged,
+    catalogue: Catalogue,
+    *,
+    name: str,
+    rng: np.random.Generator,
+) -> Diagnosis:
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
     further = _next(evidence, found, effects, catalogue)
     effects = tuple(_advised(effect, further) for effect in effects)
-    tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
-    tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
-    untestable = dict(found.untestable)
-    if tall is not None and shows_tipping(evidence, tall):
-        untestable.pop(TIPPING, None)
+    tips = toppled(evidence, tuple(catalogue.values()), prior=prior / (prior + thresholds.NONE), rng=rng)
+    untestable = {name: why for name, why in found.untestable.items() if not shows_toppling(evidence, catalogue[name])}
     verdict = overall(effects, claimed=claimed)
     if tips is not None:
-        effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
+        effects = tuple(sorted((*effects, *tips.effects), key=lambda effect: -effect.probability))
         verdict = "supported"
     stages = found.stages
     return Diagnosis(
@@ -192,7 +192,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
         effects=effects,
         other_probability=belief.other,
-        none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
+        none_probability=belief.none * (1.0 if tips is None else tips.none_probability),
         fit=quality,
         next_experiment=further,
         candidates_tried=sum(stage.tried for stage in stages),
@@ -212,7 +212,7 @@ def _answer(evidence: Evidence, found: Search, judged: _Judged, catalogue: Catal
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
+        model=table_of_model(_with_mass(as_simulated(evidence, judged.model), catalogue, tips)),
     )
 
 
@@ -231,10 +231,10 @@ def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound
     return replace(effect, separated_by=further.why)
 
 
-def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
-    if effect is None or tips is None:
-        return model
-    return model.with_term(Term(effect, {name: value.value for name, value in tips.effect.parameters.items()}))
+def _with_mass(model: Model, catalogue: Catalogue, tips: Toppled | None) -> Model:
+    for one in () if tips is None else tips.effects:
+        model = model.with_term(Term(catalogue[one.id], {name: value.value for name, value in one.parameters.items()}))
+    return model
 
 
 def _effects(evidence: Evidence, found: Search, judged: _Judged) -> tuple[EffectFound, ...]:

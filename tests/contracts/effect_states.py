@@ -95,7 +95,13 @@ def answer(effect: Effect, hook: str, values: Values, state: Any = None) -> Arra
     asked = (views() if hook in IMAGE_HOOKS else contacts()) if state is None else state
     said = getattr(effect, hook)(asked, values)
     count = len(asked.tilt_rad)
-    shape = {"push": (count, 3), "attitude": (count, 3), "creep": (count, 2), "seen": (count, 4, 2)}.get(hook, (count,))
+    shape = {
+        "push": (count, 3),
+        "mass": (count, 3),
+        "attitude": (count, 3),
+        "creep": (count, 2),
+        "seen": (count, 4, 2),
+    }.get(hook, (count,))
     assert said is None or np.shape(said) in {shape, ()}, f"{hook} answered with the shape {np.shape(said)}"
     return np.broadcast_to(np.zeros(shape) if said is None else np.asarray(said, dtype=float), shape)
 
