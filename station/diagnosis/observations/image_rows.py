@@ -50,6 +50,8 @@ class _Stretch:
     corner_m: Array | None
     velocity: Array
     yaw_rate: float
+    spread_s: float
+    """Standard deviation of the frames' times."""
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -168,7 +170,8 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
         {**thrice, "sigma": np.repeat(np.hypot(sigma, thresholds.STRAIN_TRUSTED), 3)},
         {name: np.repeat(values, 3) for name, values in covariates.items()},
     )
-    return [Shape(rows, strain_of(view.point_m, seen, yaw), view, yaw)]
+    spread_m = view.velocity_m_s * np.array([stretch.spread_s for stretch in found])[:, None]
+    return [Shape(rows, strain_of(view.point_m, seen, yaw), view, yaw, spread_m)]
 
 
 def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bool = False) -> _Stretch | None:
@@ -186,7 +189,9 @@ def _stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: b
     corners = None
     if track.corner_m is not None:
         corners = mean[:2] + _mean_shape(track.corner_m[frames], yaw_rate * (seconds - seconds.mean()))
-    return _Stretch(place, track, int(times[0]), int(times[-1]), mean, count, corners, velocity, yaw_rate)
+    return _Stretch(
+        place, track, int(times[0]), int(times[-1]), mean, count, corners, velocity, yaw_rate, float(seconds.std())
+    )
 
 
 def _mean_shape(seen: Array, turned_rad: Array) -> Array:
