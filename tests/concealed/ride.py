@@ -223,6 +223,7 @@ def ride(
     arm = np.zeros((longest, 2))
 
     pose, v, hold, hidden_shift = start.copy(), np.zeros(3), np.zeros(3), np.zeros(2)
+    was_v, gain = np.zeros(3), np.zeros(3)
     reference, reference_count, corners = np.zeros(8), 0, np.zeros(8)
     phase, phase_at, target, limit = DWELL, k0, 0.0, program.rate
     motion_at, hold_at, motion_done = k0, k0, True
@@ -241,7 +242,7 @@ def ride(
             shown = pose.copy()
             shown[0] += hidden_shift[0]
             shown[1] += hidden_shift[1]
-            see_mark(world, shown, v, gx, gy, corners)
+            see_mark(world, shown, v, gain, gx, gy, corners)
             if tip > 0.0:
                 tip_over(world, run.azimuth, pose, tip, corners)
             for i in range(8):
@@ -332,6 +333,8 @@ def ride(
                     sliding = True
                     truths[0], truths[1] = float(k), angle
         slid_for = 0.0
+        was_v[:] = v
+        gain[:] = 0.0
         turning = ((plate - was_plate) / DT_S, spin_up)
         if not sliding:
             ax, ay, pressed = drive(world, run, pose[0], pose[1], plate, turning, shaking(world, run, time_s), v)
@@ -377,6 +380,8 @@ def ride(
                     last_stop = float(k)
                     before = 0.0
                     break
+            if sliding:
+                gain[:] = (v - was_v) / slid_for
     truths[3] = last_stop
     return Ride(
         frames, attitudes, readings, steps, frame_at, corners_px, found, tips, down, attitude_at, tilts, rates,
