@@ -42,6 +42,7 @@ def contacts(count: int = 60, *, seed: int = 1, **fixed: Any) -> Contact:
         "border_m": np.where(rng.random(count) < 0.1, np.inf, rng.uniform(-0.01, 0.03, count)),
         "temperature_c": np.full(count, np.nan),
         "relative_humidity": np.full(count, np.nan),
+        "spare_m_s2": rng.uniform(-0.1, 0.5, count),
     }
     for name, value in fixed.items():
         values[name] = np.broadcast_to(np.asarray(value), values[name].shape)

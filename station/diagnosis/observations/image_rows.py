@@ -72,16 +72,16 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     view, start_view = _view(stretches, recorded), _view(starts, recorded)
     moved = np.array([stretch.pose[:2] - start.pose[:2] for start, stretch in pairs])
     sigma = np.array([s.track.sigma_m * np.sqrt(1 / s.frames + 1 / b.frames) for b, s in pairs])
-    creeping = _creeping(stretches, recorded)
+    creeping, creep_s = _creeping(stretches, recorded)
     rows = rows_of(
         {**_span(stretches), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)},
         {name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()}
         | {"tilt": view.tilt_rad},
     )
-    creep_s = np.array([1e-9 * (0.5 * (s.from_ns + s.to_ns) - s.track.tilt_ns) for s in stretches])
-    return [
-        Rest(rows, (moved * view.down).sum(axis=1), view=view, start=start_view, creeping=creeping, creep_s=creep_s)
-    ]
+    slip_ns = np.array([stretch.track.slip_ns or stretch.track.end_ns for stretch in stretches], dtype=np.int64)
+    limit_rad = np.repeat(recorded.plate.at(slip_ns).tilt_rad, CREEP_POINTS)
+    down_m = (moved * view.down).sum(axis=1)
+    return [Rest(rows, down_m, view=view, start=start_view, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]
 
 
 def plate_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -269,14 +269,22 @@ def _mean_corners(time_ns: Times, corner_m: Array, from_ns: int, to_ns: int) -> 
     return (seen.mean(axis=0), len(seen)) if len(seen) else None
 
 
-def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> Moments:
-    """CREEP_POINTS moments between the begin of the tilt and each stretch's middle, the block at rest."""
-    shares = (np.arange(CREEP_POINTS) + 0.5) / CREEP_POINTS
-    begin = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)
-    middle = np.array([(stretch.from_ns + stretch.to_ns) // 2 for stretch in stretches], dtype=np.int64)
-    time_ns = (begin[:, None] + np.round(shares * (middle - begin)[:, None]).astype(np.int64)).ravel()
+def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> tuple[Moments, Array]:
+    """CREEP_POINTS moments for each stretch, the block at rest, and for how long (n, CREEP_POINTS), s, each counts.
+
+    They lie evenly between the begin of the tilt and the stretch's end, but for the last, which is the stretch's middle
+    and does not count. The stretch's mean motion has all that was crept before it, and of what is crept in it the share
+    of the stretch that comes after.
+    """
+    count = CREEP_POINTS - 1
+    begin = np.array([stretch.track.tilt_ns for stretch in stretches], dtype=np.int64)[:, None]
+    first, last = np.array([(stretch.from_ns, stretch.to_ns) for stretch in stretches], dtype=np.int64).T[:, :, None]
+    even = begin + np.round((np.arange(count) + 0.5) / count * (last - begin)).astype(np.int64)
+    after = np.clip((last - even) / np.maximum(last - first, 1), 0.0, 1.0)
+    weight_s = np.column_stack([1e-9 / count * (last - begin) * after, np.zeros(len(stretches))])
+    time_ns = np.column_stack([even, (first + last) // 2]).ravel()
     pose = np.repeat(np.array([stretch.pose for stretch in stretches]), CREEP_POINTS, axis=0)
-    return Moments(
+    moments = Moments(
         time_ns=time_ns,
         run=np.repeat(np.array([stretch.place for stretch in stretches], dtype=np.int64), CREEP_POINTS),
         facts=recorded.facts,
@@ -288,3 +296,4 @@ def _creeping(stretches: Sequence[_Stretch], recorded: Recorded) -> Moments:
         slip_ns=time_ns,
         border_m=np.full(len(time_ns), np.inf),
     )
+    return moments, weight_s

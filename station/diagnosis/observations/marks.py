@@ -9,11 +9,12 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, Rows
 from station.diagnosis.observations.moments import Moments
-from station.physics.contact import Array, View
+from station.physics.contact import GRAVITY_M_S2, Array, View
 from station.physics.effect import Effect
 from station.physics.model import Model
 
-CREEP_POINTS = 12
+CREEP_POINTS = 49
+"""Of a shaking arm most of the creep falls into the last tenth of the way to the slip."""
 COMMON_ROUNDS = 8
 TRUE_ROUNDS = 2
 """A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""
@@ -23,11 +24,11 @@ SENSOR_POINTS = 7
 
 
 class Rest(Channel):
-    """The block's apparent motion down the slope before its onset, m, in stretches of the tilt.
+    """The block's mean apparent motion down the slope before its onset, m, in stretches of the tilt.
 
     `view` and `start` see the mark in the stretch (n) and level before the tilt (n). `creeping` has CREEP_POINTS
-    moments for each row, spread evenly over `creep_s` (n,) from the begin of the tilt to the stretch; `limit_rad`
-    (CREEP_POINTS n,) is the tilt at which the run's block slid.
+    moments for each row, and `creep_s` (n, CREEP_POINTS) is for how long each one's creep counts in the stretch's mean
+    motion; `limit_rad` (CREEP_POINTS n,) is the tilt at which the run's block slid.
     """
 
     name: str = "rest"
@@ -36,18 +37,29 @@ class Rest(Channel):
     trusted: float = thresholds.PLACE_TRUSTED_M
 
     def __init__(
-        self, rows: Rows, moved_m: Array, *, view: View, start: View, creeping: Moments, creep_s: Array
+        self,
+        rows: Rows,
+        moved_m: Array,
+        *,
+        view: View,
+        start: View,
+        creeping: Moments,
+        creep_s: Array,
+        limit_rad: Array,
     ) -> None:
         super().__init__(rows)
         self._moved, self._view, self._start = moved_m, view, start
-        self._creeping, self._creep_s = creeping, creep_s
+        resting = creeping.reported
+        holds = np.tan(limit_rad) * resting.pressing_m_s2
+        pulls = GRAVITY_M_S2 * np.sin(resting.tilt_rad)
+        self._resting, self._creep_s = replace(resting, spare_m_s2=holds - pulls), creep_s
 
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted apparent motion (n,), m."""
         moved = (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
         if model.acting("creep"):
-            velocity = model.creep(self._creeping.reported).reshape(len(self), CREEP_POINTS, 2)
-            moved = moved + velocity.mean(axis=1) * self._creep_s[:, None]
+            velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
+            moved = moved + (velocity * self._creep_s[..., None]).sum(axis=1)
         return self._moved - (moved * self._view.down).sum(axis=1)
 
 
