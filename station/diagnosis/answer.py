@@ -19,14 +19,10 @@ from station.diagnosis.search.advised import advice
 from station.diagnosis.search.belief import Belief, called
 from station.diagnosis.search.locate import located, summary_of, told_of_smooth
 from station.diagnosis.search.search import Search
-from station.diagnosis.search.tipping import Tipped, shows_tipping, tipped_over
+from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
 from station.physics.catalogue import Catalogue
-from station.physics.effect import Effect
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
-
-TIPPING = "tipping"
-"""The effect that is inferred from the runs in which the block toppled, not from how it slides."""
 
 
 def why_not(evidence: Evidence) -> str | None:
@@ -61,20 +57,25 @@ class Judged:
     quality: FitQuality
 
 
-def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catalogue, *, name: str) -> Diagnosis:
+def answered(
+    evidence: Evidence,
+    found: Search,
+    judged: Judged,
+    catalogue: Catalogue,
+    *,
+    name: str,
+    rng: np.random.Generator,
+) -> Diagnosis:
     """The answer, with the runs in which the block toppled looked at beside the channels."""
     belief, quality = judged.belief, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
-    tall = catalogue.get(TIPPING)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
-    tips = tipped_over(evidence, tall, prior=prior / (prior + thresholds.NONE))
-    untestable = dict(found.untestable)
-    if tall is not None and shows_tipping(evidence, tall):
-        untestable.pop(TIPPING, None)
+    tips = toppled(evidence, tuple(catalogue.values()), prior=prior / (prior + thresholds.NONE), rng=rng)
+    untestable = {name: why for name, why in found.untestable.items() if not shows_toppling(evidence, catalogue[name])}
     verdict = overall(effects, claimed=claimed)
     if tips is not None:
-        effects = tuple(sorted((*effects, tips.effect), key=lambda effect: -effect.probability))
+        effects = tuple(sorted((*effects, *tips.effects), key=lambda effect: -effect.probability))
         verdict = "supported"
     stages = found.stages
     return Diagnosis(
@@ -91,7 +92,7 @@ def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catal
         located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
         effects=effects,
         other_probability=belief.other,
-        none_probability=belief.none * (1.0 if tips is None else 1.0 - tips.effect.probability),
+        none_probability=belief.none * (1.0 if tips is None else tips.none_probability),
         fit=quality,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
@@ -110,14 +111,14 @@ def answered(evidence: Evidence, found: Search, judged: Judged, catalogue: Catal
         untestable=untestable,
         numerics=(),
         notes=evidence.notes,
-        model=table_of_model(_with_tipping(as_simulated(evidence, judged.model), tall, tips)),
+        model=table_of_model(_with_mass(as_simulated(evidence, judged.model), catalogue, tips)),
     )
 
 
-def _with_tipping(model: Model, effect: Effect | None, tips: Tipped | None) -> Model:
-    if effect is None or tips is None:
-        return model
-    return model.with_term(Term(effect, {name: value.value for name, value in tips.effect.parameters.items()}))
+def _with_mass(model: Model, catalogue: Catalogue, tips: Toppled | None) -> Model:
+    for one in () if tips is None else tips.effects:
+        model = model.with_term(Term(catalogue[one.id], {name: value.value for name, value in one.parameters.items()}))
+    return model
 
 
 def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectFound, ...]:

@@ -90,7 +90,7 @@ def examined(
     sift = sifted(evidence, folds, belief.classes)
     model = _kept(evidence, found, sift.own)
     quality = compared(evidence, sift, model)
-    answer = answered(evidence, found, Judged(belief, sift.own, model, quality), catalogue, name=name)
+    answer = answered(evidence, found, Judged(belief, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
     return Examined(diagnosis=answer, pictures=pictures, found=judged)

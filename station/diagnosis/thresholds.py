@@ -274,17 +274,6 @@ PATHS_MOST = Threshold(
     meaning="The paths say no more than this.",
     how="By hand on development cases: enough to tell neighbours apart.",
 )
-PATHS_NEAR = Threshold(
-    2.0,
-    meaning="Laws are proposed that miss the paths' own by less than this times what the nearest does.",
-    how="By hand on development cases.",
-)
-PATHS_NEAR_M_S2 = Threshold(
-    0.01,
-    unit="m/s²",
-    meaning="Laws are proposed that miss the paths' own by less in any case.",
-    how="A quarter of a per cent of the friction at mu = 0.4.",
-)
 
 # These decide which parts of a recording are used.
 LEAST_TILT_RAD = Threshold(

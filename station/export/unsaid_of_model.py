@@ -16,6 +16,7 @@ LEFT_OUT = {
     "delay_s": "its delay of the camera's stamps",
     "creep": "its motion of a block at rest, for which an engine has no force",
     "seen": "its shift of the camera's picture",
+    "mass": "its place of the block's mass",
     "shaking": "its random push, drawn anew for each run",
 }
 """What is missing where the method of that name cannot be said."""

@@ -73,6 +73,10 @@ class Between(Effect):
         """The difference (n, 4, 2), m."""
         return _less(self._effect.seen(view, values), self._effect.seen(view, self._there))
 
+    def mass(self, contact: Contact, values: Values) -> Array | None:
+        """The difference (n, 3), widths of the sole."""
+        return _less(self._effect.mass(contact, values), self._effect.mass(contact, self._there))
+
 
 def between(recording: Model, simulation: Model) -> Model:
     """The model that turns a simulator with `simulation`'s friction into one with `recording`'s; its mu_s is a factor.

@@ -35,6 +35,8 @@ class Contact:
         mass_kg, area_m2: mass of the block and area of its contact.
         border_m: distance from the block's edge to the foam, negative inside it; inf where there is none.
         temperature_c, relative_humidity: state of the air; nan where unknown.
+        spare_m_s2: the distance of a block at rest to its limit: what friction holds there, in this run, less what
+            pulls, per mass; nan where only the model's own friction is known (`Model.creep` puts that in its place).
     """
 
     run: Array
@@ -58,6 +60,7 @@ class Contact:
     border_m: Array
     temperature_c: Array
     relative_humidity: Array
+    spare_m_s2: Array
 
     def __len__(self) -> int:
         return len(self.run)

@@ -101,6 +101,14 @@ class Effect(ABC):
         del view, values
         return None
 
+    def mass(self, contact: Contact, values: Values) -> Array | None:
+        """Place (n, 3) of the centre of mass from the sole's middle, in the block's frame, in widths of the sole.
+
+        The plain block is flat: its mass lies in the sole.
+        """
+        del contact, values
+        return None
+
     def shaking(self, contact: Contact, values: Values) -> Array | float:
         """Standard deviation (n,), m/s², of a random push along the slope at the onset, drawn once a run."""
         del contact, values
@@ -152,7 +160,7 @@ class Effect(ABC):
         return None
 
 
-HOOKS = ("friction", "push", "spin", "lever", "attitude", "delay_s", "creep", "seen", "shaking")
+HOOKS = ("friction", "push", "spin", "lever", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
 
 
 @functools.cache

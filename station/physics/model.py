@@ -12,7 +12,7 @@ import numpy as np
 from shared.errors import UserError
 from station.physics.catalogue import Catalogue
 from station.physics.checked import number, only
-from station.physics.contact import Array, Contact, View
+from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
 from station.physics.smooth_table import smooth_of_tables, table_of_smooth
@@ -74,7 +74,18 @@ class Model:
 
     def creep(self, contact: Contact) -> Array:
         """Sum of the velocities below the onset (n, 2), m/s."""
-        return _sum((term.effect.creep(contact, term.values) for term in self.acting("creep")), (len(contact), 2))
+        creeping = self.acting("creep")
+        if creeping and np.any(np.isnan(contact.spare_m_s2)):
+            own = np.isnan(contact.spare_m_s2)
+            contact = replace(contact, spare_m_s2=np.where(own, self._spare_m_s2(contact), contact.spare_m_s2))
+        return _sum((term.effect.creep(contact, term.values) for term in creeping), (len(contact), 2))
+
+    def _spare_m_s2(self, contact: Contact) -> Array:
+        """What the model's friction holds beyond gravity and pushes (n,), m/s², on a plate that does not move."""
+        push = self.push(contact)
+        pull = GRAVITY_M_S2 * np.sin(contact.tilt_rad) + np.cos(contact.down_rad) * push[:, 0]
+        pull = pull + np.sin(contact.down_rad) * push[:, 1]
+        return self.friction(contact) * (contact.pressing_m_s2 - push[:, 2]) - pull
 
     def seen(self, view: View) -> Array:
         """Sum of the apparent displacements (n, 4, 2), m."""

@@ -20,6 +20,24 @@ from station.physics.effect import unit
 
 FALL_RAD = 0.02
 STILL_M_S = 5e-3
+LEAST_MARGIN = 1e-6
+"""A mass beyond the edge topples the block at once."""
+
+
+def toppling_load(lean: Array, mass: Array) -> Array:
+    """The share (m, n) of what a block stands that n leans (n, 4) make of it with its mass at places (m, 3).
+
+    A lean is tan θ cos β towards each edge's normal, at quarter turns from the block's x, at least 0; a place is from
+    the sole's middle, in the block's frame, in widths of the sole. From 1 on it topples; without a height it never
+    does.
+    """
+    turns = np.pi / 2 * np.arange(4.0)
+    margin = 1.0 - 2.0 * (mass[:, :1] * np.cos(turns) + mass[:, 1:2] * np.sin(turns))
+    share = 2.0 * mass[:, 2:] / np.maximum(margin, LEAST_MARGIN)
+    load = np.zeros((len(mass), len(lean)))
+    for one, of in zip(lean.T, share.T, strict=True):
+        np.maximum(load, of[:, None] * one, out=load)
+    return load
 
 
 def fallen(view: View, *, slenderness: float, offset_m: tuple[float, float] = (0.0, 0.0)) -> Array:

@@ -42,7 +42,7 @@ def follow(world: World, run: RunFacts, arm: Any, k0: int, start: Any, rest_at: 
         plate = arm[min(i, len(arm) - 1), 0]
         if (k0 + i) % FRAME == 0:
             gx, gy, _ = gravity_of(world, run.azimuth, plate)
-            see_mark(world, pose, v, gx, gy, corners)
+            see_mark(world, pose, v, np.zeros(3), gx, gy, corners)
             frames[count] = corners
             count += 1
         time_s = (k0 + i + 1) * DT_S

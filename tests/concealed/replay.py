@@ -40,6 +40,7 @@ def replay(
     seen, plates = np.zeros((count, 8)), np.zeros(count)
     corners = np.zeros(8)
     pose, v, hold, shift = start.copy(), np.zeros(3), np.zeros(3), np.zeros(2)
+    was_v, gain = np.zeros(3), np.zeros(3)
     plate, was, before, needed = 0.0, 0.0, 0.0, 0.0
     slip_k = math.ceil(onset_k)
     shares = np.zeros((max(slip_k - tilt_k + 2, 1), 3))
@@ -70,11 +71,13 @@ def replay(
             shown = pose.copy()
             shown[0] += shift[0]
             shown[1] += shift[1]
-            see_mark(world, shown, v, gx, gy, corners)
+            see_mark(world, shown, v, gain, gx, gy, corners)
             seen[at], plates[at] = corners, plate
         was = plate
         plate = _follow(world, plate, arm[k - k0, 0])
         slid_for = 0.0
+        was_v[:] = v
+        gain[:] = 0.0
         turning = ((plate - was) / DT_S, arm[k - k0, 1])
         if sliding:
             slid_for = DT_S
@@ -109,6 +112,8 @@ def replay(
                 sliding = False
                 stop_k, stopped_load = k + 1, 0.0
                 break
+        if sliding and slid_for > 0.0:
+            gain[:] = (v - was_v) / slid_for
     return needed, _sustained(shares[:loads, 0]), seen, plates
 
 

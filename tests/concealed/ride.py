@@ -172,6 +172,22 @@ def stop_at_wall(world: World, pose: Any, v: Any) -> bool:
 
 
 @compiled
+def first_tip(world: World, azimuth: float, yaw: float) -> float:
+    """The smallest tilt at which the vertical through the block's mass leaves its sole, over any of its four edges."""
+    first = math.inf
+    if world.tips_at == math.inf:
+        return first
+    downhill = math.atan2(-math.cos(azimuth), math.sin(azimuth)) - yaw
+    for quarter in range(4):
+        edge = 0.5 * math.pi * quarter
+        lean = math.cos(downhill - edge)
+        if lean > 1e-9:
+            inside = 0.5 * world.side - world.mass_x * math.cos(edge) - world.mass_y * math.sin(edge)
+            first = min(first, math.atan(math.tan(world.tips_at) * inside / (0.5 * world.side * lean)))
+    return first
+
+
+@compiled
 def presliding(world: World, load: float, held_s: float) -> float:
     """Displacement (m) below onset. Shape 0: elastic, stiff at first. Shape 1: creep, with the logarithm of time."""
     if world.presliding_m == 0.0:
@@ -207,6 +223,7 @@ def ride(
     arm = np.zeros((longest, 2))
 
     pose, v, hold, hidden_shift = start.copy(), np.zeros(3), np.zeros(3), np.zeros(2)
+    was_v, gain = np.zeros(3), np.zeros(3)
     reference, reference_count, corners = np.zeros(8), 0, np.zeros(8)
     phase, phase_at, target, limit = DWELL, k0, 0.0, program.rate
     motion_at, hold_at, motion_done = k0, k0, True
@@ -225,7 +242,7 @@ def ride(
             shown = pose.copy()
             shown[0] += hidden_shift[0]
             shown[1] += hidden_shift[1]
-            see_mark(world, shown, v, gx, gy, corners)
+            see_mark(world, shown, v, gain, gx, gy, corners)
             if tip > 0.0:
                 tip_over(world, run.azimuth, pose, tip, corners)
             for i in range(8):
@@ -316,13 +333,16 @@ def ride(
                     sliding = True
                     truths[0], truths[1] = float(k), angle
         slid_for = 0.0
+        was_v[:] = v
+        gain[:] = 0.0
         turning = ((plate - was_plate) / DT_S, spin_up)
         if not sliding:
             ax, ay, pressed = drive(world, run, pose[0], pose[1], plate, turning, shaking(world, run, time_s), v)
             ax, ay = against_wall(world, pose, ax, ay)
             load = holds(world, run, pose, ax, ay, pressed, time_s, (k - last_stop) * DT_S)
-            if phase == TILT and plate > world.tips_at and load <= 1.0:
-                tip_rate += TIP_PER_S2 * (tip + plate - world.tips_at) * DT_S
+            tips_at = first_tip(world, run.azimuth, pose[2])
+            if phase == TILT and plate > tips_at and load <= 1.0:
+                tip_rate += TIP_PER_S2 * (tip + plate - tips_at) * DT_S
                 tip = min(tip + tip_rate * DT_S, 1.2)
             elif phase == RETURN and tip > 0.0:
                 tip, tip_rate = max(0.0, tip - 3.0 * DT_S), 0.0
@@ -360,6 +380,8 @@ def ride(
                     last_stop = float(k)
                     before = 0.0
                     break
+            if sliding:
+                gain[:] = (v - was_v) / slid_for
     truths[3] = last_stop
     return Ride(
         frames, attitudes, readings, steps, frame_at, corners_px, found, tips, down, attitude_at, tilts, rates,

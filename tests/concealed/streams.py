@@ -98,7 +98,7 @@ def _sync_frames(session: SessionRecord, rng: Generator) -> _Frames:
     gravity = np.array([gravity_of(world, 0.0, true_tilt(world, tilt))[:2] for tilt in session.sync[at]])
     corners = np.zeros((len(at), 8))
     for i, (x, y) in enumerate(gravity):
-        see_mark(world, session.runs[0].start, np.zeros(3), x, y, corners[i])
+        see_mark(world, session.runs[0].start, np.zeros(3), np.zeros(3), x, y, corners[i])
     sigma = session.runs[0].facts.sigma_px
     corners += sigma * rng.standard_normal(corners.shape)
     seen = np.ones(len(at), dtype=bool)

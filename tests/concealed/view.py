@@ -16,6 +16,8 @@ from tests.concealed.world import World
 CENTRE_PX = 299.5
 HALF_IMAGE_PX = 300.0
 IMAGE_PX = 600.0
+ROW_ROUNDS = 8
+"""A mark that crosses an eighth of the image during the read-out is then found in its row to 1e-7 of the image."""
 
 
 @compiled
@@ -34,10 +36,11 @@ def project(world: World, x: float, y: float, height: float, down_x: float, down
 
 
 @compiled
-def see_mark(world: World, pose: Any, speed: Any, down_x: float, down_y: float, corners: Any) -> None:
-    """Fills `corners` (8) with the mark of a block at `pose` (x, y, yaw) that moves at `speed` (m/s, m/s, rad/s).
+def see_mark(world: World, pose: Any, speed: Any, gain: Any, down_x: float, down_y: float, corners: Any) -> None:
+    """Fills `corners` (8) with the mark of a block at `pose` (x, y, yaw) with `speed` and its rate of change `gain`.
 
-    With a rolling shutter each row is seen later than the one above it, by the read-out's time in all.
+    With a rolling shutter each row is seen later than the one above it, by the read-out's time in all; a corner is seen
+    when the row is read in which it then is, at the place to which speed and gain have carried it.
     """
     half = 0.5 * world.mark_side
     for i in range(4):
@@ -45,14 +48,13 @@ def see_mark(world: World, pose: Any, speed: Any, down_x: float, down_y: float, 
         sy = half if i < 2 else -half
         wait = 0.0
         u, v = 0.0, 0.0
-        for again in range(2 if world.readout_s != 0.0 else 1):
-            yaw = pose[2] + wait * speed[2]
+        for _ in range(ROW_ROUNDS if world.readout_s != 0.0 else 1):
+            yaw = pose[2] + wait * (speed[2] + 0.5 * wait * gain[2])
             c, s = math.cos(yaw), math.sin(yaw)
-            x = pose[0] + wait * speed[0] + c * sx - s * sy
-            y = pose[1] + wait * speed[1] + s * sx + c * sy
+            x = pose[0] + wait * (speed[0] + 0.5 * wait * gain[0]) + c * sx - s * sy
+            y = pose[1] + wait * (speed[1] + 0.5 * wait * gain[1]) + s * sx + c * sy
             u, v = project(world, x, y, world.mark_height, down_x, down_y)
-            if again == 0:
-                wait = world.readout_s * v / IMAGE_PX
+            wait = world.readout_s * v / IMAGE_PX
         corners[2 * i], corners[2 * i + 1] = u, v
 
 

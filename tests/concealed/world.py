@@ -67,6 +67,10 @@ class World(NamedTuple):
     foam_damping_s: float = 0.005
     foam_width: float = 0.006
     tips_at: float = math.inf
+    """Tilt at which it tips straight over an edge, its mass being over the middle of its sole."""
+    mass_x: float = 0.0
+    mass_y: float = 0.0
+    """Where its mass is over the sole, in the block's frame, metres: it moves the tilt at which the block tips."""
     # --- rig ---
     level_x: float = 0.0
     level_y: float = 0.0

@@ -42,6 +42,7 @@ def contacts(count: int = 60, *, seed: int = 1, **fixed: Any) -> Contact:
         "border_m": np.where(rng.random(count) < 0.1, np.inf, rng.uniform(-0.01, 0.03, count)),
         "temperature_c": np.full(count, np.nan),
         "relative_humidity": np.full(count, np.nan),
+        "spare_m_s2": rng.uniform(-0.1, 0.5, count),
     }
     for name, value in fixed.items():
         values[name] = np.broadcast_to(np.asarray(value), values[name].shape)
@@ -95,7 +96,13 @@ def answer(effect: Effect, hook: str, values: Values, state: Any = None) -> Arra
     asked = (views() if hook in IMAGE_HOOKS else contacts()) if state is None else state
     said = getattr(effect, hook)(asked, values)
     count = len(asked.tilt_rad)
-    shape = {"push": (count, 3), "attitude": (count, 3), "creep": (count, 2), "seen": (count, 4, 2)}.get(hook, (count,))
+    shape = {
+        "push": (count, 3),
+        "mass": (count, 3),
+        "attitude": (count, 3),
+        "creep": (count, 2),
+        "seen": (count, 4, 2),
+    }.get(hook, (count,))
     assert said is None or np.shape(said) in {shape, ()}, f"{hook} answered with the shape {np.shape(said)}"
     return np.broadcast_to(np.zeros(shape) if said is None else np.asarray(said, dtype=float), shape)
 

@@ -87,3 +87,21 @@ def test_stamps_that_are_far_too_early_are_no_other_effect(delay_s: float):
     (found,) = [term.values["delay_s"] for term in late.model.terms if term.effect is clock]
     assert found == pytest.approx(delay_s, abs=FARTHEST * late.sd("clock_offset", "delay_s"))
     assert late.log_likelihood > low.log_likelihood + 20.0
+
+
+def test_a_shaken_block_creeps_and_is_not_called_presliding():
+    """The planar simulator's blocks creep near their limit; the deviation and the tone of the shaking are found."""
+    known = catalogue()
+    shaken, soft = known["arm_vibration"], known["presliding"]
+    planted = {"sd_m_s2": 0.15, "cos1": 0.4, "sin1": -0.2, "tone_hz": 10.0}
+    truth = Model(mu_s=MU, scatter=0.05).with_term(Term(shaken, planted))
+    seen = evidence(truth, np.random.default_rng(0))
+    plain = fit(seen, Model(mu_s=0.3), ())
+    found, other = (
+        fit(seen, plain.model.with_term(Term(effect, effect.neutral() | begin)), [effect], noise=plain.noise)
+        for effect, begin in ((shaken, {"sd_m_s2": 0.1}), (soft, {}))
+    )
+    assert found.log_likelihood > other.log_likelihood + 100.0
+    (values,) = [term.values for term in found.model.terms if term.effect is shaken]
+    assert values["sd_m_s2"] == pytest.approx(0.15, rel=0.1)
+    assert values["tone_hz"] == pytest.approx(10.0, rel=0.15)

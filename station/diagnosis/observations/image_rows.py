@@ -53,15 +53,16 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     view, level = view_of(now, recorded), view_of(before, recorded)
     moved = now["pose"][:, :2] - before["pose"][:, :2]
     sigma = now["sigma_m"] * np.sqrt(1 / now["frames"] + 1 / before["frames"])
-    creeping = _creeping(now, recorded)
+    creeping, creep_s = _creeping(now, recorded)
     known = {
         name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()
     }
     rows = rows_of(
         {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, {**known, "tilt": view.tilt_rad}
     )
-    creep_s = 1e-9 * (0.5 * (now["from_ns"] + now["to_ns"]) - now["tilt_ns"])
-    return [Rest(rows, (moved * view.down).sum(axis=1), view=view, start=level, creeping=creeping, creep_s=creep_s)]
+    limit_rad = np.repeat(recorded.plate.at(now["slip_ns"]).tilt_rad, CREEP_POINTS)
+    down_m = (moved * view.down).sum(axis=1)
+    return [Rest(rows, down_m, view=view, start=level, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]
 
 
 def _resting(recorded: Recorded, place: int, track: RunTrack) -> Iterator[tuple[Any, Any]]:
@@ -75,11 +76,21 @@ def _resting(recorded: Recorded, place: int, track: RunTrack) -> Iterator[tuple[
             yield level, now
 
 
-def _creeping(stretches: Stretches, recorded: Recorded) -> Moments:
-    """CREEP_POINTS moments between the begin of the tilt and each stretch's middle, the block at rest."""
-    time_ns = between(stretches["tilt_ns"], (stretches["from_ns"] + stretches["to_ns"]) // 2, CREEP_POINTS)
+def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]:
+    """CREEP_POINTS moments for each stretch, the block at rest, and for how long (n, CREEP_POINTS), s, each counts.
+
+    They lie evenly between the begin of the tilt and the stretch's end, but for the last, which is the stretch's middle
+    and does not count. The stretch's mean motion has all that was crept before it, and of what is crept in it the share
+    of the stretch that comes after.
+    """
+    count = CREEP_POINTS - 1
+    begin, first, last = (stretches[name][:, None] for name in ("tilt_ns", "from_ns", "to_ns"))
+    even = between(stretches["tilt_ns"], stretches["to_ns"], count).reshape(-1, count)
+    after = np.clip((last - even) / np.maximum(last - first, 1), 0.0, 1.0)
+    weight_s = np.column_stack([1e-9 / count * (last - begin) * after, np.zeros(len(stretches))])
+    time_ns = np.column_stack([even, (first + last) // 2]).ravel()
     pose = np.repeat(stretches["pose"], CREEP_POINTS, axis=0)
-    return Moments(
+    moments = Moments(
         time_ns=time_ns,
         run=np.repeat(stretches["run"], CREEP_POINTS),
         facts=recorded.facts,
@@ -87,6 +98,7 @@ def _creeping(stretches: Stretches, recorded: Recorded) -> Moments:
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
     )
+    return moments, weight_s
 
 
 def plate_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -151,7 +163,8 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     columns = {**_span(found), "sigma": np.hypot(sigma, thresholds.STRAIN_TRUSTED)}
     every = np.repeat(np.arange(len(found)), 3)
     rows = rows_of(columns, covariates).chosen(every)
-    return [Shape(rows, strain_of(view.point_m, found["corner_m"], yaw), view, yaw)]
+    spread_m = view.velocity_m_s * found["spread_s"][:, None]
+    return [Shape(rows, strain_of(view.point_m, found["corner_m"], yaw), view, yaw, spread_m)]
 
 
 def _shaped(recorded: Recorded, place: int, track: RunTrack) -> Iterator[Any]:

@@ -249,6 +249,7 @@ class Moments:
             border_m=self._border,
             temperature_c=facts.temperature_c[run],
             relative_humidity=facts.relative_humidity[run],
+            spare_m_s2=np.full(len(run), np.nan),
         )
 
 

@@ -24,12 +24,14 @@ MEAN_POINTS = 24
 
 STRETCH = np.dtype(
     [
-        ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("tilt_ns", np.int64), ("frames", np.int64),
+        ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("tilt_ns", np.int64), ("slip_ns", np.int64),
+        ("frames", np.int64), ("spread_s", np.float64),
         ("pose", np.float64, 3), ("corner_m", np.float64, (4, 2)), ("velocity", np.float64, 2),
         ("yaw_rate", np.float64), ("sigma_m", np.float64), ("corner_sigma_m", np.float64),
     ]
 )  # fmt: skip
-"""A stretch: the run's place in the evidence, its times, the begin of the tilt, the number of frames, and the means.
+"""A stretch: the run's place in the evidence, its times, those of the tilt's begin and of the slip (or the run's end),
+the number of frames, the standard deviation of their times, and the means.
 
 The mean corners are nan for a block that another tracker follows; the last two are the noise of a single frame."""
 
@@ -55,7 +57,8 @@ def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bo
     if track.corner_m is not None:
         corners = mean[:2] + mean_shape(track.corner_m[part], float(slopes[2]) * (seconds - seconds.mean()))
     noise = (track.sigma_m, track.corner_sigma_m)
-    return place, times[0], times[-1], track.tilt_ns, count, mean, corners, slopes[:2], slopes[2], *noise
+    times_ns = times[0], times[-1], track.tilt_ns, track.slip_ns or track.end_ns
+    return place, *times_ns, count, seconds.std(), mean, corners, slopes[:2], slopes[2], *noise
 
 
 def mean_shape(seen: Array, turned_rad: Array) -> Array:

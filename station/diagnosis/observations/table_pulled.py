@@ -54,4 +54,5 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         border_m=np.full(len(rows), np.inf),
         temperature_c=facts.temperature_c[places],
         relative_humidity=facts.relative_humidity[places],
+        spare_m_s2=np.full(len(rows), np.nan),
     )

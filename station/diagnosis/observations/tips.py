@@ -37,9 +37,10 @@ LOOKS = 200
 class Tips:
     """Runs (r,) in which the block might have toppled before it slid.
 
-    `run` is the run's place in the evidence; `stood` is the largest steepness tan(tilt) · |cos| of the descent's angle
-    to the nearest edge's normal at which the block was still seen to stand, `fallen` that at which it was seen to
-    topple (nan if it never did); `from_ns` to `to_ns` is when it toppled, or the tilt up to its steepest.
+    `run` is the run's place in the evidence; `stood` (r, 4) is the largest steepness tan(tilt) · cos of the descent's
+    angle to each edge's normal, at quarter turns from the block's x, at which the block was still seen to stand,
+    `fallen` (r, 4) that at which it was seen to topple (nan if it never did); `from_ns` to `to_ns` is when it toppled,
+    or the tilt up to its steepest.
     """
 
     run: Times
@@ -54,13 +55,13 @@ class Tips:
     @property
     def tipped(self) -> Bools:
         """True (r,) for each run that ended so."""
-        return np.isfinite(self.fallen)
+        return np.isfinite(self.fallen).all(axis=1)
 
 
 NO_TIPS = Tips(
     run=np.zeros(0, dtype=np.int64),
-    stood=np.zeros(0),
-    fallen=np.zeros(0),
+    stood=np.zeros((0, 4)),
+    fallen=np.zeros((0, 4)),
     from_ns=np.zeros(0, dtype=np.int64),
     to_ns=np.zeros(0, dtype=np.int64),
 )
@@ -77,7 +78,7 @@ def tips_of(recorded: Recorded) -> Tips:
     return _stacked(rows)
 
 
-_Row = tuple[int, float, float, int, int]
+_Row = tuple[int, Array, Array, int, int]
 
 
 def _stacked(rows: Sequence[_Row]) -> Tips:
@@ -104,11 +105,12 @@ def _row(place: int, track: RunTrack, corners: CornerTrack, plate: PlateMotion) 
         return None
     fell_ns = _fell_ns(track, corners, int(times[tilt.argmax()]))
     if fell_ns is None:
-        return place, float(steepness.max()), float("nan"), track.tilt_ns, int(times[steepness.argmax()])
+        stood, steepest = steepness.max(axis=0), steepness.max(axis=1).argmax()
+        return place, stood, np.full(4, np.nan), track.tilt_ns, int(times[steepest])
     before = times <= fell_ns - FALL_NS
-    stood = float(steepness[before].max()) if before.any() else 0.0
-    fallen = float(steepness[times <= fell_ns].max(initial=stood))
-    return place, min(stood, 0.999 * fallen), fallen, fell_ns - FALL_NS, fell_ns
+    stood = steepness[before].max(axis=0, initial=0.0)
+    fallen = np.maximum(steepness[times <= fell_ns].max(axis=0, initial=0.0), stood)
+    return place, np.minimum(stood, 0.999 * fallen), fallen, fell_ns - FALL_NS, fell_ns
 
 
 def _yaw(track: RunTrack) -> float | None:
@@ -120,10 +122,10 @@ def _yaw(track: RunTrack) -> float | None:
 
 
 def _steepness(time_ns: Times, yaw_rad: float, plate: PlateMotion) -> tuple[Array, Array]:
-    """The steepness (see `Tips`) and the tilt, rad, at times (n,), ns."""
+    """The steepness (n, 4) towards each edge (see `Tips`), at least 0, and the tilt (n,), rad, at times (n,), ns."""
     at = plate.at(time_ns)
-    off = np.mod(at.down_rad - yaw_rad + np.pi / 4, np.pi / 2) - np.pi / 4
-    return np.tan(at.tilt_rad) * np.cos(off), at.tilt_rad
+    off = np.asarray(at.down_rad - yaw_rad)[:, None] - np.pi / 2 * np.arange(4.0)
+    return np.tan(at.tilt_rad)[:, None] * np.maximum(np.cos(off), 0.0), at.tilt_rad
 
 
 def _fell_ns(track: RunTrack, corners: CornerTrack, steepest_ns: int) -> int | None:

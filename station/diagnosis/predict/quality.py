@@ -76,20 +76,32 @@ def compared(evidence: Evidence, sift: Sifted, after: Fit) -> FitQuality:
     expected = np.full(evidence.runs, np.nan)
     for fold in folds:
         expected[fold.left_out] = expected_log_run(fold.of(evidence), fold.after)[fold.left_out]
-    gap = _mean(expected - plain.log_run)
-    # Where the plain model scores within its error of the ceiling, there is no gap to close.
-    share = gain.value / gap.value if gap.value > gap.sd else math.nan
+    share = share_of_gap(full.log_run - plain.log_run, expected - plain.log_run)
     return FitQuality(
         before=quality(plain),
         after=quality(full),
         log_score_gain=gain.value,
         gain_se=gain.sd,
         floor_onset_deg=_floor_deg(evidence, after),
-        gap_closed=share,
-        gap_closed_se=gain.sd / gap.value if gap.value > gap.sd else math.nan,
+        gap_closed=share.value,
+        gap_closed_se=share.sd,
         ceiling_log_score=_mean(np.where(np.isfinite(plain.log_run), expected, np.nan)).value,
         nested=all(fold.anew for fold in folds),
     )
+
+
+def share_of_gap(gained: Array, gap: Array) -> Value:
+    """The share of the runs' gap (r,), nat, that is gained (r,), with the standard error of a ratio of two means.
+
+    Runs that gain much have a large gap: the error is that of the mean of gained − share · gap, to first order (Cochran
+    1977, Sampling Techniques, 6.4). Where the plain model scores within its error of the ceiling there is no gap to
+    close, and both are nan.
+    """
+    whole = _mean(gap)
+    if not whole.value > whole.sd:
+        return Value(value=math.nan, sd=math.nan, unit="1")
+    share = _mean(gained).value / whole.value
+    return Value(value=share, sd=_mean(gained - share * gap).sd / whole.value, unit="1")
 
 
 def _without(evidence: Evidence, folds: Sequence[Fold], alike: Collection[str]) -> HeldOut:

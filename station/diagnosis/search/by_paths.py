@@ -7,21 +7,16 @@ evidence counts, and never more than tells neighbouring laws apart.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.columns import variants_of
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.likelihood.systematic import is_nuisance, without_nuisances
-from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.likelihood.systematic import is_nuisance
 from station.diagnosis.observations.paths import Paths
 from station.diagnosis.search.candidates import Candidate, Fitter
 from station.diagnosis.search.smooth import covariate_of
-from station.physics.model import Term
 
-FAMILY = "speed law"
 Group = tuple[frozenset[str], int]
 """The ids of a candidate's effects besides its laws of sliding, and the number of those laws."""
 
@@ -40,41 +35,6 @@ def judged(fitter: Fitter, candidates: Sequence[Candidate]) -> list[Candidate]:
     for members in groups.values():
         against |= _against(fitter, members)
     return [replace(candidate, against=against.get(candidate.key, 0.0)) for candidate in candidates]
-
-
-def proposed(fitter: Fitter, current: Fit, ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws of sliding, alone and in pairs, that come near the law of all paths; each is fitted from there.
-
-    Two laws that nearly cancel in the slides' windows have no score by which they would be found.
-    """
-    paths = fitter.evidence.paths
-    if paths is None or any(term.effect.family == FAMILY for term in without_nuisances(current.model).terms):
-        return []
-    laws = [one for one in ranked if one.effects and all(effect.family == FAMILY for effect in one.effects)]
-    near = [(one, *paths.nearest(_starts(fitter.evidence, one))) for one in laws]
-    most = max(thresholds.PATHS_NEAR * min((off for *_, off in near), default=0.0), thresholds.PATHS_NEAR_M_S2)
-    chosen = [replace(one, starts=terms) for one, terms, off in near if off < most]
-    for one in chosen:
-        fitter.begin(current, one)
-    return chosen
-
-
-def _starts(evidence: Evidence, candidate: Candidate) -> list[tuple[Term, ...]]:
-    """All combinations of the effects' starts: each start of the shapes with one typical size of either sign."""
-    each = [
-        [sized for _, start in variants_of(evidence, [effect]) for sized in (_sized(start, 1.0), _sized(start, -1.0))]
-        for effect in candidate.effects
-    ]
-    return list(itertools.product(*each))
-
-
-def _sized(start: Term, sign: float) -> Term:
-    sizes = {
-        parameter.name: parameter.clipped(parameter.neutral + sign * parameter.typical)
-        for parameter in start.effect.parameters
-        if not parameter.is_shape
-    }
-    return start.with_values(**sizes)
 
 
 def _group(paths: Paths, candidate: Candidate) -> Group | None:

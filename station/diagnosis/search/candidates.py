@@ -230,11 +230,6 @@ class Fitter:
         """Models and noise at the end of all fits, from which fits of nearly the same runs may begin."""
         return {key: (found.model, found.noise) for key, found in self._known.items()}
 
-    def begin(self, current: Fit, candidate: Candidate) -> None:
-        """Fits the candidate from its own starts; `fitted` then continues from the likeliest known fit."""
-        effects = [*claimable(current.model), *candidate.effects]
-        self.refit(_with(current.model, candidate.starts), effects, current.noise)
-
     def fitted(self, current: Fit, candidate: Candidate) -> Candidate:
         """The candidate after a full fit of the whole model together with it.
 

@@ -21,7 +21,7 @@ from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
 from station.diagnosis.likelihood.wander import wanders
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.search.by_paths import judged, proposed
+from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import (
     Begins,
     Candidate,
@@ -225,8 +225,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     kinds: dict[str, list[Candidate]] = {kind: [] for kind in FULL_FITS}
     for candidate in ranked:
         kinds[_kind(candidate)].append(candidate)
-    best = proposed(fitter, current, ranked)
-    best += [
+    best = [
         one for kind, many in kinds.items() for one in many[: FULL_FITS[kind]] if one.twice_gain > thresholds.PROMISING
     ]
     full = {one.key: fitter.fitted(current, one) for one in best}

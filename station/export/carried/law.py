@@ -72,7 +72,10 @@ class Law:
     def creep(self) -> Array:
         """The velocity (2,), m/s, in P, at which the model lets a block at rest creep."""
         gravity = self._true_gravity(self.watch.last)
-        return self.model.creep(self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity))[0]
+        load, normal, _ = self._load(gravity, shake=self.shake)
+        spare = -np.atleast_1d(self._excess(load, normal, gravity))
+        resting = self.watch.contact(way_rad=self._way_of(gravity), gravity=gravity)
+        return self.model.creep(replace(resting, spare_m_s2=spare))[0]
 
     # --- the load ---------------------------------------------------------------------------------------------------
 

@@ -31,6 +31,7 @@ USUAL: dict[str, Any] = {
     "border_m": math.inf,
     "temperature_c": math.nan,
     "relative_humidity": math.nan,
+    "spare_m_s2": math.nan,
 }
 """A steel cube of 10 mm at rest in the middle of a plate that is tilted by 17°, towards +x."""
 

@@ -55,6 +55,10 @@ class ComOffset(Effect):
         off = fallen(view, slenderness=tall, offset_m=(values["x_m"], values["y_m"]))
         return off - fallen(view, slenderness=tall)
 
+    def mass(self, contact: Contact, values: Values) -> Array | None:
+        """The offset along the sole."""
+        return np.array([[values["x_m"], values["y_m"], 0.0]]) / np.sqrt(contact.area_m2)[:, None]
+
     def why_untestable(self, contact: Contact) -> str | None:
         """See the base class."""
         steepest = float(np.max(contact.tilt_rad, initial=0.0))

@@ -40,6 +40,10 @@ class Tipping(Effect):
             return None
         return fallen(view, slenderness=values["slenderness"])
 
+    def mass(self, contact: Contact, values: Values) -> Array | None:
+        """Half the block's height above the sole."""
+        return np.array([0.0, 0.0, values["slenderness"] / 2.0]) * np.ones((len(contact), 1))
+
     def why_untestable(self, contact: Contact) -> str | None:
         """See the base class."""
         steepest = float(np.max(contact.tilt_rad, initial=0.0))

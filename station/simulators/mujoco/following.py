@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from station.physics.contact import Array, Contact
 from station.simulators.mujoco.osculating import osculating
 from station.simulators.mujoco.tilted import Load, TiltedBlock
+from station.simulators.planar.asked import Asked
 from station.simulators.planar.friction import LimitCurve, Support, facing_to, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Index
@@ -138,13 +139,15 @@ class Follower:
         ):
             step = body.begin if first else body.step
             step(Load(pull=(fx, fy, -fn), turn=spin, friction=(along, across), axis_rad=axis))
+        held = (hold.value if held is None else held) * normal
+        pull = x * np.cos(way) + y * np.sin(way)
         if contact is not None and self._creeps:
-            crept = self._world.model.creep(replace(contact, way_rad=contact.down_rad)) * runs.step_s[:, None]
+            resting = Asked.like(contact, way_rad=contact.down_rad, spare_m_s2=held - pull)
+            crept = self._world.model.creep(resting) * runs.step_s[:, None]
             for body, (dx, dy), slides in zip(runs.bodies, crept.tolist(), moving.tolist(), strict=True):
                 if not slides:
                     body.shift(dx, dy)
-        held = (hold.value if held is None else held) * normal
-        surplus = 1.0 - (x * np.cos(way) + y * np.sin(way)) / np.where(held > 0, held, 1e-12)
+        surplus = 1.0 - pull / np.where(held > 0, held, 1e-12)
         _weigh(runs, surplus)
         self._take_note(runs, way)
         return surplus

@@ -206,5 +206,6 @@ class World:
             "down_rad": lambda: np.arctan2(down.y, down.x),
             "step_s": lambda: time_s - stretch[Column.STEP_BEGIN],
             "border_m": lambda: self.border_m(blocks.row, at) if border_m is None else border_m,
+            "spare_m_s2": lambda: np.full(len(moving), np.nan),
         }
         return Asked.of(known, later)

@@ -132,6 +132,7 @@ def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tup
         rising=steps[0].ravel(),
         step_s=(time_s - steps[1]).ravel(),
         border_m=np.full(n * k, np.inf),
+        spare_m_s2=np.full(n * k, np.nan),
         **each,
     )
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from station.physics.contact import Array, Contact
+from station.simulators.planar.asked import Asked
 from station.simulators.planar.friction import LimitCurve, facing_to, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
@@ -294,9 +295,12 @@ class Rest:
             blocks = self._world.blocks(many.row, grid.number[:, columns].ravel(), rest_from_s=many.rest_from_s)
             zero = np.zeros(len(many.row))
             at = Motion(many.place[:, 0], many.place[:, 1], many.place[:, 2], zero, zero)
-            contact = self._world.pull(blocks, grid.time_s[:, columns].ravel(), at).contact
+            times = grid.time_s[:, columns].ravel()
+            contact = self._world.pull(blocks, times, at).contact
             assert contact is not None
-            crept = self._world.model.creep(facing_to(contact, contact.down_rad))
+            lacking, _ = self.excess(blocks, times, many.place)
+            resting = Asked.like(contact, way_rad=contact.down_rad, spare_m_s2=-lacking)
+            crept = self._world.model.creep(resting)
             held = contact.border_m[:, None] < 0.0  # the foam carries what would drive the creep
             velocity[:, columns] = np.where(held, 0.0, crept).reshape(a, -1, 2)
         lengths = np.diff(grid.time_s, axis=1)[..., None]

@@ -76,7 +76,6 @@ RULES: tuple[Rule, ...] = (
         off=_as_they_are,
         differs=_against,
     ),
-    Rule(name="paths propose laws", places=(S + "search:proposed",), off=_empty),
     Rule(name="pairs by partners", places=(S + "search:_partnered",), off=_empty),
     Rule(name="no size at its bound", places=(S + "candidates:_inside",), off=_true),
     Rule(name="shapes cost less", places=(S + "candidates:Fitter._cost",), off=_full_cost),

@@ -302,7 +302,7 @@ def test_the_lens_enlarges_what_is_far_from_the_centre():
     sizes = []
     for x in (0.0, 0.025):
         corners = np.zeros(8)
-        see_mark(NULL._replace(lens=0.02), np.array([x, 0.0, 0.0]), np.zeros(3), 0.0, 0.0, corners)
+        see_mark(NULL._replace(lens=0.02), np.array([x, 0.0, 0.0]), np.zeros(3), np.zeros(3), 0.0, 0.0, corners)
         sizes.append(corners[5] - corners[3])
     assert sizes[1] / sizes[0] == pytest.approx(1.0 + 0.02 * (0.5 * 6000 * 0.05 / 300 * 30 / 29) ** 2, rel=2e-3)
 
@@ -310,10 +310,22 @@ def test_the_lens_enlarges_what_is_far_from_the_centre():
 def test_a_rolling_shutter_shears_a_moving_mark_by_speed_times_row():
     still, moving = np.zeros(8), np.zeros(8)
     world = NULL._replace(readout_s=0.016)
-    see_mark(NULL, np.zeros(3), np.zeros(3), 0.0, 0.0, still)
-    see_mark(world, np.zeros(3), np.array([0.3, 0.0, 0.0]), 0.0, 0.0, moving)
+    see_mark(NULL, np.zeros(3), np.zeros(3), np.zeros(3), 0.0, 0.0, still)
+    see_mark(world, np.zeros(3), np.array([0.3, 0.0, 0.0]), np.zeros(3), 0.0, 0.0, moving)
     rows = still[1::2] / 600.0 * 0.016
     assert (moving - still)[0::2] == pytest.approx(0.3 * rows * 6000.0 * 30.0 / 29.0, rel=1e-6)
+
+
+def test_a_rolling_shutter_sees_each_corner_in_the_row_where_it_then_is():
+    """Of a mark that moves down the image and speeds up, each corner's row is read when the corner is there."""
+    seen, still = np.zeros(8), np.zeros(8)
+    world, speed, gain = NULL._replace(readout_s=0.03), np.array([0.05, -0.4, 0.0]), np.array([0.5, -3.0, 0.0])
+    see_mark(world, np.zeros(3), speed, gain, 0.0, 0.0, seen)
+    for corner in range(4):
+        wait = 0.03 * seen[2 * corner + 1] / 600.0
+        moved = wait * speed + 0.5 * wait**2 * gain
+        see_mark(NULL, moved, np.zeros(3), np.zeros(3), 0.0, 0.0, still)
+        assert seen[2 * corner : 2 * corner + 2] == pytest.approx(still[2 * corner : 2 * corner + 2], abs=1e-3)
 
 
 # --- in no catalogue --------------------------------------------------------------------------------------------------

@@ -12,13 +12,15 @@ from scipy import stats
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.ceiling import entropy, expected_log_run
-from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit, levelled, shaking_of
+from station.diagnosis.likelihood.student import log_density
+from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.folds import FOLDS, assigned, refitted
 from station.diagnosis.predict.held_out import predicted, with_paths
-from station.diagnosis.predict.quality import quality
+from station.diagnosis.predict.quality import quality, share_of_gap
 from station.diagnosis.predict.resimulated import path_errors
 from station.physics.model import Model
 from station.simulators.simulator import simulator
@@ -87,6 +89,34 @@ def test_the_ceiling_is_near_what_a_right_model_scores() -> None:
     evidence, plain = _plain()
     apart = plain.log_run - expected_log_run(evidence, plain)
     assert abs(apart.mean()) < 3.0 * apart.std() / np.sqrt(len(apart))
+
+
+def scattered(evidence: Evidence, plain: Fit, by: float) -> Fit:
+    """The fit of a recording whose rows scatter `by` times as much, scored with the same noise."""
+    whitening = Whitening(evidence, plain.noise, shaking=shaking_of(evidence, plain.model))
+    white = by * plain.white
+    each = log_density(white, whitening.tail, whitening.limit)
+    log_run = np.bincount(whitening.run, each, evidence.runs) - whitening.log_scale + plain.log_prior / evidence.runs
+    return replace(plain, white=white, log_run=log_run)
+
+
+def test_no_recording_scores_above_its_ceiling_because_it_is_calm() -> None:
+    """Of rows with half their noise the ceiling is theirs; what rows with twice their noise lack, they lack."""
+    evidence, plain = _plain()
+    calm, wild = (scattered(evidence, plain, by) for by in (0.5, 2.0))
+    assert (calm.log_run - expected_log_run(evidence, calm)).mean() == pytest.approx(0.0, abs=0.5)
+    assert (calm.log_run - plain.log_run).mean() > 5.0
+    assert (wild.log_run - expected_log_run(evidence, wild)).mean() < -20.0
+
+
+def test_the_share_of_the_gap_has_the_error_of_a_ratio() -> None:
+    """Against the scatter of 400 sessions of 60 runs whose gaps differ by as much as they are."""
+    rng = np.random.default_rng(4)
+    found = [share_of_gap(0.8 * gap + rng.normal(0.0, 1.0, 60), gap) for gap in rng.gamma(1.0, 10.0, (400, 60))]
+    values, errors = (np.array([getattr(one, name) for one in found]) for name in ("value", "sd"))
+    assert values.mean() == pytest.approx(0.8, abs=3.0 * values.std() / 20.0)
+    assert np.median(errors) == pytest.approx(values.std(), rel=0.15)
+    assert np.isnan(share_of_gap(np.ones(60), rng.normal(0.0, 1.0, 60) - 0.1).value)
 
 
 @pytest.mark.parametrize("tail", [3.0, 6.0, thresholds.GAUSSIAN])

@@ -30,9 +30,11 @@ SETTINGS: dict[str, str] = {
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
         likelihood.grouped:STEPS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
-        search.candidates:HARDLY search.tipping:STEEPNESS search.tipping:SHIFTED search.places:CONSTANT
+        search.candidates:HARDLY search.toppled:SHIFTED search.places:CONSTANT
         search.smooth:SAME search.places:DEPENDENT
-        search.tipping:SCATTERS search.tipping:MISTAKES predict.resimulated:KNOT_NS predict.resimulated:BEGIN""",
+        search.toppled:SCATTER search.toppled:MISTAKES inference.tempered:DRAWS inference.tempered:EVEN_SHARE
+        inference.tempered:MOVES inference.tempered:WIDTH inference.tempered:HALVINGS predict.resimulated:KNOT_NS
+        predict.resimulated:BEGIN""",
     "units and constants of mathematics": """
         predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM likelihood.robust:GAUSSIAN_MAD""",
     "what a result shows, and how; no claim depends on it": """

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from shared.geometry import Array
+from station.physics.catalogue import catalogue
+from tests.contracts.effect_states import contacts
 
 STEP_S, BLOCKS, MU, AWAY_M = 5e-4, 250, 0.36, 2e-3
 SHARES, PACES, PHASES = (1.0, 0.7, 0.5), (1.0, 1.37, 0.61), (1.0, 2.3, 5.1)
@@ -77,3 +79,38 @@ def test_strong_shaking_throws_blocks_off_early() -> None:
     found = away(tone_m_s2=0.8, hz=3.0, rate_deg_s=3.0)
     assert found.mean > 0.6
     assert found.mean / found.scatter > 2.0
+
+
+@pytest.mark.parametrize("apart", [0.5, 1.0, 1.5])
+def test_blocks_below_their_limit_creep_as_the_law_says(apart: float) -> None:
+    """Plain Coulomb steps under 25 tones, at a constant distance to the limit in the push's deviations."""
+    vibration, sd_m_s2, hz = catalogue()["arm_vibration"], 0.2, 8.0
+    resting = contacts(1, moving=False, spare_m_s2=apart * sd_m_s2, down_rad=0.0)
+    values = {**vibration.neutral(), "sd_m_s2": sd_m_s2, "cos1": 0.0, "sin1": 0.0, "tone_hz": hz}
+    said = vibration.creep(resting, values)
+    assert said is not None
+    assert crept_m_s(sd_m_s2, hz, apart * sd_m_s2) == pytest.approx(said[0, 0], rel=0.2)
+
+
+def crept_m_s(sd_m_s2: float, hz: float, spare_m_s2: float, *, cycles: int = 60, steps: int = 150) -> float:
+    """The mean speed of blocks that a narrow band of tones shakes, by steps of Newton's and Coulomb's laws."""
+    rng = np.random.default_rng(20261123)
+    pace, phase = rng.uniform(0.8, 1.2, (25, 1)), rng.uniform(0.0, 2 * math.pi, (25, 150))
+    step_s, speed, place = 1.0 / hz / steps, np.zeros(150), 0.0
+    tone = sd_m_s2 * math.sqrt(2.0 / 25.0)
+    for now in step_s * np.arange(cycles * steps):
+        push = tone * np.sin(2.0 * math.pi * hz * pace * now + phase).sum(axis=0)
+        speed = np.maximum(speed + step_s * (push - spare_m_s2), 0.0)
+        place += step_s * float(speed.mean())
+    return place / (cycles / hz)
+
+
+def test_a_block_whose_limit_is_far_does_not_creep() -> None:
+    """At ten deviations, and while it slides, there is nothing."""
+    vibration = catalogue()["arm_vibration"]
+    values = {**vibration.neutral(), "sd_m_s2": 0.1, "tone_hz": 1.0}
+    far, moving = contacts(5, moving=False, spare_m_s2=1.5), contacts(5, moving=True, spare_m_s2=0.0)
+    for state in (far, moving):
+        said = vibration.creep(state, values)
+        assert said is not None
+        assert np.abs(said).max() < 1e-12
