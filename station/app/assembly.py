@@ -145,7 +145,11 @@ def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | N
         rng=np.random.default_rng(seed),
         joint_start_rad=stage.home_rad.tolist(),
         block=Block(side_m=length, mass_kg=rig.block.mass_kg),
-        plate=Plate(side_m=rig.plate.side_m, cutout_radius_m=rig.plate.opening_m / 2),
+        plate=Plate(
+            side_m=rig.plate.side_m,
+            cutout_radius_m=rig.plate.opening_m / 2,
+            cutout_outline_m=rig.plate.opening_outline_m,
+        ),
         start_ns=start_ns,
         world_from_base=stage.world_from_base,
     )

@@ -32,8 +32,8 @@ class Setup:
     """Shapes and places for drawing.
 
     `arm` is None when nothing is known of it; `world_from_base` (4, 4) says where its foot stands. Without
-    `opening_m` there is no foam border. `look_at_m` is the place in the world that the scene is about. `image_px` is
-    the camera's size until a calibration tells it.
+    `opening_m` there is no foam border; its opening is round unless `opening_outline_m` has its corners. `look_at_m` is
+    the place in the world that the scene is about. `image_px` is the camera's size until a calibration tells it.
     """
 
     arm: ArmModel | None = None
@@ -42,6 +42,7 @@ class Setup:
     plate_side_m: float = 0.1
     plate_thickness_m: float = 0.005
     opening_m: float | None = None
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
     foam_height_m: float = 0.01
     block_size_m: tuple[float, float, float] = (0.01, 0.01, 0.01)
     mark_side_m: float = 0.01
@@ -100,4 +101,5 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool 
         look_at_m=(x, y, z),
         pivot_above_plate_m=model.pivot_above_plate_m if own_pivot is None else own_pivot,
         opening_m=rig.plate.opening_m,
+        opening_outline_m=rig.plate.opening_outline_m,
     )

@@ -7,13 +7,15 @@ import math
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
 from shared.geometry import Array, quaternion_from_matrix
+from station.physics.outline import inside_by_m
 from station.rig.arm_model import ArmModel, Capsule
 from station.view import colours
 from station.view.setup import Setup
 
-_RING = 64
+_RING, _PIECES = 64, 160
 
 
 def plate(setup: Setup) -> rr.Boxes3D:
@@ -28,24 +30,47 @@ def plate(setup: Setup) -> rr.Boxes3D:
 
 
 def foam(setup: Setup, *, opening_m: float) -> rr.Mesh3D:
-    """The foam border: a square frame with a round hole of diameter `opening_m`, as a closed mesh."""
-    angle = np.linspace(0.0, 2 * math.pi, _RING, endpoint=False) + math.pi / _RING
-    round_xy = np.column_stack([np.cos(angle), np.sin(angle)])
-    square_xy = round_xy / np.abs(round_xy).max(axis=1, keepdims=True)
-    # The corners of the square lie at the middle between two directions; the nearest ones are moved onto them.
-    for corner in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
-        square_xy[np.argmin(np.hypot(*(square_xy - np.array(corner)).T))] = corner
-    inner, outer = 0.5 * opening_m * round_xy, 0.5 * setup.plate_side_m * square_xy
-    rings = [(inner, 0.0), (inner, setup.foam_height_m), (outer, setup.foam_height_m), (outer, 0.0)]
-    vertices = np.concatenate([np.column_stack([xy, np.full(_RING, z)]) for xy, z in rings])
-    faces: list[tuple[int, int, int]] = []
-    for ring in range(3):
-        for i in range(_RING):
-            j = (i + 1) % _RING
-            a, b, c, d = (ring * _RING + i, ring * _RING + j, (ring + 1) * _RING + i, (ring + 1) * _RING + j)
-            faces += [(a, c, b), (b, c, d)]
+    """The foam border: a square frame with a hole, round with the diameter `opening_m` or of the setup's outline.
+
+    The top is triangulated between points along both outlines, so near to each other that every piece of an outline is
+    a side of a triangle (Delaunay); the triangles in the hole are left out.
+    """
+    half = 0.5 * setup.plate_side_m
+    hole = np.array(setup.opening_outline_m) if setup.opening_outline_m else _ring(0.5 * opening_m)
+    loops = [_divided(hole), _divided(half * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))]
+    xy = np.concatenate(loops)
+    triangles = Delaunay(xy).simplices
+    top = triangles[inside_by_m(hole, xy[triangles].mean(axis=1)) < 0.0]
+    vertices = [np.column_stack([xy, np.full(len(xy), z)]) for z in (setup.foam_height_m, 0.0)]
+    walls = [_wall(first, len(loop), len(xy)) for first, loop in zip((0, len(loops[0])), loops, strict=True)]
     return rr.Mesh3D(
-        vertex_positions=vertices, triangle_indices=faces, vertex_colors=np.tile((*colours.FOAM, 255), (4 * _RING, 1))
+        vertex_positions=np.concatenate(vertices),
+        triangle_indices=np.concatenate([top, *walls]),
+        vertex_colors=np.tile((*colours.FOAM, 255), (2 * len(xy), 1)),
+    )
+
+
+def _ring(radius_m: float) -> Array:
+    """A circle's outline (n, 2), m."""
+    angle = np.linspace(0.0, 2 * math.pi, _RING, endpoint=False)
+    return radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def _divided(outline_m: Array) -> Array:
+    """The outline (k, 2), m, with more corners (n, 2) along its sides, at most a _PIECES-th of its length apart."""
+    after = np.roll(outline_m, -1, axis=0)
+    lengths = np.linalg.norm(after - outline_m, axis=1)
+    counts = np.maximum(np.ceil(_PIECES * lengths / lengths.sum()).astype(int), 1)
+    sides = zip(outline_m, after, counts.tolist(), strict=True)
+    return np.concatenate([np.linspace(begin, end, count, endpoint=False) for begin, end, count in sides])
+
+
+def _wall(first: int, count: int, below: int) -> NDArray[np.int64]:
+    """Triangles (2 count, 3) between a loop of vertices from `first` on and the one that comes `below` places later."""
+    here = first + np.arange(count)
+    there = first + (np.arange(count) + 1) % count
+    return np.concatenate(
+        [np.column_stack([here, there, here + below]), np.column_stack([there, there + below, here + below])]
     )
 
 

@@ -12,9 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import logsumexp, ndtr
 
 from station.physics.contact import Array
+
+Index = NDArray[np.int64]
 
 DRAWS = 200
 EVEN_SHARE = 0.5
@@ -53,9 +56,10 @@ def tempered(log_likelihood: Callable[[Array], Array], low: Array, high: Array, 
     while power < 1.0:
         step = _step(log_value, 1.0 - power)
         log_weight = step * log_value
-        log_evidence += float(logsumexp(log_weight)) - float(np.log(DRAWS))
+        total = float(np.asarray(logsumexp(log_weight)))
+        log_evidence += total - float(np.log(DRAWS))
         power = min(power + step, 1.0)
-        kept = _resampled(np.exp(log_weight - logsumexp(log_weight)), rng)
+        kept = _resampled(np.exp(log_weight - total), rng)
         points, log_value = _moved(value, points[kept], log_value[kept], power, rng)
     return Posterior(log_evidence, low + ndtr(points) * (high - low))
 
@@ -65,7 +69,7 @@ def _step(log_value: Array, most: float) -> float:
 
     def even(step: float) -> bool:
         log_weight = step * log_value
-        weight = np.exp(log_weight - logsumexp(log_weight))
+        weight = np.exp(log_weight - np.asarray(logsumexp(log_weight)))
         return float(1.0 / (weight @ weight)) >= EVEN_SHARE * len(weight)
 
     low, high = 0.0, most
@@ -77,10 +81,10 @@ def _step(log_value: Array, most: float) -> float:
     return high
 
 
-def _resampled(weight: Array, rng: np.random.Generator) -> Array:
+def _resampled(weight: Array, rng: np.random.Generator) -> Index:
     """The draws (m,), by their places, that stand for weighted ones (systematic resampling)."""
     marks = (rng.random() + np.arange(len(weight))) / len(weight)
-    return np.minimum(np.searchsorted(np.cumsum(weight), marks), len(weight) - 1)
+    return np.minimum(np.searchsorted(np.cumsum(weight), marks), len(weight) - 1).astype(np.int64)
 
 
 def _moved(

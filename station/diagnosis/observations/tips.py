@@ -55,7 +55,7 @@ class Tips:
     @property
     def tipped(self) -> Bools:
         """True (r,) for each run that ended so."""
-        return np.isfinite(self.fallen).all(axis=1)
+        return np.asarray(np.isfinite(self.fallen).all(axis=1), dtype=np.bool_)
 
 
 NO_TIPS = Tips(

@@ -48,7 +48,7 @@ class Masses:
 
     def probability(self, effect: Effect) -> float:
         """Posterior probability that an effect acts."""
-        return float(np.exp(logsumexp([odds for models, odds in self._shares() if effect in models] or [-np.inf])))
+        return sum(share for models, share in self._shares() if effect in models)
 
     def likeliest(self) -> Together:
         """The model of those effects that rather act than not."""
@@ -64,8 +64,8 @@ class Masses:
         return float(np.exp(-max(best - several - self.posteriors[()].log_evidence, 0.0)))
 
     def _shares(self) -> Iterator[tuple[Together, float]]:
-        total = float(logsumexp(list(self.log_odds.values())))
-        return ((models, odds - total) for models, odds in self.log_odds.items())
+        total = float(np.asarray(logsumexp(list(self.log_odds.values()))))
+        return ((models, float(np.exp(odds - total))) for models, odds in self.log_odds.items())
 
 
 def acting_on_mass(effects: Sequence[Effect]) -> Together:

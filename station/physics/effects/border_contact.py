@@ -1,7 +1,8 @@
 """Border: the soft foam round the plate's opening pushes a block back that runs into it.
 
 Per mass, inwards: (k p + c v_out) / m, p how deep the block stands in the foam, v_out its speed outwards; never
-outwards. The opening is round: inwards is towards P's origin. The spring gives the rebound, the damping the loss.
+outwards. Inwards is towards P's origin, which is right where the opening is round. The spring gives the rebound, the
+damping the loss.
 """
 
 from __future__ import annotations

@@ -200,7 +200,7 @@ def _bodies(commands: Commands, setup: Setup) -> tuple[list[TiltedBlock], Array]
     for mass, area in zip(commands.mass_kg.tolist(), commands.area_m2.tolist(), strict=True):
         if (mass, area) not in plates:
             own = setup
-            if np.isfinite(commands.border_m):
+            if commands.opening.walled:
                 longest = _FOAM_STEP / (2.0 * FOAM_DAMPING * float(np.sqrt(FOAM_N_M / mass)))
                 own = replace(setup, step_s=min(setup.step_s, longest))
             plates[mass, area] = Plate(own, side_m=float(np.sqrt(area)), mass_kg=mass)

@@ -23,7 +23,7 @@ class Engines:
     """
 
     def __init__(self, scene: model.Scene, *, friction: Friction, joint_start_rad: FLOATS) -> None:
-        self._block, self._plate = scene.block, scene.plate
+        self._block, self._free_radius_m = scene.block, scene.plate.opening.free_radius_m
         self.arm = ArmEngine(model.build_arm(scene), joint_start_rad=joint_start_rad, damping=model.SERVO_DAMPING)
         self.free = BlockEngine(model.build_block(scene, bordered=False), friction=friction)
         self.bordered = BlockEngine(model.build_block(scene, bordered=True), friction=friction)
@@ -44,13 +44,13 @@ class Engines:
     def unweld(self, pose: Pose) -> BlockEngine:
         """Makes the block, which is a part of the plate at `pose`, a body of its own again, at rest on the plate."""
         reach_m = math.hypot(*pose.position[:2]) + self._block.side_m + 1e-3
-        engine = self.free if reach_m <= self._plate.cutout_radius_m else self.bordered
+        engine = self.free if reach_m <= self._free_radius_m else self.bordered
         engine.lay(pose)
         return engine
 
     def within_reach(self, engine: BlockEngine, *, reach_m: float) -> BlockEngine:
         """The engine for a loose block that may come as far as `reach_m` from the plate's centre in one look."""
-        wanted = self.bordered if reach_m > self._plate.cutout_radius_m else self.free
+        wanted = self.bordered if reach_m > self._free_radius_m else self.free
         if wanted is not engine:
             wanted.take(engine)
         return wanted

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,26 +180,52 @@ def _add_plate_box(body: Any, plate: Plate) -> None:
 
 
 def _add_foam(body: Any, plate: Plate) -> None:
-    """The border: straight segments round the circular cutout, their inner faces tangent to it.
+    """The border: straight segments round the cutout, with their inner faces on its sides or tangent to its circle.
 
     MuJoCo pushes a ball out of a box through the nearest face. So the segments are thicker than any dent, and overlap
     by as much, lest a block that dents the foam be drawn outwards or along it; beyond its own sector a tangent lies
     outside of the cutout, so the overlap takes no room. They are higher and deeper than the foam by as much, too: a
     ball that dents one by more than half the foam's height would be pushed into the plate, and the block tipped over.
     """
-    turn = 2 * math.pi / FOAM_SEGMENTS
-    radial, height, middle = FOAM_DEPTH_M, plate.foam_height_m / 2 + FOAM_DEPTH_M, plate.foam_height_m / 2
-    along = plate.cutout_radius_m * math.tan(turn / 2) + FOAM_DEPTH_M
-    for number in range(FOAM_SEGMENTS):
-        angle, radius = number * turn, plate.cutout_radius_m + radial
-        geom = _add_box(
-            body,
-            f"foam {number}",
-            (radial, along, height),
-            (radius * math.cos(angle), radius * math.sin(angle), middle),
-            rgba=(0.95, 0.95, 0.95, 1),
-        )
-        geom.quat = [math.cos(angle / 2), 0, 0, math.sin(angle / 2)]
+    height, middle = plate.foam_height_m / 2 + FOAM_DEPTH_M, plate.foam_height_m / 2
+    for number, side in enumerate(_foam_sides(plate)):
+        x, y = side.x_m + FOAM_DEPTH_M * math.cos(side.angle_rad), side.y_m + FOAM_DEPTH_M * math.sin(side.angle_rad)
+        sizes = (FOAM_DEPTH_M, side.half_m, height)
+        geom = _add_box(body, f"foam {number}", sizes, (x, y, middle), rgba=(0.95, 0.95, 0.95, 1))
+        geom.quat = [math.cos(side.angle_rad / 2), 0, 0, math.sin(side.angle_rad / 2)]
+
+
+class _Side(NamedTuple):
+    """A segment's inner face: its middle, half its length, and the direction outwards."""
+
+    x_m: float
+    y_m: float
+    half_m: float
+    angle_rad: float
+
+
+def _foam_sides(plate: Plate) -> list[_Side]:
+    """The inner faces, which reach FOAM_DEPTH_M beyond their ends, but for those at which the foam points inwards."""
+    if not plate.cutout_outline_m:
+        turn, radius = 2 * math.pi / FOAM_SEGMENTS, plate.cutout_radius_m
+        half = radius * math.tan(turn / 2) + FOAM_DEPTH_M
+        angles = [number * turn for number in range(FOAM_SEGMENTS)]
+        return [_Side(radius * math.cos(angle), radius * math.sin(angle), half, angle) for angle in angles]
+    corner = np.array(plate.cutout_outline_m)
+    before, after = np.roll(corner, 1, axis=0), np.roll(corner, -1, axis=0)
+    if float((corner[:, 0] * after[:, 1] - corner[:, 1] * after[:, 0]).sum()) < 0.0:
+        corner, before, after = corner[::-1], after[::-1], before[::-1]
+    (in_x, in_y), (out_x, out_y) = (corner - before).T, (after - corner).T
+    more = np.where(in_x * out_y - in_y * out_x > 0.0, FOAM_DEPTH_M, 0.0)
+    length = np.hypot(out_x, out_y)
+    along = np.column_stack([out_x, out_y]) / length[:, None]
+    begin, end = corner - more[:, None] * along, after + np.roll(more, -1)[:, None] * along
+    middle, half = 0.5 * (begin + end), 0.5 * np.linalg.norm(end - begin, axis=1)
+    outward = np.arctan2(-along[:, 0], along[:, 1])
+    return [
+        _Side(x, y, reach, angle)
+        for (x, y), reach, angle in zip(middle.tolist(), half.tolist(), outward.tolist(), strict=True)
+    ]
 
 
 def _add_camera(body: Any, plate: Plate) -> None:
@@ -237,7 +263,7 @@ def _add_pairs(spec: Any, scene: Scene, *, bordered: bool) -> None:
         return
     solref, mu = _foam(scene), scene.plate.foam_mu
     for bumper in range(4):
-        for segment in range(FOAM_SEGMENTS):
+        for segment in range(len(_foam_sides(scene.plate))):
             pair = spec.add_pair(geomname1=f"foam {segment}", geomname2=f"bumper {bumper}", condim=3)
             pair.solref, pair.friction = solref, [mu, mu, 0.005, 1e-4, 1e-4]
             pair.solreffriction = scene.contact.solref_friction

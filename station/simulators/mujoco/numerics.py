@@ -96,7 +96,7 @@ def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> li
 
 def _creep(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
     """The finding of creep: the apparent advance of the onset over the refined settings, and the way crept before."""
-    commands = replace(commands, border_m=math.inf)
+    commands = replace(commands, border_m=math.inf, outline_m=())
     tried = cures(baseline)
     refined, before = (_readings(commands, mu_s, setup) for setup in (tried[-1].setup, baseline))
     early, crept = _change(before, refined)

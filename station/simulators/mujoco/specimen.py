@@ -12,6 +12,8 @@ from typing import Literal
 
 import numpy as np
 
+from station.physics.room import Opening
+
 FixedIn = Literal["object", "plate"]
 STEEPEST_RAD = 1.3
 """No friction angle is drawn above this (74°): beyond it the tangent says nothing about a contact."""
@@ -31,7 +33,9 @@ class Block:
 
 @dataclass(frozen=True, kw_only=True)
 class Plate:
-    """The square plate, the foam border with a circular cutout, and the camera's mount above it.
+    """The square plate, the foam border with its cutout, and the camera's mount above it.
+
+    The cutout is a circle, or has the corners `cutout_outline_m` (x, y).
 
     The foam is a spring and a damper: `foam_stiffness_n_m` per touching corner, `foam_damping` as a share of critical
     damping (near 1: the block hardly rebounds), `foam_mu` its friction against the block's side. `fiducials_m` are
@@ -42,6 +46,7 @@ class Plate:
     thickness_m: float = 0.005
     mass_kg: float = 0.15
     cutout_radius_m: float = 0.045
+    cutout_outline_m: tuple[tuple[float, float], ...] = ()
     foam_height_m: float = 0.01
     foam_stiffness_n_m: float = 60.0
     foam_damping: float = 0.8
@@ -56,6 +61,11 @@ class Plate:
         _positive(self, "foam_damping", "foam_mu", "camera_height_m", "camera_mass_kg")
         if self.cutout_radius_m > self.side_m / 2:
             raise ValueError(f"the cutout ({self.cutout_radius_m} m) is wider than the plate ({self.side_m} m)")
+
+    @property
+    def opening(self) -> Opening:
+        """The opening in the foam."""
+        return Opening(radius_m=self.cutout_radius_m, outline_m=self.cutout_outline_m)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from station.physics.contact import Array
+from station.physics.room import Opening
 
 STEADY_RAD_S = 2e-3
 """A plate that turns more slowly than this (0.1 °/s) is held."""
 _SMOOTH_S = 0.03
-_SHARED = ("border_m",)
+_SHARED = ("border_m", "outline_m")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -31,6 +32,7 @@ class Commands:
         run: (n,) number of the run in its session, from 0.
         mass_kg, area_m2, mount_rad, temperature_c, relative_humidity: (n,) as in `Contact`.
         border_m: radius of the opening in the foam; inf without foam.
+        outline_m: corners (x, y) of an opening that is not round; empty: it is.
     """
 
     time_s: Array
@@ -48,9 +50,15 @@ class Commands:
     temperature_c: Array
     relative_humidity: Array
     border_m: float = float("inf")
+    outline_m: tuple[tuple[float, float], ...] = ()
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    @property
+    def opening(self) -> Opening:
+        """The opening in the foam."""
+        return Opening(radius_m=self.border_m, outline_m=self.outline_m)
 
     @property
     def end_s(self) -> Array:
@@ -94,6 +102,7 @@ def ramps(
     *,
     downhill_rad: ArrayLike = 0.0,
     border_m: float = float("inf"),
+    outline_m: tuple[tuple[float, float], ...] = (),
     **circumstances: ArrayLike,
 ) -> Commands:
     """Runs of straight ramps between knots, each about one fixed axis; the plate's acceleration is left out.
@@ -103,6 +112,7 @@ def ramps(
         angle_rad: (k,) or (n, k) tilt at the knots; a negative one slopes the other way.
         downhill_rad: () or (n,) direction in P that a positive tilt slopes down to.
         border_m: as in `Commands`.
+        outline_m: as in `Commands`.
         circumstances: fields of `Commands` with one value a run, or one for all; what is left out keeps a usual value.
     """
     times, angles = (np.atleast_2d(np.asarray(values, dtype=float)) for values in (time_s, angle_rad))
@@ -122,6 +132,7 @@ def ramps(
         acceleration_rad_s2=np.zeros_like(rate),
         pivot_m_s2=np.zeros_like(rate),
         border_m=border_m,
+        outline_m=outline_m,
         **_circumstances(n, circumstances),
     )
 
@@ -132,6 +143,7 @@ def tracks(
     *,
     pivot_m_s2: Sequence[Array] | None = None,
     border_m: float = float("inf"),
+    outline_m: tuple[tuple[float, float], ...] = (),
     **circumstances: ArrayLike,
 ) -> Commands:
     """Runs of recorded attitudes, finely sampled: times (k_i,) and unit vectors of gravity in P (k_i, 3) of each run.
@@ -159,6 +171,7 @@ def tracks(
         acceleration_rad_s2=_accelerations(times, rate),
         pivot_m_s2=np.zeros_like(rate) if pivot_m_s2 is None else np.stack([_padded(own, k - 1) for own in pivot_m_s2]),
         border_m=border_m,
+        outline_m=outline_m,
         **_circumstances(len(times), circumstances),
     )
 

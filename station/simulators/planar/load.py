@@ -19,7 +19,6 @@ import numpy as np
 from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
-from station.physics.room import room_m
 from station.physics.sole import SQUARE_GYRATION
 from station.simulators.planar.asked import Asked
 from station.simulators.planar.commands import Commands
@@ -89,7 +88,8 @@ class World:
         self._friction, self._shake = friction, shake
         self._own = np.stack([getattr(commands, name) for name in _OWN])
         self.half_m = 0.5 * np.sqrt(commands.area_m2)
-        self.walled = bool(np.isfinite(commands.border_m))
+        self._opening = commands.opening
+        self.walled = self._opening.walled
         hooks = ("friction", "push", "spin", "lever", "creep", "shaking")
         self._dented_m = np.zeros(len(commands))
         if self.walled:
@@ -163,16 +163,15 @@ class World:
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
 
     def _free_m(self, row: Index, x: Array, y: Array, yaw: Array) -> Array:
-        return room_m(self.commands.border_m, self.half_m[row], (x, y, yaw))
+        return self._opening.room_m(self.half_m[row], (x, y, yaw))
 
     def _foam(self, border_m: Array, blocks: Blocks, at: Motion) -> tuple[Array, Array]:
-        """The foam's push towards the plate's centre."""
+        """The foam's push into the opening."""
         touching = border_m < 0
         if not touching.any():
             return np.zeros(len(border_m)), np.zeros(len(border_m))
         stiffness = FOAM_N_M / blocks.own[1]
-        away = np.maximum(np.hypot(at.x, at.y), 1e-9)
-        ux, uy = at.x / away, at.y / away
+        ux, uy = -self._opening.inward(self.half_m[blocks.row], (at.x, at.y, at.yaw)).T
         outward = at.speed * (np.cos(at.way) * ux + np.sin(at.way) * uy)
         size = -stiffness * border_m + 2.0 * FOAM_DAMPING * np.sqrt(stiffness) * outward
         size = np.where(touching, np.maximum(size, 0.0), 0.0)

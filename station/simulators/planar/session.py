@@ -74,6 +74,7 @@ def commands_of(recorded: Signals, runs: Sequence[RecordedRun], *, rig: RigConfi
         [recorded.attitude.gravity_at(own) for own in stamps],
         pivot_m_s2=_pivot(recorded.attitude, stamps),
         border_m=0.5 * rig.plate.opening_m,
+        outline_m=rig.plate.opening_outline_m,
         start=np.stack([run.start for run in runs]),
         velocity=np.stack([run.velocity for run in runs]),
         rest_s=[run.rest_s for run in runs],

@@ -27,6 +27,7 @@ class Run:
         rest_s: how long it had lain there.
         block_mass_kg, block_side_m: the block, whose sole is a square.
         opening_radius_m: radius of the opening in the foam round the plate's middle; inf without foam.
+        opening_outline_m: corners (x, y) of an opening that is not round, one after another; empty: it is.
         temperature_c, relative_humidity: the air; nan where unknown.
     """
 
@@ -49,6 +50,7 @@ class Run:
     opening_radius_m: float
     temperature_c: float
     relative_humidity: float
+    opening_outline_m: tuple[tuple[float, float], ...] = ()
 
     @property
     def tilt_rad(self) -> Array:
@@ -107,6 +109,7 @@ def run_of(commands: Commands, plate: Plate) -> Run:
         block_mass_kg=float(commands.mass_kg[0]),
         block_side_m=float(np.sqrt(commands.area_m2[0])),
         opening_radius_m=commands.border_m,
+        opening_outline_m=commands.outline_m,
         temperature_c=float(commands.temperature_c[0]),
         relative_humidity=float(commands.relative_humidity[0]),
     )

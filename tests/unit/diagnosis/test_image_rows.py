@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -129,4 +130,5 @@ def lens_of(shape: Shape) -> float:
         residual = shape.residual(Model(mu_s=0.35).with_term(Term(lens, {"k1": size})))
         return float(residual @ residual)
 
-    return float(minimize_scalar(squares, bounds=(-0.1, 0.1), method="bounded", options={"xatol": 1e-7}).x)
+    found: Any = minimize_scalar(squares, bounds=(-0.1, 0.1), method="bounded", options={"xatol": 1e-7})
+    return float(found.x)

@@ -63,3 +63,23 @@ def test_a_corner_deep_in_the_foam_is_pushed_back_and_not_down(stiffness_n_m: fl
         assert max(-contact.dist for contact in found) > PLATE.foam_height_m / 2
     assert max(abs(contact.frame[2]) for contact in found) < 0.1
     assert block.pose_after(0.0).lean_rad < 0.05
+
+
+RECTANGLE = ((-0.03, -0.02), (0.03, -0.02), (0.03, 0.02), (-0.03, 0.02))
+
+
+@pytest.mark.parametrize("outline", [RECTANGLE, RECTANGLE[::-1]])
+@pytest.mark.parametrize(("pull", "reach_m"), [((1.0, 0.0), 0.03), ((0.0, -1.0), 0.02)])
+def test_a_block_rests_against_the_side_of_an_opening_with_corners(
+    outline: tuple[tuple[float, float], ...], pull: tuple[float, float], reach_m: float
+) -> None:
+    """Its side is as deep in the foam as two corners' springs say, whichever way round the outline goes."""
+    block = engine(plate=Plate(cutout_outline_m=outline))
+    start = reach_m - BLOCK.side_m / 2
+    block.lay(Pose((start * pull[0], start * pull[1], BLOCK.side_m / 2), (1.0, 0.0, 0.0, 0.0)))
+    block.step(1500, pull=(*pull, -LEVEL), step_s=STEP_S)
+    x, y, _ = block.pose_after(0.0).position
+    assert abs(x * pull[0] + y * pull[1]) + BLOCK.side_m / 2 == pytest.approx(reach_m, abs=2e-4)
+    dents_m = [-contact.dist for contact in foam_contacts(block)]
+    assert len(dents_m) == 2
+    assert np.mean(dents_m) == pytest.approx(0.5 * BLOCK.mass_kg / PLATE.foam_stiffness_n_m, rel=0.1)

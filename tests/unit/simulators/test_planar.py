@@ -130,3 +130,16 @@ def test_friction_never_adds_energy() -> None:
     energy = 0.5 * speed**2 - 9.81 * 0.5 * (height[1:] + height[:-1])
     assert speed.max() > 1.0
     assert np.all(np.diff(energy) <= 1e-8)
+
+
+@pytest.mark.parametrize(("downhill_rad", "reach_m"), [(0.0, 0.03), (math.pi, 0.03), (-math.pi / 2, 0.02)])
+def test_a_block_is_stopped_by_the_side_of_an_opening_with_corners(downhill_rad: float, reach_m: float) -> None:
+    """It hardly bounces off, and rests against the side."""
+    outline = ((-0.03, -0.02), (0.03, -0.02), (0.03, 0.02), (-0.03, 0.02))
+    commands = ramps((0.0, 2.0, 5.0), (0.0, 0.6, 0.6), downhill_rad=downhill_rad, outline_m=outline)
+    path = simulate(commands, Model(mu_s=0.4), time_s=np.linspace(0.0, 5.0, 101)).path[0]
+    way = np.array([math.cos(downhill_rad), math.sin(downhill_rad)])
+    reached = path[:, :2] @ way + 0.005
+    assert reached[-1] == pytest.approx(reach_m, abs=1e-3)
+    assert reached.max() < reach_m + 3e-3
+    assert np.abs(path[:, :2] @ [-way[1], way[0]]).max() < 1e-9

@@ -14,7 +14,7 @@ from shared import foxglove, frames
 from shared import messages as m
 from shared.rig import RigConfig
 from shared.topics import TOPICS
-from station.view import entities
+from station.view import entities, shapes
 from station.view.camera import CameraPart
 from station.view.canvas import Canvas, Cap
 from station.view.part import Part, Rates
@@ -309,3 +309,24 @@ def test_setup_follows_the_rig_file() -> None:
     without = setup_of(RigConfig(id="test"), armed=False)
     assert without.arm is None
     assert without.opening_m is None
+
+
+@pytest.mark.parametrize(
+    ("outline_m", "hole_m2"),
+    [
+        ((), math.pi * 0.045**2),
+        (((-0.03, -0.02), (0.03, -0.02), (0.03, 0.02), (-0.03, 0.02)), 0.0024),
+        (((-0.04, -0.04), (0.04, -0.04), (0.04, 0.0), (0.0, 0.0), (0.0, 0.04), (-0.04, 0.04)), 0.0048),
+    ],
+)
+def test_the_foam_leaves_out_its_opening(outline_m: tuple[tuple[float, float], ...], hole_m2: float) -> None:
+    """The area of the top, and each wall's vertical sides."""
+    setup = Setup(opening_m=0.09, opening_outline_m=outline_m)
+    mesh = shapes.foam(setup, opening_m=0.09)
+    corners = np.array(mesh.vertex_positions.as_arrow_array().to_pylist())  # type: ignore[union-attr]
+    faces = np.array(mesh.triangle_indices.as_arrow_array().to_pylist())  # type: ignore[union-attr]
+    triangles = corners[faces]
+    areas = 0.5 * np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    top = np.all(triangles[:, :, 2] == np.float32(setup.foam_height_m), axis=1)
+    assert np.abs(areas[top, 2]).sum() == pytest.approx(0.01 - hole_m2, rel=3e-3)
+    assert np.abs(areas[~top, 2]).max() < 1e-12
