@@ -68,16 +68,9 @@ LONG = {
 }
 """Cases for `pytest -m benchmark`, with what they take on two busy cores."""
 
-WRONG = {"a scene: the level alone": "at each run's own level, the median path goes from 12.2 to 12.5 mm (asked: +.2)"}
-"""Cases that are not right yet."""
-
 
 def cases() -> list[Any]:
-    marks = {name: [pytest.mark.xfail(reason=why)] for name, why in WRONG.items()}
-    return [
-        pytest.param(name, marks=[*([pytest.mark.benchmark] if name in LONG else []), *marks.get(name, [])])
-        for name in CASES
-    ]
+    return [pytest.param(name, marks=[pytest.mark.benchmark] if name in LONG else []) for name in CASES]
 
 
 @cache
