@@ -6,6 +6,7 @@ import shutil
 from contextlib import chdir
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -45,10 +46,19 @@ def _own_simulator() -> str:
 
 
 def _write_tracks(folder: Path) -> None:
-    """The tables of tracks, recorded and simulated, that the importers' page writes."""
-    (page,) = (block for block in blocks("python") if block.readme == "station/recording/importers/README.md")
-    with chdir(folder):
-        exec(page.text, {})
+    """The tables of tracks that the importers' page writes, and what stands beside them."""
+    for name, text in tracks_of_the_page().items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+@cache
+def tracks_of_the_page() -> dict[str, str]:
+    """The files that the importers' page writes, by their names."""
+    with TemporaryDirectory() as folder, chdir(folder):
+        for block in blocks("python"):
+            if block.readme == "station/recording/importers/README.md":
+                exec(block.text, {})
+        return {path.name: path.read_text(encoding="utf-8") for path in Path(folder).iterdir()}
 
 
 def write_twenty_runs(path: Path) -> None:
