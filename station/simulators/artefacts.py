@@ -3,7 +3,8 @@
 - Creep: in a simulation a block below its onset stays where it is. If it moves down in proportion to the load, v = k g
   sin θ, the contact is soft; k is fitted over all runs, before nine tenths of each run's onset.
 - Cone: the ratio of tan(onset) to the friction that was simulated, against the direction of the slope in the plate: a
-  pyramid shows as a wave of four periods, whose size is its swing.
+  pyramid shows as a wave of four periods, whose size is its swing between the directions that were simulated: tilts
+  along the axes alone, give or take a degree, tell nothing of what lies between.
 
 Both are told only beyond three standard errors and a least size; a simulated camera's noise is in the standard error.
 """
@@ -94,11 +95,11 @@ def _cone(simulated: Signals, runs: list[RecordedRun], mu_s: float) -> list[dict
     gravity = simulated.attitude.gravity_at(np.array([sample.slip_ns for sample in slid]))
     way = np.arctan2(gravity[:, 1], gravity[:, 0])
     ratio = np.tan([sample.onset_angle_rad for sample in slid]) / mu_s
-    design = np.column_stack([np.ones(len(slid)), np.cos(4.0 * way)])
-    if np.linalg.matrix_rank(design, tol=1e-3) < 2:  # all tilts along the axes, say: nothing to compare
+    wave = np.cos(4.0 * way)
+    if not np.ptp(wave) > 0.0:
         return []
-    fitted, error = _fit(design, ratio)
-    swing_deg = math.degrees(2.0 * fitted * mu_s / (1.0 + mu_s * mu_s))
+    fitted, error = _fit(np.column_stack([np.ones(len(slid)), wave]), ratio)
+    swing_deg = math.degrees(float(np.ptp(wave)) * fitted * mu_s / (1.0 + mu_s * mu_s))
     if not (swing_deg > LEAST_DEG and fitted > SIGNIFICANT * error):
         return []
     return [_said("cone_artifact", swing_deg, "deg", swing_deg)]
