@@ -71,7 +71,8 @@ def _against_the_users(
     if isinstance(simulation.engine, Refinable):
         progress(f"checking what the settings of {simulation.name} do")
         found, cured = simulation.engine.numerics(recorded, rig=rig)
-        simulation = replace(simulation, engine=cured)  # what changes with its settings is no physics
+        if cured is not simulation.engine:  # what changes with its settings is no physics
+            simulation = replace(simulation, engine=cured, name=f"{simulation.name}, cured")
     progress(f"simulating the recorded commands with {simulation.name}")
     simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
     refuse_other_runs(recorded, simulated, name=simulation.name)
