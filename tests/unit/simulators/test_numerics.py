@@ -156,9 +156,10 @@ def test_a_pyramid_shows_in_onsets_at_many_directions() -> None:
     assert found[0]["size"] == pytest.approx(np.degrees(0.03 * MU / (1 + MU**2)), rel=0.3)
 
 
-def test_tilts_along_the_axes_tell_nothing_of_what_lies_between() -> None:
-    """Directions that differ by two degrees, with onsets that go up and down with them by a hundredth of a degree."""
-    near = many(lambda number: math.pi / 2 * number + 0.035 * (number % 3))
+@pytest.mark.parametrize("off_rad", [0.0, 1e-9, 1e-4, 0.035])
+def test_tilts_along_the_axes_tell_nothing_of_what_lies_between(off_rad: float) -> None:
+    """Directions that hardly differ, with onsets that differ by a hundredth of a degree."""
+    near = many(lambda number: math.pi / 2 * number + off_rad * (number % 3))
     assert artefacts(near(0.03), mu_s=MU) == []
 
 
