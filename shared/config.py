@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 import types
+from collections.abc import Iterable
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -56,6 +57,19 @@ def load_table(path: Path) -> Table:
         raise UserError(f"Expected a TOML file at {path}, but it cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:  # a wrong TOML, letter or number is a ValueError
         raise UserError(f"{path}: expected TOML, got something else: {error}") from error
+
+
+def own_folders(table: Table, key: str, names: Iterable[str]) -> tuple[Path, ...]:
+    """The folders that a key of the user's own file names, relative to that file.
+
+    Raises:
+        UserError: for folders that no file on disk names, such as those of a rig inside a recording: a stranger wrote
+            it, and what is loaded from them is run.
+    """
+    named, file = tuple(names), Path(table.file)
+    if named and not file.is_file():
+        raise table.error(key, f"no folders outside a rig file on disk, from which alone {key} are loaded", str(named))
+    return tuple(file.parent / Path(name).expanduser() for name in named)
 
 
 def parse(cls: type[T], table: Table) -> T:

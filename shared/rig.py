@@ -164,6 +164,8 @@ class RigConfig:
     """`[angles.<name>]`: one table for each angle source, read by the station."""
     physics: Table = field(default_factory=lambda: Table({}))
     """`[physics]`: the folders of the user's own effects, read by the station."""
+    plugins: Table = field(default_factory=lambda: Table({}))
+    """`[plugins]`: the folders of the user's own importers and simulators, read by the station."""
     simulator: Table = field(default_factory=lambda: Table({}))
     """`[simulator.mujoco]`: the settings of the user's own simulation, read by the station."""
     text: str = ""

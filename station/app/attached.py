@@ -1,7 +1,7 @@
 """The TOML files that a recording carries.
 
-They are a stranger's data: recordings are passed on. Nothing in them makes anything load or run; effects of one's own
-are loaded from one's own rig file only.
+They are a stranger's data: recordings are passed on. Nothing in them makes anything load or run; effects, importers and
+simulators of one's own are loaded from folders that one's own rig file or the command line names, and from no others.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ def attached_table(reader: RecordingReader, name: str) -> Table | None:
 
 
 def attached_rig(reader: RecordingReader) -> RigConfig | None:
-    """The rig inside a recording, without the folders of effects that it names; None if it carries none.
+    """The rig inside a recording, without the folders of effects and plug-ins that it names; None if it carries none.
 
     Raises:
         UserError: if it is not a rig file.
     """
     table = attached_table(reader, "rig.toml")
-    return None if table is None else replace(rig_of_table(table), physics=Table({}))
+    return None if table is None else replace(rig_of_table(table), physics=Table({}), plugins=Table({}))
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,6 +42,7 @@ def diagnose_file(
     seed: int = 1,
     simulate: Given | None = None,
     simulate_limit: float = LIMIT_S,
+    plugins: Sequence[Path] = (),
     folding: Folding = named,
     jobs: int = 1,
     status: Progress = lambda _: None,
@@ -48,7 +50,8 @@ def diagnose_file(
     """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
 
     `simulate` is a simulator's name, a file or a function of the user's own (see `simulations.Given`), with a table the
-    path of a simulated table; `simulate_limit` is the longest that one run in a user's file may take, s.
+    path of a simulated table; `simulate_limit` is the longest that one run in a user's file may take, s. `plugins` are
+    folders with simulators of the user's own.
 
     Raises:
         UserError: if it is missing, damaged or of another kind.
@@ -62,7 +65,7 @@ def diagnose_file(
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
-        simulation = None if simulate is None else simulation_of(simulate, rig=config, limit_s=simulate_limit)
+        simulation = simulate and simulation_of(simulate, rig=config, limit_s=simulate_limit, plugins=plugins)
         status("reading the recording")
         recorded, plan = load_signals(reader), recorded_plan(reader)
     found = diagnose_session(

@@ -20,7 +20,7 @@ from station.simulators.mujoco.numerics import BASELINE, numerics
 from station.simulators.mujoco.own_settings import own_setup
 from station.simulators.rerun import RUNS, Part, rerun_in_parts
 from station.simulators.same_runs import refuse_other_runs
-from station.simulators.simulator import AS_IT_IS, Elsewhere, OwnFriction
+from station.simulators.simulator import AS_IT_IS, Elsewhere, OwnFriction, Refinable
 
 Progress = Callable[[str], None]
 
@@ -67,6 +67,12 @@ def _against_the_users(
     seed: int,
     progress: Progress,
 ) -> Diagnosis:
+    found = list[dict[str, Any]]()
+    if isinstance(simulation.engine, Refinable):
+        progress(f"checking what the settings of {simulation.name} do")
+        found, cured = simulation.engine.numerics(recorded, rig=rig)
+        if cured is not simulation.engine:  # what changes with its settings is no physics
+            simulation = replace(simulation, engine=cured, name=f"{simulation.name}, cured")
     progress(f"simulating the recorded commands with {simulation.name}")
     simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
     refuse_other_runs(recorded, simulated, name=simulation.name)
@@ -75,7 +81,10 @@ def _against_the_users(
         examined, simulated, known, setting=setting, name=simulation.name, seed=seed, progress=progress
     )
     told = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
-    return replace(told, numerics=tuple(artefacts(simulated, mu_s=given.mu_s)))
+    for more in (artefacts(simulated, mu_s=given.mu_s), told.numerics):  # what shows it less plainly comes later
+        known_of = {one["id"] for one in found}
+        found += [dict(one) for one in more if one["id"] not in known_of]
+    return replace(told, numerics=tuple(found))
 
 
 def _rerun(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from shared.errors import UserError
 from shared.rig import RigConfig
+from station.app.plugins import named_in, plugin_folders
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
 from station.signals.session import Signals
@@ -17,8 +18,9 @@ from station.simulators.simulator import LIMIT_S, Elsewhere, Simulator, file_of,
 from station.simulators.yours.called import of_function
 
 Given = str | Path | Signals | Simulator | Callable[..., Any]
-"""A simulator's name; a file (a recording .mcap, my_sim.py[:function], scene.xml); the signals of a recorded
-simulation; a simulator; or a function as `station/simulators/yours/README.md` says."""
+"""A simulator's name, ours or a file's in the user's folders; a file (a recording .mcap, my_sim.py[:function],
+scene.xml); the signals of a recorded simulation; a simulator; or a function as `station/simulators/yours/README.md`
+says."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,13 +31,16 @@ class Simulation:
     engine: Simulator
 
 
-def simulation_of(given: Given | Simulation, *, rig: RigConfig, limit_s: float = LIMIT_S) -> Simulation:
+def simulation_of(
+    given: Given | Simulation, *, rig: RigConfig, limit_s: float = LIMIT_S, plugins: Sequence[Path] = ()
+) -> Simulation:
     """Opens a simulation, before anything is computed.
 
     Args:
         given: what the user gave.
         rig: the recording's rig, whose table [simulator.mujoco] must be right.
         limit_s: the longest that one run of a user's file may take, s.
+        plugins: folders with simulators of the user's own, beside those of the rig file.
 
     Raises:
         UserError: for an unknown name, a file that cannot be opened, or settings that cannot be.
@@ -44,7 +49,8 @@ def simulation_of(given: Given | Simulation, *, rig: RigConfig, limit_s: float =
     if isinstance(given, Simulation):
         return given
     if isinstance(given, str | Path):
-        return Simulation(name=str(given), engine=_of_name(str(given), limit_s))
+        file = named_in(plugin_folders(rig.plugins, plugins), str(given))
+        return Simulation(name=str(given), engine=_of_name(file, limit_s))
     if isinstance(given, Signals):
         return Simulation(name="the given simulation", engine=Elsewhere(given))
     if isinstance(given, Simulator):

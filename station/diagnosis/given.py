@@ -23,6 +23,7 @@ from station.diagnosis.search.search import Progress, in_stages, looked_at, sear
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.simulators.artefacts import CURES
 from station.simulators.rerun import Part
 
 
@@ -80,6 +81,7 @@ def against_given(
         start=start,
         rng=rng,
         progress=lambda said: progress(f"simulation: {said}"),
+        numerics=True,
     )
     found = search(staged, rng, progress)
     theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
@@ -87,8 +89,10 @@ def against_given(
     compared = against(recorded, theirs)
     # What remains in the recording is tested with all that the recording can show, also where the simulation cannot.
     left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
-    told = _told(answer, compared, theirs)
-    kept = _kept(told, compared)
+    every = _told(answer, compared, theirs)
+    told = _without_numerics(every, catalogue)
+    kept = _kept(every, compared)
+    physics = tuple(effect for effect in kept if effect.layer != "numerics")  # settings are cured, not corrected
     least_p = min(max(compared.differ_p, thresholds.LEAST_P), left.global_p)  # the smaller of two p-values
     progress("predicting unseen runs by the simulation, and by what was found")
     diagnosis = replace(
@@ -102,9 +106,30 @@ def against_given(
     )
     return Given(
         diagnosis=diagnosis,
-        parts=parts_of_given(recorded, theirs, compared, kept, changed=bool(told.names) or compared.level.odds > 0),
+        parts=parts_of_given(recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.odds > 0),
         mu_s=compared.level.numbers[0].simulation.value,
     )
+
+
+def _without_numerics(told: Diagnosis, catalogue: Catalogue) -> Diagnosis:
+    """The same with the artefacts of the simulation's solver apart: they are no physics, and have a cure."""
+    ours = {effect.id for effect in told.effects if effect.id in CURES and catalogue[effect.id].layer == "numerics"}
+    effects = tuple(effect for effect in told.effects if effect.id not in ours)
+    rows = [
+        {
+            "id": effect.id,
+            "size": value.value,
+            "unit": value.unit,
+            "cured_by": CURES[effect.id],
+            "before": None,
+            "after": None,
+        }
+        for effect in told.effects
+        for value in effect.parameters.values()
+        if effect.id in ours and effect.verdict != "not supported"
+    ]
+    claimed = any(effect.verdict != "not supported" for effect in effects)
+    return replace(told, effects=effects, verdict=overall(effects, claimed=claimed), numerics=tuple(rows))
 
 
 def _kept(told: Diagnosis, compared: Against) -> tuple[Effect, ...]:

@@ -86,6 +86,11 @@ class Combination:
     sd: float
     unit: str
 
+    @property
+    def known(self) -> Value:
+        """The quantity as a number with its error."""
+        return Value(value=self.value, sd=self.sd, unit=self.unit)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Own:
@@ -311,7 +316,7 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "probability": effect.probability,
         "verdict": effect.verdict,
         "parameters": {name: _value(value) | {"at_bound": value.at_bound} for name, value in effect.parameters.items()},
-        "determined": [asdict(one) for one in effect.determined],
+        "determined": [asdict(one) | {"interval90": list(one.known.interval90)} for one in effect.determined],
         "held_out": None if effect.own is None else _own(effect.own),
         "side": effect.side,
     }

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
-from shared.config import Table, parse
+from shared.config import Table, own_folders, parse
 from shared.errors import UserError
 from station.physics import effects
 from station.physics.complete import fault_of
@@ -54,12 +54,7 @@ def effect_folders(table: Table) -> tuple[Path, ...]:
         UserError: naming file, line and key of what is wrong; for folders that no file on disk names, such as those
             of a rig inside a recording: a stranger wrote it, and importing an effect runs it.
     """
-    named, file = parse(PhysicsSettings, table).effects, Path(table.file)
-    if named and not file.is_file():
-        raise table.error(
-            "effects", "no folders outside a rig file on disk, from which alone effects are loaded", str(named)
-        )
-    return tuple(file.parent / Path(name).expanduser() for name in named)
+    return own_folders(table, "effects", parse(PhysicsSettings, table).effects)
 
 
 def catalogue_of_table(table: Table) -> Catalogue:

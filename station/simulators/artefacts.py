@@ -3,7 +3,8 @@
 - Creep: in a simulation a block below its onset stays where it is. If it moves down in proportion to the load, v = k g
   sin θ, the contact is soft; k is fitted over all runs, before nine tenths of each run's onset.
 - Cone: the ratio of tan(onset) to the friction that was simulated, against the direction of the slope in the plate: a
-  pyramid shows as a wave of four periods, whose size is its swing.
+  pyramid shows as a wave of four periods, whose size is its swing between the directions that were simulated: tilts
+  along the axes alone, give or take a degree, tell nothing of what lies between.
 
 Both are told only beyond three standard errors and a least size; a simulated camera's noise is in the standard error.
 """
@@ -23,6 +24,8 @@ LEAST_DEG, LEAST_MM = 0.1, 0.1
 SIGNIFICANT = 3.0
 LEAST_RUNS = 8
 """With fewer onsets a wave of four periods is not sought."""
+MOST_OF_WAVE = 0.5 * (1.0 - math.sqrt(0.5))
+"""The amplitude of a pyramid's wave over its friction: at 45° it holds 1 / √2 of what it holds along the axes."""
 _NEAR = 0.9
 CURES = {
     "solver_creep": 'a smaller time step and a stiffer contact (MuJoCo: cone="elliptic", impratio="100")',
@@ -94,23 +97,24 @@ def _cone(simulated: Signals, runs: list[RecordedRun], mu_s: float) -> list[dict
     gravity = simulated.attitude.gravity_at(np.array([sample.slip_ns for sample in slid]))
     way = np.arctan2(gravity[:, 1], gravity[:, 0])
     ratio = np.tan([sample.onset_angle_rad for sample in slid]) / mu_s
-    design = np.column_stack([np.ones(len(slid)), np.cos(4.0 * way)])
-    if np.linalg.matrix_rank(design, tol=1e-3) < 2:  # all tilts along the axes, say: nothing to compare
-        return []
-    fitted, error = _fit(design, ratio)
-    swing_deg = math.degrees(2.0 * fitted * mu_s / (1.0 + mu_s * mu_s))
+    wave = np.cos(4.0 * way)
+    fitted, error = _slope(wave, ratio)
+    swing = float(np.ptp(wave)) * min(fitted, MOST_OF_WAVE)
+    swing_deg = math.degrees(swing * mu_s / (1.0 + mu_s * mu_s))
     if not (swing_deg > LEAST_DEG and fitted > SIGNIFICANT * error):
         return []
     return [_said("cone_artifact", swing_deg, "deg", swing_deg)]
 
 
-def _fit(design: Array, values: Array) -> tuple[float, float]:
-    """The last coefficient of a least squares fit and its standard error."""
-    inverse = np.linalg.inv(design.T @ design)
-    found = inverse @ design.T @ values
-    left = values - design @ found
-    variance = float(left @ left) / max(len(values) - design.shape[1], 1)
-    return float(found[-1]), math.sqrt(variance * float(inverse[-1, -1]))
+def _slope(by: Array, values: Array) -> tuple[float, float]:
+    """The slope of values (n,) by another quantity, and its standard error; (0, 0) where that does not vary."""
+    off = by - by.mean()
+    square = float(off @ off)
+    if not square > 0.0:
+        return 0.0, 0.0
+    slope = float(off @ values) / square
+    left = values - values.mean() - slope * off
+    return slope, math.sqrt(float(left @ left) / max(len(values) - 2, 1) / square)
 
 
 def _said(name: str, size: float, unit: str, before: float) -> dict[str, Any]:

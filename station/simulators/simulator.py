@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import inspect
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -52,6 +52,20 @@ class OwnFriction:
     """
 
     why_untold: str = ""
+
+
+class Refinable(OwnFriction):
+    """A simulator with a friction of its own whose numerical settings can be refined."""
+
+    def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
+        """What the settings do to the recorded tilts, and the simulator with the ones that cure it (else itself).
+
+        Each thing is a dict of id, size, unit, cured_by, before and after.
+
+        Raises:
+            UserError: if the recording lacks what a simulation needs.
+        """
+        raise NotImplementedError
 
 
 AS_IT_IS = Model(mu_s=1.0)

@@ -8,7 +8,6 @@ made.
 
 from __future__ import annotations
 
-import math
 import os
 from pathlib import Path
 
@@ -17,11 +16,8 @@ import pytest
 
 from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis, EffectFound
-from station.physics.catalogue import catalogue
-from station.physics.model import model_of_table
 from station.prove.intervals import wilson
-from tests.benchmarks.real_tables import STEP_M_S, Silicone, SpeedStep
-from tests.contracts.effect_states import contacts
+from tests.benchmarks.real_tables import Silicone, SpeedStep
 
 DATA = Path(os.environ.get("REPOSE_REAL_DATA", "/none"))
 SILICONE, STEP = DATA / "silicone-load" / "friction.csv", DATA / "velocity-steps" / "sepiolite.csv"
@@ -64,18 +60,12 @@ def test_the_step_of_the_speed_has_its_slope_and_a_transient(tmp_path: Path) -> 
     print("\n" + said("speed step", found))
     (effect,) = claimed(found)
     assert set(effect.class_ids) <= {"rate_strengthening", "viscous"}
-    slope = slope_of(found)
-    print(f"{'':22s} {slope:+.4f} of mu per e-fold of speed; {', '.join(one.summary for one in found.located)}")
-    assert abs(slope - PER_E_FOLD) < WITHIN
+    (slope,) = effect.determined
+    print(f"{'':22s} {slope.expression}: {slope.known}; {', '.join(one.summary for one in found.located)}")
+    assert "per e-fold of speed" in slope.expression
+    assert abs(slope.value - PER_E_FOLD) < WITHIN
+    assert 0.0 < slope.sd < WITHIN
     assert "settled" in {place.covariate for place in found.located}, "the law has no transient"
-
-
-def slope_of(found: Diagnosis) -> float:
-    """The change of the model's coefficient per e-fold between the two speeds."""
-    model = model_of_table(found.model, catalogue())
-    pair = contacts(2, moving=True, speed_m_s=np.array(STEP_M_S))
-    slow, fast = np.broadcast_to(model.friction(pair), 2).tolist()
-    return (fast - slow) / math.log(STEP_M_S[1] / STEP_M_S[0])
 
 
 @pytest.mark.parametrize("kind", ["cycles", "means", "speed step"])

@@ -6,6 +6,7 @@ import shutil
 from contextlib import chdir
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.test_importers import made_up
 from tests.unit.simulators.point_block import SCENE
 
+IMPORTERS = "station/recording/importers/README.md"
+
 
 def furnish(folder: Path) -> Path:
     """Makes the folder and gives it."""
@@ -35,6 +38,7 @@ def furnish(folder: Path) -> Path:
     (folder / "my_sim.py").write_text(_own_simulator(), encoding="utf-8")
     (folder / "scene.xml").write_text(SCENE.format(mu=0.35).replace("cube", "block"), encoding="utf-8")
     _write_tracks(folder)
+    _write_plugins(folder / "mine")
     return folder
 
 
@@ -45,10 +49,29 @@ def _own_simulator() -> str:
 
 
 def _write_tracks(folder: Path) -> None:
-    """The tables of tracks, recorded and simulated, that the importers' page writes."""
-    (page,) = (block for block in blocks("python") if block.readme == "station/recording/importers/README.md")
-    with chdir(folder):
-        exec(page.text, {})
+    """The tables of tracks that the importers' page writes, and what stands beside them."""
+    for name, text in tracks_of_the_page().items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def _write_plugins(folder: Path) -> None:
+    """The importer that its page shows, with a file for it, and the simulator that its page shows."""
+    (text,) = [block.text for block in blocks("python") if block.readme == IMPORTERS and "our-slope" in block.text]
+    for kind, name, file in (("importers", "ours.py", text), ("simulators", "my_sim.py", _own_simulator())):
+        (folder / kind).mkdir(parents=True)
+        (folder / kind / name).write_text(file, encoding="utf-8")
+    slide = "".join(f"{10 * step} {0.05 * step * step}\n" for step in range(40))
+    (folder.parent / "slope.log").write_text(f"tilt 24\n{slide}tilt 25\n{slide}", encoding="utf-8")
+
+
+@cache
+def tracks_of_the_page() -> dict[str, str]:
+    """The files that the importers' page writes, by their names."""
+    with TemporaryDirectory() as folder, chdir(folder):
+        for block in blocks("python"):
+            if block.readme == IMPORTERS:
+                exec(block.text, {})
+        return {path.name: path.read_text(encoding="utf-8") for path in Path(folder).iterdir()}
 
 
 def write_twenty_runs(path: Path) -> None:

@@ -44,6 +44,7 @@ ELSEWHERE = {
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
     "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
     "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",
+    "station diagnose session.mcap --simulate my_sim --plugins mine": "likewise: tests/unit/app/test_plugins.py",
     "deploy/deploy.sh": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
     "uv tool install": "tests/system/test_wheel.py installs and uses the wheel",

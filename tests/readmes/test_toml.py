@@ -52,6 +52,12 @@ def _own_effect(text: str) -> None:
     assert station(["plan", "--separate", "humidity", "--rig", str(rig)]) == 0
 
 
+def _own_importer(text: str) -> None:
+    """The folder that it names, `mine`, holds the importer that the page shows."""
+    rig = rig_file(Path.cwd(), name="own", extra=text)
+    assert station(["import", "our-slope", "slope.log", "--rig", str(rig), "--out", "ours.mcap"]) == 0
+
+
 def _scene(text: str) -> None:
     """The keys name what a scene calls its bodies."""
     Path("scene.toml").write_text(text, encoding="utf-8")
@@ -64,6 +70,7 @@ READERS: dict[str, Callable[[str], None]] = {
     "friction": _model,
     "smooth": _smooth,
     "physics": _own_effect,
+    "plugins": _own_importer,
 }
 """What reads a block, by its first table."""
 

@@ -79,6 +79,12 @@ def test_a_block_turns_as_in_our_own_simulation_on_an_even_sole():
         assert one.turn_deg == pytest.approx(0, abs=0.1 * abs(one.turned_deg))
 
 
+def test_a_block_on_four_corners_starts_as_one_on_an_even_sole_in_mujoco():
+    (one,) = found("mujoco-python", model_of(TURNS), [math.radians(280)])
+    assert abs(one.onset_deg) < 0.2  # 0.79 with the even sole's moment
+    assert one.turn_deg == pytest.approx(0, abs=0.6 * abs(one.turned_deg))
+
+
 def test_an_engine_says_that_a_block_on_four_corners_turns_less():
     for name in ("mujoco-python", "pybullet", "drake"):
         file = file_of("tried", model_of(TURNS), name)

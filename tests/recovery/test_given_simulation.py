@@ -106,6 +106,20 @@ def test_the_answer_is_about_the_difference(name: str) -> None:
         assert sentence(answer).startswith("Nothing is left out of the simulation")
 
 
+def test_what_a_simulations_solver_does_is_no_physics() -> None:
+    """A simulation that was made elsewhere creeps: its block at rest moves by some tenths of a millimetre."""
+    creeping = model(0.35, 0.0).with_term(Term(known()["solver_creep"], {"time_s": 5e-5}))
+    answer = against_given(
+        recording(0.35, 0.0), simulated(creeping), known(), setting=SETTING, name="sim.mcap"
+    ).diagnosis
+    (creep,) = answer.numerics
+    assert creep["id"] == "solver_creep"
+    assert creep["size"] == pytest.approx(5e-5, rel=0.2)
+    assert "stiffer contact" in creep["cured_by"]
+    assert not [effect for effect in answer.effects if effect.side != "recording"], sentence(answer)
+    assert sentence(answer) == "Nothing is left out of the simulation, but its solver has artefacts (solver_creep)."
+
+
 def test_the_keys_of_the_difference_are_added_to_the_contract() -> None:
     answer = as_json(against((0.35, 0.2), (0.25, 0.0)))
     (level,) = answer["baseline"]["differs"]

@@ -16,6 +16,7 @@ from station.recording.importers import tracks, write
 from station.recording.reader import open_recording
 from station.signals.session import Signals
 from station.simulators.recorded_runs import poses_of
+from tests.readmes.reader import tracks_of_the_page
 from tests.recovery.test_given_simulation import SCATTER, model, simulated
 
 DROP = 0.2
@@ -62,3 +63,13 @@ def test_the_planted_effect_is_named(imported: Path) -> None:
     assert [effect for effect in claimed if "kinetic_drop" in effect.class_ids] == claimed != [], sentence(answer)
     drop = claimed[0].parameters["drop"]
     assert abs(drop.value - DROP) < 3 * drop.sd
+
+
+def test_the_law_of_the_pages_fixed_slope_is_named(tmp_path: Path) -> None:
+    """Its sliding friction grows by 0.1 of static friction an e-fold beyond 10 mm/s; its yaw has no noise at all."""
+    (tmp_path / "slope.csv").write_text(tracks_of_the_page()["slope.csv"], encoding="utf-8")
+    write(tracks.read(tmp_path / "slope.csv", onset=estimate_onset), tmp_path / "slope.mcap")
+    answer = diagnose_file(tmp_path / "slope.mcap").diagnosis
+    (claimed,) = [effect for effect in answer.effects if effect.verdict in ("supported", "indistinguishable")]
+    assert "rate_strengthening" in claimed.class_ids, sentence(answer)
+    assert set(claimed.class_ids) <= {"rate_strengthening", "viscous", "other"}

@@ -25,6 +25,7 @@ from shared.errors import UserError
 from station.app.diagnosing import TABLES, diagnose_file
 from station.app.outputs import require_writable
 from station.app.planned import write_plan
+from station.app.plugins import named_in, plugin_folders
 from station.app.simulating import rig_of
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
@@ -69,6 +70,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=LIMIT_S,
         metavar="SECONDS",
         help="the longest that one run in your own simulator may take, in seconds",
+    )
+    parser.add_argument(
+        "--plugins",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="folder with simulators of your own (FOLDER/simulators/NAME.py or .xml); may be repeated",
     )
     parser.add_argument(
         "--nested",
@@ -134,6 +143,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
                     seed=options.seed,
                     simulate=options.simulate,
                     simulate_limit=options.simulate_limit,
+                    plugins=options.plugins,
                     folding=options.folding,
                     jobs=options.jobs or os.cpu_count() or 1,
                     status=status.update,
@@ -141,7 +151,7 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
             ]
     jobs = min(options.jobs or os.cpu_count() or 1, len(files))
     # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
-    asked = {name: getattr(options, name) for name in ("rig", "seed", "simulate", "simulate_limit", "folding")}
+    asked = {name: getattr(options, name) for name in _ASKED}
     work = (delayed(diagnose_file)(path, **asked) for path in files)
     made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
@@ -149,6 +159,10 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
         console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
         found.append(one)
     return found
+
+
+_ASKED = ("rig", "seed", "simulate", "simulate_limit", "plugins", "folding")
+"""The options that mean the same for each of several files."""
 
 
 def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:
@@ -164,7 +178,7 @@ def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> N
         rig=rig,
         known=known,
         rig_path=options.rig,
-        simulate=options.simulate or "planar",
+        simulate=named_in(plugin_folders(rig.plugins, options.plugins), options.simulate or "planar"),
     )
 
 

@@ -125,7 +125,11 @@ def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Arr
     """Scores (K, draws) of recordings that are drawn from the fitted model.
 
     A score is a sum over hundreds of rows of bounded influence, so it is Gaussian with the information as its
-    covariance.
+    covariance. Columns are drawn in units of their own size: beside a column that a channel without noise knows to
+    many digits, the rounding of the others would else be larger than they are.
     """
-    size, axes = np.linalg.eigh(scored.information)
-    return axes @ (np.sqrt(np.maximum(size, 0.0))[:, None] * rng.standard_normal((len(size), draws)))
+    own = np.sqrt(np.diag(scored.information))
+    own = np.where(own > 0.0, own, 1.0)
+    size, axes = np.linalg.eigh(scored.information / np.outer(own, own))
+    normal = rng.standard_normal((len(size), draws))
+    return own[:, None] * (axes @ (np.sqrt(np.maximum(size, 0.0))[:, None] * normal))

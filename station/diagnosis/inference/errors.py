@@ -43,7 +43,7 @@ class Curvature:
         weight = np.where(self.limit, self.curve, expected)
         table = self.slope
         information = (table * weight[:, None]).T @ table + np.diag(precision)
-        of_model = np.linalg.pinv(information + np.diag(UNIFORM / width**2), hermitian=True)
+        of_model = _inverse(information + np.diag(UNIFORM / width**2))
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))
@@ -53,3 +53,13 @@ class Curvature:
         wider = 1.0 + (np.maximum(ratio, 1.0) - 1.0) * runs / (runs + thresholds.TRUSTED_AFTER_RUNS)
         scale = np.minimum(np.sqrt(wider), thresholds.MOST_WIDER)
         return np.asarray(of_model * np.outer(scale, scale), dtype=np.float64)
+
+
+def _inverse(information: Array) -> Array:
+    """The inverse of an information matrix (k, k), each number in units of its own size.
+
+    Beside a number that a channel without noise knows to many digits the others would count as undetermined, without
+    any error.
+    """
+    size = np.sqrt(np.diag(information))
+    return np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)

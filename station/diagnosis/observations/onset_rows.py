@@ -19,6 +19,7 @@ from station.diagnosis.observations.starts import leans, starts
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
+from station.signals.flags import NO_TILT
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
@@ -68,7 +69,9 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:
-    """True if the plate was tilted and the block free of the foam."""
+    """True if the plate was tilted until the block slid or held, and the block free of the foam."""
+    if NO_TILT in track.sample.flags:
+        return False
     time_ns = _moment_ns(track, recorded.plate)
     steep = bool(recorded.plate.at(np.array([time_ns])).tilt_rad[0] > thresholds.LEAST_TILT_RAD)
     return steep and not leans(track, recorded.setting)

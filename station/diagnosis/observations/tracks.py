@@ -14,6 +14,7 @@ from shared.messages import CameraGeometry, Sample
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.track_noise import track_noise
 from station.physics.contact import Bools
+from station.signals.flags import NO_TILT
 from station.signals.session import Signals
 from station.signals.tracks import CornerTrack, PoseTrack
 
@@ -162,8 +163,9 @@ def _run_track(sample: Sample, bounds: tuple[int, int, int, int], track: _Track)
     chosen = slice(int(first), int(last))
     time_ns, pose = track.time_ns[chosen], track.pose[chosen]
     slip_ns = 0 if sample.censored else sample.slip_ns
-    if not slip_ns and track.flat is not None:
-        slip_ns = _landed_ns(time_ns, track.flat[chosen])
+    if not slip_ns and (track.flat is not None or NO_TILT in sample.flags):
+        flat = np.ones(len(time_ns), dtype=np.bool_) if track.flat is None else track.flat[chosen]
+        slip_ns = _landed_ns(time_ns, flat)
     if len(time_ns) == 0:
         sigma = (1e-4, 1e-2, 1e-4)
     else:

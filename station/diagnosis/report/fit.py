@@ -14,7 +14,7 @@ from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
 from station.diagnosis.report.sentences import own_level
-from station.diagnosis.result import Diagnosis, Quality, Value
+from station.diagnosis.result import Diagnosis, Quality
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
@@ -105,14 +105,7 @@ def _parameters(diagnosis: Diagnosis) -> str:
     rows.append(["plain model", "scatter", html.number(diagnosis.scatter, 3), "–", "of mu_s"])
     for effect in diagnosis.effects:
         rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
-        rows += [
-            [
-                escape(effect.id),
-                escape(one.expression),
-                *html.with_error(Value(value=one.value, sd=one.sd, unit=one.unit)),
-            ]
-            for one in effect.determined
-        ]
+        rows += [[escape(effect.id), escape(one.expression), *html.with_error(one.known)] for one in effect.determined]
     return html.table(
         ("of", "parameter", "value", "90 % interval", "unit"),
         rows,

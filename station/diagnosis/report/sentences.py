@@ -33,6 +33,9 @@ def _said(diagnosis: Diagnosis) -> str:
 
 def _but(diagnosis: Diagnosis) -> str:
     """The rest of a sentence about a simulation that leaves nothing out, if it differs all the same."""
+    if diagnosis.numerics:
+        names = ", ".join(dict.fromkeys(str(one["id"]) for one in diagnosis.numerics))
+        return f", but its solver has artefacts ({names})"
     if any(one.name == "mu_s" for one in diagnosis.differs):
         return ", but its friction has another level"
     if diagnosis.differs:

@@ -116,14 +116,15 @@ def in_stages(
     rng: np.random.Generator,
     progress: Progress,
     begins: Begins | None = None,
+    numerics: bool = False,
 ) -> Search:
     """Runs all stages, on evidence with at least one row of friction; the terms are not yet compared in their places.
 
-    If `begins` is given, fits begin where those of nearly the same runs ended: they end at the same maximum.
+    With `numerics` a simulator's artefacts are sought, too: in a simulation, and in no recording. If `begins` is given,
+    fits begin where those of nearly the same runs ended: they end at the same maximum.
     """
     progress("fitting the plain model")
-    # A simulator's numerical artefacts are sought in the simulator, not in a recording.
-    effects = [effect for effect in effects if effect.layer != "numerics"]
+    effects = [effect for effect in effects if numerics or effect.layer != "numerics"]
     null = fit(evidence, levelled(evidence, start), ())
     reasons = untestable(evidence, null, effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from station.export.carried.corners import stronger
 from station.export.carried.watch import GOES_M_S, Moment, Watch
 from station.physics.contact import Array, Contact
 from station.physics.dissipation import support, threshold
@@ -42,13 +43,15 @@ class Action(NamedTuple):
 class Law:
     """A model at work on one block, in one run.
 
-    `strength` is this run's factor on friction and `shake` its share of shaking: see `law_of_run`.
+    `strength` is this run's factor on friction and `shake` its share of shaking: see `law_of_run`. `corners_below_m` is
+    how far the mass is above the four corners by which the engine's block touches, if it does: see `corners`.
     """
 
     model: Model
     watch: Watch
     strength: float = 1.0
     shake: float = 0.0
+    corners_below_m: float = math.nan
 
     def __post_init__(self) -> None:
         """At rest the moment of what turns a block acts by itself: its factor on friction is left out there."""
@@ -122,7 +125,7 @@ class Law:
         load, normal, pushed = pull
         direction = math.atan2(load[1], load[0])
         state = self.watch.contact(way_rad=direction, gravity=gravity)
-        turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load))
+        turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load), normal)
         mu = self._held if self._still is self.model else self._threshold(self._still, state, load)[0]
         return Action(mu, gravity - now.gravity + pushed, turn, False, load, normal)
 
@@ -138,12 +141,17 @@ class Law:
         mu = float((here + turn * (slope + 0.5 * turn * bend))[0])
         sideways = -float((slope + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
         force = gravity - now.gravity + pushed + np.append(sideways, 0.0)
-        return Action(mu, force, self._turn(state, mu * normal), True, load, normal)
+        return Action(mu, force, self._turn(state, mu * normal, normal), True, load, normal)
 
-    def _turn(self, state: Contact, friction: float) -> float:
-        """Angular acceleration by spin, and by the lever of a friction per mass, m/s²."""
-        lever = float(self.model.lever(state)[0]) / (SQUARE_GYRATION * float(state.area_m2[0]))
-        return float(self.model.spin(state)[0]) + friction * lever
+    def _turn(self, state: Contact, friction: float, normal: float) -> float:
+        """Angular acceleration by spin, and by the lever of a friction per mass, m/s², for what the block stands on."""
+        area = float(state.area_m2[0])
+        turn = float(self.model.spin(state)[0]) + friction * float(self.model.lever(state)[0]) / (
+            SQUARE_GYRATION * area
+        )
+        if not (turn and self.corners_below_m > 0):
+            return turn
+        return turn * stronger(self.corners_below_m * friction / max(normal, 1e-9), side_m=math.sqrt(area))
 
 
 def law_of_run(model: Model, watch: Watch, rng: np.random.Generator) -> Law:

@@ -17,7 +17,7 @@ from station.export.exported import ExportedFile, named
 from station.export.formats import mujoco as scenes
 from station.export.from_model import NamedModel
 from station.export.measured import MeasuredPair
-from station.export.python_file import CORNERS, python_file
+from station.export.python_file import MET_CORNERS, python_file
 from station.physics.contact import Array
 from station.physics.effect import HOOKS
 from station.physics.model import Model
@@ -33,8 +33,9 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
     pair = MeasuredPair(object="block", plate="plate", mu_1=mu, mu_2=mu, remarks=("The callback sets it anew.",))
     how = [
         f"Friction of a block as {named_model.stem} says it, for MuJoCo.",
-        'Friction(m, Law(MODEL, Watch()), plate="plate", block="object").install() in your program, for the bodies of '
-        "those names in your MjModel m; then step as ever (compile models before). The plate "
+        'Friction(m, Law(MODEL, Watch(), corners_below_m=0.005), plate="plate", block="object").install() in your '
+        "program, for the bodies of those names in your MjModel m, the block's mass 5 mm above the four corners that "
+        "carry it; then step as ever (compile models before). The plate "
         "may move (by joints, not as a mocap body, which has no velocity in a contact) or gravity may turn. Give "
         "Watch what you know: Watch({'mass_kg': 0.02, 'run': 3}).",
         "Take the <option> and the <pair> of SCENE into your own scene: with MuJoCo's defaults a block starts many "
@@ -42,7 +43,9 @@ def export_model(named_model: NamedModel) -> tuple[ExportedFile, ...]:
     ]
     says = frozenset(HOOKS) - {"creep"}
     (scene,) = scenes.export(named([pair]))
-    told = python_file(named_model, engine="MuJoCo", says=says, doubts=CORNERS, how=how, bench=bench, scene=scene.text)
+    told = python_file(
+        named_model, engine="MuJoCo", says=says, doubts=MET_CORNERS, how=how, bench=bench, scene=scene.text
+    )
     return (told,)
 
 
@@ -111,7 +114,7 @@ class MujocoBench:
         self.model: Any = mj.MjModel.from_xml_string(scene)
         self.data: Any = mj.MjData(self.model)
         self.step_s = float(self.model.opt.timestep)
-        self.friction = Friction(self.model, Law(model, Watch()), plate="plate", block="object")
+        self.friction = Friction(self.model, Law(model, Watch(), corners_below_m=0.005), plate="plate", block="object")
         self.friction.install()
 
     def advance(self, gravity: Array) -> Array:

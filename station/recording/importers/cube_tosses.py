@@ -27,6 +27,7 @@ from shared.geometry import Array, euler_of
 from shared.messages import BlockPose, Message, PlatformState, RunEvent, Sample
 from station.recording.importers import Imported, Item, Traced
 from station.recording.provenance import Attachment, Provenance
+from station.signals.flags import NO_TILT
 
 NAME = "cube-tosses"
 HELP = "the tossed cube of ContactNets (CoRL 2020): a Parquet table of poses"
@@ -36,7 +37,7 @@ CUBE_SIDE_M = 0.1048
 CUBE_MASS_KG = 0.37
 PAUSE_NS = 500_000_000
 LEVEL_NS = 10_000_000
-FLAGS = ("no_tilt",)
+FLAGS = (NO_TILT,)
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 _COLUMNS = ("toss", "frame", *_POSE)
 _REST_M = 1e-3

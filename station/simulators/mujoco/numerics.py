@@ -1,13 +1,15 @@
 """The effect of a simulation's settings, apart from physics: creep of the solver, artefact of the cone.
 
-A handful of the recorded tilts is simulated with the user's settings and with refined ones. What changes is not
-physics, and the first of a list of cures that removes nine tenths of it is named. With MuJoCo's defaults a block of
+A handful of the recorded tilts is simulated with the user's settings and with refined ones, in our world or in a scene
+of the user's own. What changes is not physics, and the first of a list of cures that removes nine tenths of it is
+named. With MuJoCo's defaults a block of
 friction 0.36 seems to start 8° early on a ramp of 3°/s, and the pyramidal cone takes 4° off the friction angle at 45°.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -62,6 +64,19 @@ def cures(baseline: Setup) -> tuple[Cure, ...]:
     )
 
 
+Simulated = Callable[[Commands, Array], Array]
+"""The poses (n, m, 3) of n runs at times (m,), s."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """Settings to try, in words, and what simulates tilts and slides with them; a slide is on feet that do not hop."""
+
+    text: str
+    tilted: Simulated
+    sliding: Simulated
+
+
 def numerics(
     recorded: Signals, *, rig: RigConfig, mu_s: float, baseline: Setup = BASELINE, runs: int = RUNS
 ) -> list[dict[str, Any]]:
@@ -79,32 +94,62 @@ def numerics(
     Raises:
         UserError: if the recording lacks what a simulation needs.
     """
+    return checks(some_tilts(recorded, rig=rig, runs=runs), mu_s=mu_s, baseline=baseline)
+
+
+def some_tilts(recorded: Signals, *, rig: RigConfig, runs: int = RUNS) -> Commands:
+    """The commands of a few of the recorded tilts, evenly spread.
+
+    Raises:
+        UserError: if there are none, or the recording lacks what a simulation needs.
+    """
     every = [run for run in recorded_runs(recorded) if not run.velocity.any()]
     if not every:
         raise UserError("Expected at least one recorded tilt to try the simulation's settings on, found none")
     chosen = [every[place] for place in np.unique(np.linspace(0, len(every) - 1, runs).round().astype(int)).tolist()]
-    return checks(commands_of(recorded, chosen, rig=rig), mu_s=mu_s, baseline=baseline)
+    return commands_of(recorded, chosen, rig=rig)
 
 
 def checks(commands: Commands, *, mu_s: float, baseline: Setup = BASELINE) -> list[dict[str, Any]]:
     """The checks of `numerics`, on given tilts."""
-    return [*_creep(commands, mu_s, baseline), *_cone(commands, mu_s, baseline)]
+    own = Cure(text="as it is", setup=baseline)
+    return checked(commands, [_tried(cure, mu_s) for cure in (own, *cures(baseline))], mu_s=mu_s)
+
+
+def checked(commands: Commands, tried: Sequence[Tried], *, mu_s: float, pyramid: bool = True) -> list[dict[str, Any]]:
+    """The checks of `numerics` on given tilts; the user's settings come first, refined ones last.
+
+    Without a `pyramid` for a cone there is no artefact of one.
+    """
+    return [*_creep(commands, tried), *(_cone(commands, tried, mu_s) if pyramid else [])]
+
+
+def _tried(cure: Cure, mu_s: float) -> Tried:
+    model = Model(mu_s=mu_s)
+    return Tried(
+        text=cure.text,
+        tilted=lambda commands, times: (
+            simulate(commands, model, time_s=times, setup=cure.setup, share=SHARE_CREEPING).path
+        ),
+        sliding=lambda commands, times: (
+            simulate(commands, model, time_s=times, setup=replace(cure.setup, solid=False)).path
+        ),
+    )
 
 
 # --- creep ----------------------------------------------------------------------------------------------------------
 
 
-def _creep(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
+def _creep(commands: Commands, tried: Sequence[Tried]) -> list[dict[str, Any]]:
     """The finding of creep: the apparent advance of the onset over the refined settings, and the way crept before."""
     commands = replace(commands, border_m=math.inf, outline_m=())
-    tried = cures(baseline)
-    refined, before = (_readings(commands, mu_s, setup) for setup in (tried[-1].setup, baseline))
+    refined, before = (_readings(commands, settings) for settings in (tried[-1], tried[0]))
     early, crept = _change(before, refined)
     if not (early > LEAST_DEG or crept > LEAST_MM):
         return []
     cured = tried[-1].text
-    for cure in tried[:-1]:
-        left_deg, left_mm = _change(_readings(commands, mu_s, cure.setup), refined)
+    for cure in tried[1:-1]:
+        left_deg, left_mm = _change(_readings(commands, cure), refined)
         if abs(left_deg) <= max(_CURED * early, LEAST_DEG) and left_mm <= max(_CURED * crept, 0.5 * LEAST_MM):
             cured = cure.text
             break
@@ -134,10 +179,10 @@ class _Reading:
         return np.where(found, away, 0.0)[found] if found.any() else np.zeros(1)
 
 
-def _readings(commands: Commands, mu_s: float, setup: Setup) -> _Reading:
+def _readings(commands: Commands, settings: Tried) -> _Reading:
     times = np.arange(0.0, float(commands.end_s.max()), _STAMP_S)
-    motions = simulate(commands, Model(mu_s=mu_s), time_s=times, setup=setup, share=SHARE_CREEPING)
-    away = np.linalg.norm(motions.path[..., :2] - motions.path[:, :1, :2], axis=2)
+    path = settings.tilted(commands, times)
+    away = np.linalg.norm(path[..., :2] - path[:, :1, :2], axis=2)
     moved = away > READ_M
     at = np.where(moved.any(axis=1), times[moved.argmax(axis=1)], np.nan)
     return _Reading(commands=commands, time_s=times, onset_rad=commands.tilt_at(at), away_m=away)
@@ -158,26 +203,25 @@ def _change(before: _Reading, refined: _Reading) -> tuple[float, float]:
 # --- the cone -------------------------------------------------------------------------------------------------------
 
 
-def _cone(commands: Commands, mu_s: float, baseline: Setup) -> list[dict[str, Any]]:
+def _cone(commands: Commands, tried: Sequence[Tried], mu_s: float) -> list[dict[str, Any]]:
     """The spread of friction between three directions of sliding, as angles.
 
     It is measured in motion, because a block that creeps has no onset to compare, and on even feet, because a box that
     hops has none either.
     """
 
-    def spread_deg(setup: Setup) -> float:
-        return float(np.ptp(_sliding_deg(commands, mu_s, replace(setup, solid=False))))
+    def spread_deg(settings: Tried) -> float:
+        return float(np.ptp(_sliding_deg(commands, mu_s, settings)))
 
-    tried = cures(baseline)
-    before, after = spread_deg(baseline), spread_deg(tried[-1].setup)
+    before, after = spread_deg(tried[0]), spread_deg(tried[-1])
     if not before - after > LEAST_DEG:
         return []
-    left = ((cure.text, spread_deg(cure.setup)) for cure in tried[:-1])
+    left = ((cure.text, spread_deg(cure)) for cure in tried[1:-1])
     cured = next((text for text, apart in left if apart - after <= max(_CURED * before, LEAST_DEG)), tried[-1].text)
     return [_said("cone_artifact", before - after, "deg", cured, (before, after))]
 
 
-def _sliding_deg(commands: Commands, mu_s: float, setup: Setup) -> Array:
+def _sliding_deg(commands: Commands, mu_s: float, settings: Tried) -> Array:
     """The friction angle that slows blocks on the level plate in each of DIRECTIONS_RAD."""
     way = np.array(DIRECTIONS_RAD)
     velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
@@ -191,7 +235,7 @@ def _sliding_deg(commands: Commands, mu_s: float, setup: Setup) -> Array:
         mass_kg=commands.mass_kg[0],
         area_m2=commands.area_m2[0],
     )
-    path = simulate(level, Model(mu_s=mu_s), time_s=_LOOKED_S, setup=setup).path
+    path = settings.sliding(level, np.array(_LOOKED_S))
     first, middle, last = np.linalg.norm(path[..., :2], axis=2).T
     slowed = (2.0 * middle - first - last) / (_LOOKED_S[1] - _LOOKED_S[0]) ** 2
     return np.degrees(np.arctan(slowed / GRAVITY_M_S2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from shared.errors import UserError
-from station.simulators.scene.driven import of_scene
+from station.simulators.scene.refined import of_scene
 from station.simulators.simulator import Simulator
 
 

@@ -15,7 +15,6 @@ from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Plate
 from station.simulators.scene.bodies import Scene
 from station.simulators.yours.answer import Answer, answer_of
-from station.simulators.yours.called import Called
 from station.simulators.yours.found import Found, needs_telling
 from station.simulators.yours.run import Run, run_of
 
@@ -47,7 +46,7 @@ class Driver:
         geoms, pairs = self.scene.touching
         self._geoms, self._pairs = model.geom_friction[geoms].copy(), model.pair_friction[pairs].copy()
         self._gravity = model.opt.gravity.copy()
-        self._mu = float(self._pairs[:, 0].max() if len(pairs) else self._geoms[:, 0].max())
+        self.mu = float(self._pairs[:, 0].max() if len(pairs) else self._geoms[:, 0].max())
 
     def __call__(self, commands: Commands, model: Model, friction: float) -> Answer:
         """One run: commands with a single row, what to change, and the run's own factor on the friction.
@@ -116,7 +115,7 @@ class Driver:
         state = {"t_s": time_s, "x_m": pose[0], "y_m": pose[1], "yaw_rad": pose[2]}
         pressing, along, speed = max(-float(pull[2]), 0.0), math.hypot(pull[0], pull[1]), math.hypot(*velocity)
         if math.isinf(began) or speed < STILL_M_S:
-            held = self._mu * float(found.friction_multiplier(**state))
+            held = self.mu * float(found.friction_multiplier(**state))
             began = math.inf if along <= held * pressing else min(began, time_s)
         if began <= time_s:
             way = (velocity[0] / speed, velocity[1] / speed) if speed > 0 else (pull[0] / along, pull[1] / along)
@@ -127,7 +126,7 @@ class Driver:
         force = scene.mass_kg * (scene.turn @ found.force_per_mass(**state))
         turning = 0.0
         if began <= time_s:
-            turning = float(found.angular_acceleration(friction_m_s2=self._mu * factor * pressing, **state))
+            turning = float(found.angular_acceleration(friction_m_s2=self.mu * factor * pressing, **state))
         inertia = scene.data.cinert[scene.block][:3].max() if turning else 0.0
         scene.data.xfrc_applied[scene.block] = [*force, *(turning * inertia * scene.turn[:, 2])]
         return began
@@ -166,12 +165,3 @@ class _Loads:
             ay * x - ax * y - wz * inward + 2.0 * (wy * vx - wx * vy),
         )
         return self._gravity[number] + inertial
-
-
-def of_scene(path: Path) -> Called:
-    """A simulator from a MuJoCo scene.
-
-    Raises:
-        UserError: as `Scene` does.
-    """
-    return Called(Driver(path), name=str(path), tells=True)

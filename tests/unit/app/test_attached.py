@@ -15,9 +15,11 @@ from station.recording.reader import open_recording
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 TRAP = "from pathlib import Path\nPath('sprung').touch()\n"
-EFFECTS = '\n[physics]\neffects = [".", "{here}"]\n'
+EFFECTS = '\n[physics]\neffects = [".", "{here}"]\n[plugins]\nfolders = [".", "{here}"]\n'
 COMMANDS = (
     ("diagnose", "{file}"),
+    ("diagnose", "{file}", "--simulate", "trap"),
+    ("import", "trap", "{file}", "--out", "imported.mcap"),
     ("simulate", "{file}", "--model", "model.toml", "--out", "simulated.mcap"),
     ("check", "{file}"),
     ("replay", "{file}", "--no-viewer", "--save", "view.rrd"),
@@ -51,12 +53,14 @@ def forged(path: Path, *, more: str = "", rig: bytes | None = None) -> Path:
 def trapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A recording whose rig file names the folder in which the user stands, where a file waits to be imported."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "trap.py").write_text(TRAP)
+    for folder in (tmp_path, tmp_path / "importers", tmp_path / "simulators"):
+        folder.mkdir(exist_ok=True)
+        (folder / "trap.py").write_text(TRAP)
     (tmp_path / "model.toml").write_text("[friction]\nmu_s = 0.3464\n")
     return forged(tmp_path / "stranger.mcap", more=EFFECTS.format(here=tmp_path))
 
 
-@pytest.mark.parametrize("words", COMMANDS, ids=[words[0] for words in COMMANDS])
+@pytest.mark.parametrize("words", COMMANDS, ids=[" ".join(words[::2]) for words in COMMANDS])
 def test_opening_a_recording_runs_nothing(trapped: Path, words: tuple[str, ...]) -> None:
     main([word.format(file=trapped) for word in words])
     assert not (trapped.parent / "sprung").exists()
@@ -80,6 +84,16 @@ def test_ones_own_rig_file_loads_its_effects(trapped: Path) -> None:
     assert (trapped.parent / "sprung").exists()
 
 
+@pytest.mark.parametrize(
+    "words", [("import", "trap", "x.txt", "--check"), ("diagnose", "{file}", "--simulate", "trap")]
+)
+def test_ones_own_rig_file_loads_its_plugins(trapped: Path, words: tuple[str, ...]) -> None:
+    own = trapped.parent / "own.toml"
+    own.write_text('id = "own"\n[plugins]\nfolders = ["."]\n')
+    assert main([*(word.format(file=trapped) for word in words), "--rig", str(own)]) == 2
+    assert (trapped.parent / "sprung").exists()
+
+
 def test_a_recording_without_a_rig_file_has_none(tmp_path: Path) -> None:
     reader = open_recording(GOLDEN)
     assert attached_table(reader, "nothing.toml") is None
@@ -87,6 +101,9 @@ def test_a_recording_without_a_rig_file_has_none(tmp_path: Path) -> None:
     rig = attached_rig(reader)
     assert rig is not None
     assert rig.physics.values == {}
+    other = attached_rig(open_recording(forged(tmp_path / "other.mcap", more='\n[plugins]\nfolders = ["x"]\n')))
+    assert other is not None
+    assert other.plugins.values == {}
 
 
 @pytest.mark.parametrize("rig", [b"\xff\xfe", b"not = [toml"])

@@ -15,6 +15,7 @@ from shared.config import Table, parse
 from shared.rig import RigConfig, load_rig
 from station.angles.settings import SourceSettings
 from station.angles.sources.kinematics import KinematicsOptions
+from station.app.plugins import PluginSettings
 from station.arm.drivers.ros1 import Ros1Options
 from station.physics.catalogue import PhysicsSettings, catalogue, catalogue_of_table
 from station.rig.arm_settings import ArmSettings
@@ -28,6 +29,7 @@ READ_BY = {
     "arm.options": Ros1Options,
     "angles.kinematics": (SourceSettings, KinematicsOptions),
     "physics": PhysicsSettings,
+    "plugins": PluginSettings,
     "simulator.mujoco": MujocoSettings,
 }
 """Tables that a part of the software reads by itself; the others are in RigConfig."""

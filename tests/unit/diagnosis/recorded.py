@@ -67,7 +67,7 @@ def _shifted(thing: Any, by_ns: int, runs: int) -> Any:
             if isinstance(value, int):
                 changed[spec.name] = value + by_ns if value > 0 else value
         elif spec.name == "run":
-            changed[spec.name] = value + runs
+            changed[spec.name] = value + runs * (value > 0)  # run 0 is the small motion before the first run
     return replace(thing, **changed)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from collections.abc import Mapping
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rich.console import Console
 
 from shared.messages import Sample
 from station.diagnosis.diagnose import examined
@@ -21,6 +23,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import assigned
 from station.diagnosis.report.page import html_page
+from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
@@ -136,6 +139,27 @@ def test_no_word_of_tilt_steps_and_no_number_that_is_none() -> None:
     told = " ".join([html_page(found.diagnosis, found.pictures), str(as_json(found.diagnosis))])
     assert "loads over a range of ten to one" in told
     assert not re.search(r"tilt step|tilt rate|station run|\bnan\b", told)
+
+
+def test_a_slope_per_e_fold_has_its_error_wherever_it_is_told() -> None:
+    """Only its slope is known of a law of the speed whose static friction was never seen."""
+    rng, speed = np.random.default_rng(11), np.repeat(np.geomspace(1e-6, 1e-4, 4), RUNS // 4)
+    friction = 0.4 + 0.02 * np.log(speed / 1e-6) + rng.normal(0.0, 0.004, RUNS)
+    columns = {"friction_coefficient": friction, "sliding_speed_m_s": speed}
+    found = examined(measured(columns, run=rng.permutation(RUNS)), catalogue())
+    effect = next(one for one in found.diagnosis.effects if one.id == "rate_strengthening")
+    (slope,) = effect.determined
+    assert abs(slope.value - 0.02) < 3 * slope.sd < 0.003
+    console = Console(width=400, record=True, file=io.StringIO())
+    console.print(summary(found.diagnosis))
+    assert f"as a coefficient: {slope.value:.5f} ± {slope.sd:.5f}" in console.export_text()
+    (told,) = next(one for one in as_json(found.diagnosis)["effects"] if one["id"] == effect.id)["determined"]
+    assert told["sd"] == slope.sd
+    assert told["interval90"] == pytest.approx([slope.value - 1.645 * slope.sd, slope.value + 1.645 * slope.sd])
+    row = html_page(found.diagnosis, found.pictures).split(slope.expression)[1].split("</tr>")[0]
+    low, high = (f"{bound:.2g}" for bound in slope.known.interval90)
+    assert low in row
+    assert high in row
 
 
 # --- groups -----------------------------------------------------------------------------------------------------------

@@ -52,3 +52,15 @@ SCENE = """<mujoco model="mine">
 </mujoco>
 """
 """A block on one foot, too inert to rock, with a contact that neither creeps nor hops (mujoco/contact.py)."""
+
+SOFT_BOX = """<mujoco model="soft">
+  <worldbody>
+    <geom name="plate" type="plane" size="1 1 0.01" friction="{mu} 0.005 0.0001"/>
+    <body name="cube" pos="0 0 0.005">
+      <freejoint/>
+      <geom type="box" size="0.005 0.005 0.005" mass="0.008" friction="{mu} 0.005 0.0001"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""A box with MuJoCo's own contact and cone, which creeps by millimetres: no physics, but its settings."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -154,27 +156,34 @@ def test_a_pyramid_shows_in_onsets_at_many_directions() -> None:
     assert found[0]["size"] == pytest.approx(np.degrees(0.03 * MU / (1 + MU**2)), rel=0.3)
 
 
-def many() -> Any:
+@pytest.mark.parametrize("off_rad", [0.0, 1e-9, 1e-4, 0.035])
+def test_tilts_along_the_axes_tell_nothing_of_what_lies_between(off_rad: float) -> None:
+    """Directions that hardly differ, with onsets that differ by a hundredth of a degree."""
+    near = many(lambda number: math.pi / 2 * number + off_rad * (number % 3))
+    assert artefacts(near(0.03), mu_s=MU) == []
+
+
+def many(turn_of: Callable[[int], float] = lambda number: 0.3 * number) -> Any:
     """The golden session told three times over, with onsets made from each slope's direction."""
     base = made()
 
     def with_swing(swing: float) -> Signals:
         samples = list[Any]()
         for number, sample in enumerate(base.samples * 4):
-            turn = 0.3 * number
+            turn = turn_of(number)
             ratio = 1.0 + 0.5 * swing * np.cos(4.0 * turn) + 1e-4 * (-1) ** number
             samples.append(replace(sample, onset_angle_rad=float(np.arctan(MU * ratio)), run=1000 + number))
-        return told(base, samples)
+        return told(base, samples, turn_of)
 
     return with_swing
 
 
-def told(base: Signals, samples: list[Any]) -> Signals:
+def told(base: Signals, samples: list[Any], turn_of: Callable[[int], float]) -> Signals:
     """One short run for each sample, one after another: level, then tilted in the sample's direction."""
     pace, second = 0.5, 1_000_000_000
     times = np.arange(0, 2 * second * len(samples), second // 50)
     number, phase = times // (2 * second), (times % (2 * second)) / second
-    tilt, turn = pace * np.clip(phase - 0.5, 0.0, 1.0), 0.3 * number
+    tilt, turn = pace * np.clip(phase - 0.5, 0.0, 1.0), np.array([turn_of(int(one)) for one in number])
     quaternion = np.column_stack(
         [np.cos(tilt / 2), -np.sin(tilt / 2) * np.sin(turn), np.sin(tilt / 2) * np.cos(turn), 0 * tilt]
     )

@@ -11,8 +11,8 @@ from shared.errors import UserError
 from station.physics.between import between
 from station.physics.model import Model
 from station.simulators.errors import Errors, errors
-from station.simulators.simulator import opened, simulator
-from tests.unit.simulators.point_block import SCENE
+from station.simulators.simulator import Refinable, opened, simulator
+from tests.unit.simulators.point_block import SCENE, SOFT_BOX
 from tests.unit.simulators.test_yours import AS_IT_IS, MU, dropping, golden
 
 
@@ -49,6 +49,27 @@ def test_what_was_found_acts_on_the_blocks_friction(tmp_path: Path) -> None:
     assert np.abs(before.onset_deg).min() > 4.0
     assert np.abs(after.onset_deg).max() < 0.2
     assert after.path_mm.max() < 5.0
+
+
+def test_what_its_settings_do_is_told_with_the_cure_and_the_cured_scene_is_right(tmp_path: Path) -> None:
+    signals, rig = golden()
+    soft = opened(scene(tmp_path, SOFT_BOX.format(mu=MU)))
+    assert isinstance(soft, Refinable)
+    found, cured = soft.numerics(signals, rig=rig)
+    told = {(one["id"], one["unit"]): one for one in found}
+    assert set(told) == {("solver_creep", "deg"), ("solver_creep", "mm"), ("cone_artifact", "deg")}
+    assert told["solver_creep", "deg"]["size"] > 5.0
+    assert told["solver_creep", "mm"]["cured_by"] == 'cone="elliptic", impratio="100"'
+    truth = simulator("planar").repeat(signals, Model(mu_s=MU), rig=rig)
+    assert np.abs(errors(truth, soft.repeat(signals, AS_IT_IS, rig=rig)).onset_deg).min() > 5.0
+    assert np.abs(errors(truth, cured.repeat(signals, AS_IT_IS, rig=rig)).onset_deg).max() < 0.3
+
+
+def test_of_right_settings_nothing_is_told(tmp_path: Path) -> None:
+    signals, rig = golden()
+    firm = opened(scene(tmp_path))
+    assert isinstance(firm, Refinable)
+    assert firm.numerics(signals, rig=rig) == ([], firm)
 
 
 def test_a_pair_has_its_own_friction(tmp_path: Path) -> None:

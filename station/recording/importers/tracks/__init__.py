@@ -1,9 +1,11 @@
 """Runs as time series: a table with the block's place on the plate and the plate's attitude, .csv or .parquet.
 
-A row is a moment of a run: `run`, `t_s`, `x_m`, `y_m`, `yaw_rad` in the plate's frame, and `tilt_rad` with
-`azimuth_rad`, or `plate_qw` to `plate_qz`. A table of the runs of a simulation is imported likewise. A run whose plate
-tilts gets an onset; one on a level plate has none, like a toss. Runs follow each other on one clock, or each has its
-own; then the time between them is unknown and laid out evenly, so that a simulated run gets the recorded one's stamps.
+A row is a moment of a run: `run`, `t_s`, `x_m`, `y_m`, `yaw_rad` in the plate's frame, or the corners of the block's
+mark in a camera's picture, and `tilt_rad` with `azimuth_rad`, or `plate_qw` to `plate_qz`. A table of the runs of a
+simulation is imported likewise. A run whose plate tilts gets an onset. A slide down a plate that does not turn has
+none, and neither has a toss onto a level one; a block that holds on a fixed plate shows that its friction is larger.
+Runs follow each other on one clock, or each has its own; then the time between them is unknown and laid out evenly, so
+that a simulated run gets the recorded one's stamps.
 """
 
 from __future__ import annotations
@@ -18,20 +20,23 @@ import numpy as np
 
 from shared import frames
 from shared.clock import SIMULATION_EPOCH_NS
-from shared.errors import UserError
-from shared.geometry import Array
+from shared.geometry import Array, euler_of
 from shared.messages import PlatformState, RunEvent, Sample
 from station.recording.importers import Imported, Item, Traced
 from station.recording.importers.tracks.block import Poses, block_of
+from station.recording.importers.tracks.corners import with_corners
 from station.recording.importers.tracks.lacks import lacking
-from station.recording.importers.tracks.plate import attitude, azimuth_of, downhill_of, tilt_of
+from station.recording.importers.tracks.plate import attitude, azimuth_of, downhill_of
 from station.recording.importers.tracks.runs import Run, each, has_one_clock, runs_of
-from station.recording.importers.tracks.slips import TURNS_RAD, Motion, Slip, slip_of
+from station.recording.importers.tracks.slips import Motion, Slip, held, released, slip_of
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
+from station.signals.flags import NO_TILT
 
 NAME = "tracks"
-HELP = "runs as time series, of a block on a plate: a CSV or Parquet table of poses and attitudes"
+HELP = (
+    "runs as time series, of a block on a plate: a CSV or Parquet table of poses, or of a mark's corners, and attitudes"
+)
 
 UNKNOWN_SIDE_M = 0.01
 """The side of a block of unknown area, as in a rig file that does not say it."""
@@ -43,52 +48,53 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:
     Raises:
         UserError: if it is missing, no table, or lacks what a run needs.
     """
-    table = read_table(source)
+    table, corners = with_corners(read_table(source))
     runs, plate = runs_of(table), attitude(table)
-    block = block_of(table, runs)
-    slips = [_slip(run, plate[run.rows], block, table.source, onset) for run in runs]
+    block = block_of(table, runs, corners)
+    motions = [_motion(run, plate, block) for run in runs]
+    fixed = sum(not motion.tilts for motion in motions)
+    slips = [slip_of(motion, onset=onset) if motion.tilts else held(motion) for motion in motions]
+    runs = tuple(run.rest_of(released(motion)) for run, motion in zip(runs, motions, strict=True))
     return Imported(
         provenance=_provenance(table, block, source),
         messages=_messages(table, runs, plate, block, slips),
-        lacking=lacking(table, one_clock=has_one_clock(table, runs)),
+        lacking=lacking(table, one_clock=has_one_clock(table, runs), fixed=fixed, runs=len(runs)),
     )
 
 
-def _slip(run: Run, plate: Array, block: Poses, source: str, onset: Traced | None) -> Slip | None:
-    """The run's slip; None on a level plate."""
-    motion = Motion(time_ns=run.time_ns, plate=plate, place_m=block.place_m[run.rows], found=block.found[run.rows])
-    if motion.tilts:
-        return slip_of(motion, onset=onset)
-    steep = float(tilt_of(plate).max())
-    if steep > TURNS_RAD:
-        raise UserError(
-            f"Expected a plate that lies level or is tilted during run {run.number} of {source}, "
-            f"got one that stays at {steep:.3g} rad; begin the run before the tilt"
-        )
-    return None
+def _motion(run: Run, plate: Array, block: Poses) -> Motion:
+    found = block.found[run.rows]
+    return Motion(time_ns=run.time_ns, plate=plate[run.rows], place_m=block.place_m[run.rows], found=found)
 
 
 def _messages(
     table: Tracks, runs: tuple[Run, ...], plate: Array, block: Poses, slips: list[Slip | None]
 ) -> Iterator[Item]:
+    seq = 0
     for run, slip, known in zip(runs, slips, _facts(table, runs), strict=True):
         first, last = int(run.time_ns[0]), int(run.time_ns[-1])
+        if block.corners is not None:
+            yield "camera/geometry", first, replace(block.corners.geometry, stamp_ns=first)
         yield _event(run, first, "LEVEL")
-        yield from _moments(run, plate, block, slip)
+        yield from _moments(run, plate, block, slip, first_seq=seq)
+        seq += len(run.rows)
         yield _event(run, last, "DONE")
         own = plate[run.rows]
         yield "session/sample", last, _sample(run, own, block, slip, known)
 
 
-def _moments(run: Run, plate: Array, block: Poses, slip: Slip | None) -> Iterator[Item]:
-    """The readings of a run in the order of their times, with the events of its tilt among them."""
+def _moments(run: Run, plate: Array, block: Poses, slip: Slip | None, *, first_seq: int) -> Iterator[Item]:
+    """The readings of a run in the order of their times, numbered from `first_seq`, with the events of its tilt."""
     due = [] if slip is None else [(slip.tilt_ns, "TILT"), (slip.detect_ns, "SLIP")]
-    for row, stamp_ns in zip(run.rows.tolist(), run.time_ns.tolist(), strict=True):
+    for seq, (row, stamp_ns) in enumerate(zip(run.rows.tolist(), run.time_ns.tolist(), strict=True), start=first_seq):
         qw, qx, qy, qz = plate[row].tolist()
         state = PlatformState(stamp_ns=stamp_ns, qw=qw, qx=qx, qy=qy, qz=qz, frame_id=frames.PLATFORM)
         yield "arm/platform", stamp_ns, state
-        pose = block.message(row, seq=row, stamp_ns=stamp_ns)
-        yield "block/pose", stamp_ns, pose
+        pose = block.message(row, seq=seq, stamp_ns=stamp_ns)
+        if block.corners is None:
+            yield "block/pose", stamp_ns, pose
+        else:
+            yield "camera/corners", stamp_ns, block.corners.message(row, seq=seq, stamp_ns=stamp_ns)
         if pose.found:
             yield "tf", stamp_ns, frames.tf(frames.platform_transform(state), frames.block_pose_transform(pose))
         for moment_ns, phase in due:
@@ -128,7 +134,7 @@ def _sample(run: Run, plate: Array, block: Poses, slip: Slip | None, facts: Samp
     x, y = block.place_m[first].tolist()
     begun = replace(facts, start_x_m=x, start_y_m=y, start_yaw_rad=float(block.yaw_rad[first]))
     if slip is None:
-        return replace(begun, euler_rad=(0.0, 0.0, 0.0), flags=("no_tilt",), censored=True)
+        return replace(begun, euler_rad=euler_of(*plate[0].tolist()), flags=(NO_TILT,), censored=True)
     return replace(
         begun,
         slip_ns=slip.slip_ns,
@@ -164,6 +170,7 @@ def _rig_toml(table: Tracks, block: Poses) -> str:
     return (
         f'id = "{NAME}"\n\n[plate]\nside_m = {reach_m:.4f}\nopening_m = {reach_m:.4f}\n\n'
         f"[block]\nsize_m = [{side_m:.6f}, {side_m:.6f}, {side_m:.6f}]\nmass_kg = {mass_kg:.6f}\n"
+        + ("" if block.corners is None else block.corners.camera.rig_toml())
     )
 
 

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from shared.errors import UserError
 from shared.messages import BlockPose
+from station.recording.importers.tracks.corners import Corners
 from station.recording.importers.tracks.runs import Run
 from station.recording.importers.tracks.table import Tracks
 
@@ -14,9 +15,10 @@ POSE = ("x", "y", "yaw")
 
 
 class Poses:
-    """The block's poses: x, y, yaw, and z, roll, pitch where the table has them."""
+    """The block's poses: x, y, yaw, and z, roll, pitch where the table has them; `corners` if they come from these."""
 
-    def __init__(self, table: Tracks) -> None:
+    def __init__(self, table: Tracks, corners: Corners | None = None) -> None:
+        self.corners = corners
         zeros = np.zeros(len(table))
         own = {name: table.numbers.get(name, zeros) for name in (*POSE, "z", "roll", "pitch")}
         self.place_m = np.column_stack([own["x"], own["y"]])
@@ -52,8 +54,8 @@ class Poses:
         )
 
 
-def block_of(table: Tracks, runs: tuple[Run, ...]) -> Poses:
-    """The block's track.
+def block_of(table: Tracks, runs: tuple[Run, ...], corners: Corners | None = None) -> Poses:
+    """The block's track; `corners` are those that its poses come from.
 
     Raises:
         UserError: if the table has none, or a run lost the block throughout.
@@ -61,10 +63,10 @@ def block_of(table: Tracks, runs: tuple[Run, ...]) -> Poses:
     missing = [f"{name}_{unit}" for name, unit in zip(POSE, ("m", "m", "rad"), strict=True) if name not in table]
     if missing:
         raise UserError(
-            f"Expected x_m, y_m and yaw_rad of the block's middle in the plate in {table.source}, "
-            f"missing are {', '.join(missing)}"
+            f"Expected x_m, y_m and yaw_rad of the block's middle in the plate, or its mark's corners u0 to v3, in "
+            f"{table.source}, missing are {', '.join(missing)}"
         )
-    block = Poses(table)
+    block = Poses(table, corners)
     for run in runs:
         if not block.found[run.rows].any():
             raise UserError(f"Expected the block in run {run.number} of {table.source}, found it in none of its rows")

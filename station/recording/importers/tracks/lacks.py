@@ -18,9 +18,14 @@ GRANTED = {
 }
 
 
-def lacking(table: Tracks, *, one_clock: bool) -> tuple[str, ...]:
-    """One line for each column that is not there."""
+def lacking(table: Tracks, *, one_clock: bool, fixed: int, runs: int) -> tuple[str, ...]:
+    """One line for each column that is not there; `fixed` of the runs have a plate that does not turn."""
     missing = [f"No {names_of(name)[0]}: {granted}." for name, granted in GRANTED.items() if not _has(table, name)]
+    if fixed:
+        missing.append(
+            f"The plate does not turn in {fixed} of {runs} runs: these have no onset, so that they tell of the sliding "
+            "friction alone, from where the block has visibly moved."
+        )
     if not one_clock:
         missing.append("Each run has its own clock: the time between runs is unknown, and only their order counts.")
     return tuple(missing)

@@ -51,7 +51,13 @@ def _of_quaternions(table: Tracks) -> Array:
 
 
 def _known(table: Tracks, quantity: str) -> Array:
-    values = table.numbers[quantity]
+    """The values (n,); one that is told once in a run holds throughout it, as of a plate that does not turn."""
+    values, run = table.numbers[quantity].copy(), table.numbers["run"]
+    for one in np.unique(run[np.isnan(values)]):
+        own = run == one
+        told = np.flatnonzero(own & np.isfinite(values))
+        if len(told) == 1:
+            values[own] = values[told[0]]
     if np.isnan(values).any():
         row = int(np.flatnonzero(np.isnan(values))[0]) + 1
         raise UserError(f"{table.source}, row {row}: expected the plate's attitude in every row, got no {quantity}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -45,6 +45,10 @@ class Run:
     number: int
     rows: NDArray[np.int64]
     time_ns: Times
+
+    def rest_of(self, first: int) -> Run:
+        """The run from its row `first` on."""
+        return replace(self, rows=self.rows[first:], time_ns=self.time_ns[first:])
 
 
 def runs_of(table: Tracks) -> tuple[Run, ...]:

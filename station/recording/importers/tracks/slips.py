@@ -94,6 +94,34 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     return moved if onset is None else _fitted(run, moved, seen[: int(slid[0]) + 1], rest, onset)
 
 
+def released(run: Motion) -> int:
+    """The frame from which a block has visibly slid on a tilted plate that does not turn; 0 if there is none.
+
+    A hand or a gate may have held it before.
+    """
+    seen = np.flatnonzero(run.found)
+    moved = np.flatnonzero(_away_m(run) > MOVED_M)
+    fixed = not run.tilts and _steepest_rad(run) > TURNS_RAD
+    return int(seen[moved[0]]) if fixed and len(moved) else 0
+
+
+def held(run: Motion) -> Slip | None:
+    """What a block tells that held on a tilted plate that does not turn; None if it slides, or lies level."""
+    if _steepest_rad(run) <= TURNS_RAD or (_away_m(run) > MOVED_M).any():
+        return None
+    return Slip(tilt_ns=int(run.time_ns[0]), angle_rad=_steepest_rad(run), place=0)
+
+
+def _away_m(run: Motion) -> Array:
+    """The distances (m,) of the block from where it was first seen, in the frames that found it."""
+    seen = run.place_m[run.found]
+    return np.hypot(*(seen - seen[0]).T)
+
+
+def _steepest_rad(run: Motion) -> float:
+    return float(tilt_of(run.plate).max())
+
+
 def _fitted(run: Motion, moved: Slip, frames: NDArray[np.int64], rest: Array, onset: Traced) -> Slip:
     """The slip fitted to the path up to the last of `frames`, its detection; `moved` if it cannot be."""
     detected = int(frames[-1])

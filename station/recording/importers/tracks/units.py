@@ -16,11 +16,13 @@ MASS = MappingProxyType({"kg": 1.0, "g": 1e-3})
 AREA = MappingProxyType({"m2": 1.0, "cm2": 1e-4, "mm2": 1e-6})
 CELSIUS = MappingProxyType({"c": 1.0})
 PLAIN = MappingProxyType({"": 1.0})
+PIXEL = MappingProxyType({"": 1.0, "px": 1.0})
 NAME = MappingProxyType[str, float]({})
 """The units of a column of names: it has none."""
 
 Units = Mapping[str, float]
 
+CORNERS = ("u0", "v0", "u1", "v1", "u2", "v2", "u3", "v3")
 PLATE = ("plate_qw", "plate_qx", "plate_qy", "plate_qz")
 
 QUANTITIES: Mapping[str, Units] = MappingProxyType(
@@ -31,6 +33,7 @@ QUANTITIES: Mapping[str, Units] = MappingProxyType(
         **dict.fromkeys(("yaw", "roll", "pitch"), ANGLE),
         **dict.fromkeys(("tilt", "azimuth", "plate_mount"), ANGLE),
         **dict.fromkeys(PLATE, PLAIN),
+        **dict.fromkeys(CORNERS, PIXEL),
         "sigma": LENGTH,
         "sigma_yaw": ANGLE,
         "mass": MASS,
