@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from rerun.experimental import ViewerClient
 
 from shared.errors import UserError
 from shared.rig import RigConfig
+from station.recording.provenance import Provenance
+from station.recording.writer import Recording
 from station.view import colours, viewer
 from station.view.rrd import write_rrd
 from station.view.setup import Setup, setup_of
@@ -81,20 +84,36 @@ def test_plain_rerun_takes_image_corners_transforms_and_log_from_the_recording_i
 
 
 @needs_vulkan
-def test_plain_rerun_draws_the_corners_over_the_image_unaided(tmp_path: Path) -> None:
-    recording = write_mcap(tmp_path / "session.mcap", session.session_messages())
+def test_plain_rerun_shows_arm_plate_block_camera_tilt_and_state_unaided(tmp_path: Path) -> None:
+    """From the file alone, with a block large enough to be seen beside the arm, at the end of the slide."""
+    rig = 'id = "test"\n[plate]\nside_m = 0.3\nopening_m = 0.28\n[block]\nsize_m = [0.1, 0.1, 0.1]\n'
+    path = tmp_path / "session.mcap"
+    with Recording(path, provenance=Provenance(rig_id="test", started_ns=session.START_NS, rig_toml=rig)) as file:
+        for topic, message, stamp_ns in session.session_messages():
+            file.write_message(topic, message, receive_ns=stamp_ns)
     with viewer.headless(size=(1200, 800)) as client:
-        client.open(str(recording))
+        client.open(str(path))
         state = client.get_state()
-        for _ in range(50):
+        for _ in range(100):
             state = client.get_state()
-            if any(view.view_class == "2D" for view in state.views) and not state.loading:
+            if len(state.views) >= 5 and not state.loading:
                 break
-        time.sleep(1.5)
-        (image_view,) = [view for view in client.get_state().views if view.view_class == "2D"]
-        picture = np.asarray(Image.open(io.BytesIO(viewer.picture_of(client, image_view.view_id))).convert("RGB"))
-    assert image_view.reports == []
-    assert _near(picture.astype(int), colours.MARK).sum() > 50
+            time.sleep(0.1)
+        client.set_time("message_publish_time", timestamp=session.START_NS * 1e-9 + session.SLIP_S, play_state="paused")
+        time.sleep(1.0)
+        views = {view.view_class: view for view in client.get_state().views}
+        scene, image = (_pixels(client, views[name].view_id) for name in ("3D", "2D"))
+    assert {view.name: view.reports for view in views.values() if view.reports} == {}
+    assert sorted(views) == ["2D", "3D", "TextDocument", "TextLog", "TimeSeries"]
+    assert views["TextDocument"].name == "session/state"  # and not the robot's description
+    assert _near(image, colours.MARK).sum() > 50
+    red, green, blue = scene[..., 0], scene[..., 1], scene[..., 2]
+    assert ((red > green + 25) & (green > blue + 15)).sum() > 50  # the block is the one orange thing
+    assert ((blue > 60) & (abs(red - green) < 12)).sum() > 1000  # arm and plate are grey
+
+
+def _pixels(client: ViewerClient, view_id: str) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(viewer.picture_of(client, view_id))).convert("RGB")).astype(int)
 
 
 def test_without_a_renderer_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
