@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from shared import frames
@@ -69,52 +69,60 @@ class ForViewers:
 
     def __init__(self, rig: RigConfig, arm: PlacedArm) -> None:
         self._rig, self._arm = rig, arm
-        self._joints: tuple[float, ...] = ()
+        self._names = frozenset(arm.model.joint_names)
+        self._joints, self._attitude = JointState(), PlatformState()
         self._written: tuple[float, ...] = ()
-        self._tilt_deg = 0.0
         self._placed: set[str] = set()
         self._described = False
         self._state = State()
 
-    def follow(self, message: Message, *, stamp_ns: int) -> Iterator[Extra]:
-        """What viewers are to get with a recorded message of a topic in `TAKES`, which happened at `stamp_ns`."""
-        if isinstance(message, JointState):
-            self._take_joints(message)
-        elif isinstance(message, PlatformState):
-            self._tilt_deg = math.degrees(tilt_of(message.qw, message.qx, message.qy, message.qz))
-        elif isinstance(message, FrameTransforms):
-            yield from self._with_transforms(message, stamp_ns)
-        elif self._state.take(message):
-            yield Extra(STATE, ros2.STRING, ros2.string(self._state.text()))
+    def follow(self, message: Message, *, stamp_ns: int) -> Iterable[Extra]:
+        """What viewers are to get with a recorded message of a topic in `TAKES`, which happened at `stamp_ns`.
 
-    def _take_joints(self, joints: JointState) -> None:
-        by_name = dict(zip(joints.name, joints.position_rad, strict=False))
-        names = self._arm.model.joint_names
-        if by_name.keys() >= set(names):  # otherwise it is another arm than the rig file's
-            self._joints = tuple(by_name[name] for name in names)
+        Raises:
+            ArithmeticError: if its numbers make no sense.
+        """
+        if isinstance(message, JointState):
+            self._joints = message
+        elif isinstance(message, PlatformState):
+            self._attitude = message
+        elif isinstance(message, FrameTransforms):
+            return self._with_transforms(message, stamp_ns)
+        elif self._state.take(message):
+            return (Extra(STATE, ros2.STRING, ros2.string(self._state.text())),)
+        return ()
 
     def _with_transforms(self, message: FrameTransforms, stamp_ns: int) -> Iterator[Extra]:
-        if self._joints and self._moved():
-            yield Extra(LINKS, ros2.TRANSFORMS, ros2.transforms(list(self._links()), stamp_ns=stamp_ns))
-            self._written = self._joints
-            yield Extra(TILT, ros2.NUMBER, ros2.number(round(self._tilt_deg, 2), stamp_ns=stamp_ns))
+        by_name = dict(zip(self._joints.name, self._joints.position_rad, strict=False))
+        if not by_name.keys() >= self._names:
+            return  # no joints yet, or those of another arm than the rig file's
+        position_rad = tuple(by_name[name] for name in self._arm.model.joint_names)
+        if self._moved(position_rad):
+            links = list(self._links(position_rad))
+            self._written = position_rad
+            yield Extra(LINKS, ros2.TRANSFORMS, ros2.transforms(links, stamp_ns=stamp_ns))
+            yield Extra(TILT, ros2.NUMBER, ros2.number(round(self._tilt_deg(), 2), stamp_ns=stamp_ns))
         if not self._described:
             yield from self._describe(message)
 
-    def _moved(self) -> bool:
-        pairs = zip(self._joints, self._written, strict=False)
+    def _tilt_deg(self) -> float:
+        state = self._attitude
+        return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
+
+    def _moved(self, position_rad: tuple[float, ...]) -> bool:
+        pairs = zip(position_rad, self._written, strict=False)
         return not self._written or any(abs(now - then) > _STILL_RAD for now, then in pairs)
 
-    def _links(self) -> Iterator[ros2.Transform]:
+    def _links(self, position_rad: tuple[float, ...]) -> Iterator[ros2.Transform]:
         """Every link; the foot too at first, since it stays where it is."""
-        steps = self._arm.links(self._joints) if self._written else (self._arm.foot, *self._arm.links(self._joints))
-        for step in steps:
+        steps = self._arm.links(position_rad)
+        for step in steps if self._written else (self._arm.foot, *steps):
             yield step.parent, step.child, step.xyz_m, [round(part * _FINE) / _FINE for part in step.quaternion_wxyz]
 
     def _describe(self, message: FrameTransforms) -> Iterator[Extra]:
         """The description, once every link has a place: viewers report an error for a shape without one."""
         self._placed |= {transform.child_frame_id for transform in message.transforms}
-        if self._joints and self._placed >= {frames.PLATFORM, frames.BLOCK}:
+        if self._placed >= {frames.PLATFORM, frames.BLOCK}:
             self._described = True
             yield Extra(DESCRIPTION, ros2.UNREAD_STRING, ros2.string(description(self._rig, self._arm)))
 

@@ -156,7 +156,7 @@ class Recording:
     def _add_for_viewers(self, received: Received, publish_ns: int) -> None:
         assert self._for_viewers is not None
         try:
-            extras = list(self._for_viewers.follow(received.message, stamp_ns=publish_ns))
+            extras = tuple(self._for_viewers.follow(received.message, stamp_ns=publish_ns))
         except (UserError, ArithmeticError, ValueError):  # numbers that make no sense: recorded, and not drawn
             return
         for extra in extras:
