@@ -11,7 +11,6 @@ LINE = -1.2
 DOT = -4.0
 
 CORNERS: tuple[Colour, ...] = ((86, 180, 233), (0, 158, 115), (230, 159, 0), (204, 121, 167))
-MEAN: Colour = (255, 255, 255)
 MARK: Colour = (255, 60, 200)
 REFERENCE: Colour = (60, 220, 230)
 THRESHOLD: Colour = (240, 80, 60)
