@@ -7,6 +7,7 @@ from it: where they are, the recorded transforms say.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from xml.etree import ElementTree as xml
 
 from shared.frames import BLOCK, PLATFORM, WORLD
@@ -25,15 +26,24 @@ def description(rig: RigConfig, arm: PlacedArm) -> str:
     robot = xml.Element("robot", name=rig.id)
     _link(robot, WORLD, "")
     _rod(_link(robot, BASE, WORLD), "capsule", arm.model.base_capsule, looks.ARM_DARK)
-    parent, last = BASE, arm.model.joints[-1]
+    parent = BASE
     for number, joint in enumerate(arm.model.joints):
-        # The last link carries the plate, out of which a capsule's round end would look.
-        shape, shade = "cylinder" if joint is last else "capsule", looks.ARM_DARK if number % 2 else looks.ARM
-        _rod(_link(robot, joint.name, parent), shape, joint.link_capsule, shade)
+        link, shade = _link(robot, joint.name, parent), looks.ARM_DARK if number % 2 else looks.ARM
+        if joint is arm.model.joints[-1]:
+            _rod(link, "cylinder", _below_the_plate(joint.link_capsule, arm.model.flange_xyz_m), shade)
+        else:
+            _rod(link, "capsule", joint.link_capsule, shade)
         parent = joint.name
     _plate(_link(robot, PLATFORM, WORLD), rig)
     _block(_link(robot, BLOCK, PLATFORM), rig)
     return xml.tostring(robot, encoding="unicode")
+
+
+def _below_the_plate(capsule: Capsule, flange_m: Vector) -> Capsule:
+    """The last link up to the plate's underside; a capsule's round end would look out of the plate."""
+    share = 1.0 - looks.PLATE_THICKNESS_M / max(math.dist(capsule.from_m, flange_m), looks.PLATE_THICKNESS_M)
+    x, y, z = (a + share * (b - a) for a, b in zip(capsule.from_m, flange_m, strict=True))
+    return replace(capsule, to_m=(x, y, z))
 
 
 def _plate(link: xml.Element, rig: RigConfig) -> None:
