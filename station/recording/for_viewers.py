@@ -151,7 +151,8 @@ class State:
     def text(self) -> str:
         """Two lines."""
         present = ", ".join(part for part in (f"Run {self._run}: {self._phase}", self._direction) if part)
-        return f"{present}\n{self._samples} samples{self._last}"
+        count = "1 sample" if self._samples == 1 else f"{self._samples} samples"
+        return f"{present}\n{count}{self._last}"
 
 
 def _direction(number: int, azimuth_rad: float) -> str:
@@ -163,4 +164,4 @@ def _result(sample: Sample) -> str:
     angle = f"{math.degrees(sample.onset_angle_rad):.2f}°"
     outcome = f"no slip up to {angle}" if sample.censored else f"slip at {angle}"
     left_out = f", left out: {', '.join(sample.flags)}" if sample.flags else ""
-    return f", the last of them in run {sample.run}: {outcome}{left_out}"
+    return f"; run {sample.run}: {outcome}{left_out}"

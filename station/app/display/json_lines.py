@@ -84,8 +84,8 @@ class JsonLinesDisplay:
             time_ns=sample.detect_ns,
             run=sample.run,
             direction=sample.direction,
-            onset_deg=math.degrees(sample.onset_angle_rad),
-            onset_sigma_deg=math.degrees(sample.onset_sigma_rad),
+            onset_deg=_degrees(sample.onset_angle_rad),
+            onset_sigma_deg=_degrees(sample.onset_sigma_rad),
             censored=sample.censored,
             flags=list(sample.flags),
         )
@@ -93,3 +93,8 @@ class JsonLinesDisplay:
     def _write(self, event: str, **fields: Any) -> None:
         self._out.write(json.dumps({"event": event, **fields}, ensure_ascii=False) + "\n")
         self._out.flush()
+
+
+def _degrees(angle_rad: float) -> float | None:
+    """None for what is unknown: JSON has no nan."""
+    return math.degrees(angle_rad) if math.isfinite(angle_rad) else None

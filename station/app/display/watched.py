@@ -145,7 +145,7 @@ class Watched:
         if silent or not isinstance(status, AgentStatus):
             return Health(part="camera", well=not silent, text=silent or "no status yet")
         text = f"{status.rate_hz:.1f} frames/s, {status.dropped} dropped"
-        warm = f", {status.temperature_c:.0f} °C" if status.temperature_c else ""
+        warm = f", {status.temperature_c:.0f} °C" if status.temperature_c > 0 else ""  # nan, or never told: unknown
         return Health(part="camera", well=not status.fault, text=status.fault or text + warm)
 
     def _arm(self) -> Health:
@@ -154,8 +154,8 @@ class Watched:
 
     def _disk(self) -> Health:
         free = shutil.disk_usage(self._path.parent).free if self._path.parent.is_dir() else 0
-        growing = partial_path(self._path)
-        written = growing.stat().st_size if growing.exists() else 0
+        files = (partial_path(self._path), self._path)
+        written = next((file.stat().st_size for file in files if file.exists()), 0)
         text = f"{1e-6 * written:.1f} MB written, {1e-9 * free:.1f} GB free"
         return Health(part="disk", well=free > _SOON_FULL * MIN_FREE_BYTES, text=text)
 
