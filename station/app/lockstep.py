@@ -200,6 +200,7 @@ def projected_camera(seed: int, *, sigma_px: float = ProjectionSettings.sigma_px
                 sigma_px=sigma_px,
                 rate_hz=rig.camera.rate_hz,
                 plate_rate_hz=rig.camera.plate_rate_hz,
+                preview_hz=rig.camera.preview_hz,
                 # The synthetic camera's own option: what can be had without pixels, this camera has as well.
                 sag_px=float(rig.camera.options.values.get("sag_px", 0.0)),
             ),

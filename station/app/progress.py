@@ -1,13 +1,11 @@
-"""Progress of long work: a bar on a terminal; elsewhere a line now and then, with the time that is left."""
+"""Progress of long work in a log or a pipe: a line now and then, with the time that is left."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 EVERY_S = 10.0
 """Between two lines, in a log or a pipe: as long as one waits without wondering."""
@@ -29,33 +27,10 @@ class Told:
         if self._console.is_terminal or now - self._last < EVERY_S:
             return
         self._last, passed = now, now - self._begin
-        left = f"about {_time(passed / done * (self._total - done))} left" if done else "the rest is not known yet"
-        self._console.print(f"{done} of {self._total} samples in {_time(passed)}, {left}", soft_wrap=True)
+        left = f"about {told_time(passed / done * (self._total - done))} left" if done else "the rest is not known yet"
+        self._console.print(f"{done} of {self._total} samples in {told_time(passed)}, {left}", soft_wrap=True)
 
 
-def _time(seconds: float) -> str:
+def told_time(seconds: float) -> str:
+    """A duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
-
-
-@contextmanager
-def counted(console: Console, *, total: int) -> Generator[Callable[[int], None]]:
-    """A function that is told how many samples are done, and shows it."""
-    told = Told(console, total=total)
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=console,
-        refresh_per_second=2,  # drawn ten times a second, the bar would take a hundredth of a simulated session
-        transient=True,
-        redirect_stdout=False,
-        disable=not console.is_terminal,
-    ) as progress:
-        task = progress.add_task("samples", total=total)
-
-        def at(done: int) -> None:
-            progress.update(task, completed=done)
-            told.at(done)
-
-        yield at

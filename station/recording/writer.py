@@ -17,7 +17,9 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
+from station.recording import ros2
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
+from station.recording.for_viewers import TAKES, Extra, for_viewers
 from station.recording.mcap_file import McapFile
 from station.recording.provenance import Attachment, Provenance, sealed
 
@@ -85,6 +87,7 @@ class Recording:
         self._closed = False
         self._file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
         self._writer = McapFile(self._file, library=f"repose {provenance.versions.get('repose', '')}")
+        self._for_viewers = for_viewers(provenance.rig_toml)
         self._describe(provenance)
 
     def __enter__(self) -> Recording:
@@ -134,19 +137,39 @@ class Recording:
         channel = self._channels.get(received.topic) or self._open_channel(received.topic)
         if not channel.known:
             payload = _wrap(payload)
-        sequence = channel.sequence
-        channel.sequence = sequence + 1
-        self._writer.add_message(
-            channel.number,
-            log_ns=log_ns,
-            publish_ns=self._publish_ns(received, channel),
-            sequence=sequence,
-            payload=payload,
-        )
+        publish_ns = self._publish_ns(received, channel)
+        self._put(channel, payload, log_ns=log_ns, publish_ns=publish_ns)
+        if self._for_viewers is not None and received.topic in TAKES:
+            self._add_for_viewers(received, publish_ns)
         if not self._unflushed_since_ns:
             self._unflushed_since_ns = log_ns
         elif log_ns - self._unflushed_since_ns >= self._flush_every_ns:
             self.flush()
+
+    def _put(self, channel: _Channel, payload: bytes, *, log_ns: int, publish_ns: int) -> None:
+        sequence = channel.sequence
+        channel.sequence = sequence + 1
+        self._writer.add_message(
+            channel.number, log_ns=log_ns, publish_ns=publish_ns, sequence=sequence, payload=payload
+        )
+
+    def _add_for_viewers(self, received: Received, publish_ns: int) -> None:
+        assert self._for_viewers is not None
+        try:
+            extras = tuple(self._for_viewers.follow(received.message, stamp_ns=publish_ns))
+        except (UserError, ArithmeticError, ValueError):  # numbers that make no sense: recorded, and not drawn
+            return
+        for extra in extras:
+            channel = self._channels.get(extra.topic) or self._open_channel_for_viewers(extra)
+            self._put(channel, extra.payload, log_ns=received.receive_ns, publish_ns=publish_ns)
+
+    def _open_channel_for_viewers(self, extra: Extra) -> _Channel:
+        schema = self._writer.register_schema(
+            extra.type.name, extra.type.definition.encode(), encoding=ros2.SCHEMA_ENCODING
+        )
+        number = self._writer.register_channel("/" + extra.topic, schema_id=schema, encoding=ros2.MESSAGE_ENCODING)
+        self._channels[extra.topic] = channel = _Channel(number, known=True, agent="")
+        return channel
 
     def _publish_ns(self, received: Received, channel: _Channel) -> int:
         if not channel.known:

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+import cv2
 import numpy as np
 
 from shared import frames
-from shared.bus import Bus
+from shared.bus import Bus, Recipe
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.foxglove import Timestamp
 from shared.geometry import pixels_of_mark
@@ -19,18 +20,26 @@ from shared.messages import AgentStatus, CameraGeometry, MarkerCorners
 _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 _TIPPED_COSINE = math.cos(math.radians(4.0))
 _NOISE_BLOCK = 32
+_SEEN_PX = 0.5
+"""Corners are shown anew when one has moved by more than this: less is not seen, and noise moves them by less."""
+_BLANK = 110
+"""The grey of the blank picture, on which light and dark lines are seen."""
 Shift = tuple[float, float]
 Corners = tuple[float, float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProjectionSettings:
-    """Noise of one corner coordinate, exposure, rates, and how far the picture moves when the plate stands upright."""
+    """Noise of one corner coordinate, exposure, rates, and how far the picture moves when the plate stands upright.
+
+    `preview_hz` is how often the corners are shown over the picture; 0: neither is.
+    """
 
     sigma_px: float = 0.06
     exposure_ns: int = 2_000_000
     rate_hz: float = 90.0
     plate_rate_hz: float = 15.0
+    preview_hz: float = 0.0
     sag_px: float = 0.0
 
 
@@ -89,6 +98,8 @@ class ProjectedCamera:
         self._calibration = frames.calibration(
             width_px=size_px[0], height_px=size_px[1], K=frames.pinhole_of(geometry), stamp_ns=0
         )
+        self._depth_m = geometry.camera_height_m - geometry.mark_height_m
+        self._shown_px: Sequence[float] = ()
         self._noise: list[list[float]] = []
         self._stray_px = 0.0
         """The largest shift of a corner by sag and the noise at hand, px."""
@@ -99,15 +110,39 @@ class ProjectedCamera:
         self._tipped = False
         self._seq = self._plate_seq = 0
         self._every_plate = max(1, round(self._settings.rate_hz / self._settings.plate_rate_hz))
+        preview_hz = self._settings.preview_hz
+        self._every_preview = max(2, round(self._settings.rate_hz / preview_hz)) if preview_hz > 0 else 0
 
     def tick(self, now_ns: int) -> None:
         """Takes the frame whose exposure has its middle at `now_ns`."""
         sag_px = self._sag()
-        self._bus.publish("camera/corners", self._see_block(now_ns, sag_px))
+        corners = self._see_block(now_ns, sag_px)
+        self._bus.publish("camera/corners", corners)
         if self._seq % self._every_plate == 1:
             self._bus.publish("camera/plate", self._see_plate(now_ns, sag_px))
+        if self._every_preview and self._seq % self._every_preview == 1:
+            self._show(corners)
         if self._seq % round(self._settings.rate_hz) == 1:
             self._report(now_ns)
+
+    def _show(self, corners: MarkerCorners) -> None:
+        """Shows viewers the corners over a blank picture, for want of another one, and anew when they have moved."""
+        pairs = zip(corners.corners_px, self._shown_px, strict=False)
+        still = len(corners.corners_px) == len(self._shown_px) and all(abs(a - b) < _SEEN_PX for a, b in pairs)
+        if (still and corners.seq > 1) or not self._bus.carries("camera/image/overlay"):
+            return
+        if corners.seq == 1:
+            width, height = self._size_px
+            blank = cv2.imencode(".png", np.full((height, width), _BLANK, dtype=np.uint8))[1].tobytes()
+            self._bus.publish("camera/image", frames.image(blank, stamp_ns=corners.capture_ns, encoding="png"))
+        self._shown_px = corners.corners_px
+        seen = {
+            "corners_px": self._shown_px,
+            "K": self._calibration.K,
+            "depth_m": self._depth_m,
+            "stamp_ns": corners.capture_ns,
+        }
+        self._bus.publish("camera/image/overlay", Recipe(frames.overlay, seen))
 
     def _see_block(self, now_ns: int, sag_px: Shift) -> MarkerCorners:
         self._seq += 1

@@ -68,10 +68,16 @@ class Canvas:
         self.curve(path, *(float("nan"),) * width)
 
     def name_curves(
-        self, path: str, names: Sequence[str], colors: Sequence[tuple[int, int, int]], *, width: float = 1.5
+        self,
+        path: str,
+        names: Sequence[str],
+        colors: Sequence[tuple[int, int, int]],
+        *,
+        width: float | Sequence[float] = 1.5,
     ) -> None:
-        """Says what the curves at `path` are called and how they look."""
-        self.static(path, rr.SeriesLines(names=list(names), colors=list(colors), widths=[width] * len(names)))
+        """Says what the curves at `path` are called and how they look; `width` is one for all, or each one's."""
+        widths = list(width) if isinstance(width, Sequence) else [width] * len(names)
+        self.static(path, rr.SeriesLines(names=list(names), colors=list(colors), widths=widths))
 
     def flush(self) -> None:
         """Sends the curves' points gathered so far; does not wait for anybody to take them."""

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-Colour = tuple[int, int, int]
+from station.rig import looks
+
+Colour = looks.Colour
 
 # Radii below zero are points on the screen, whatever the zoom (Rerun's rule).
 LINE = -1.2
 DOT = -4.0
 
 CORNERS: tuple[Colour, ...] = ((86, 180, 233), (0, 158, 115), (230, 159, 0), (204, 121, 167))
-MEAN: Colour = (255, 255, 255)
 MARK: Colour = (255, 60, 200)
 REFERENCE: Colour = (60, 220, 230)
 THRESHOLD: Colour = (240, 80, 60)
 TILT: Colour = (86, 180, 233)
 COMMANDED: Colour = (150, 150, 150)
 ONSET: Colour = (240, 80, 60)
-PLATE: Colour = (150, 156, 165)
-FOAM: Colour = (70, 78, 92)
-BLOCK: Colour = (214, 140, 60)
-BLOCK_TOP: Colour = (30, 30, 30)
+PLATE: Colour = looks.PLATE
+FOAM: Colour = looks.FOAM
+BLOCK: Colour = looks.BLOCK
+BLOCK_TOP: Colour = looks.BLOCK_TOP
 SIMULATED_BEFORE: Colour = (150, 150, 150)
 SIMULATED_AFTER: Colour = (0, 190, 140)
 LOCATED: Colour = (230, 80, 200)
 QUIET: Colour = (45, 48, 54)
-ARM: Colour = (205, 208, 214)
-ARM_DARK: Colour = (105, 110, 120)
+ARM: Colour = looks.ARM
+ARM_DARK: Colour = looks.ARM_DARK
 
 PHASES: dict[str, Colour] = {
     "LEVEL": (110, 118, 130),

@@ -28,14 +28,15 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
     if camera:
         upper.insert(0, _camera(setup))
     window = _window() if live else None
-    curves: list[rrb.View] = []
+    curves, shares = [_curves("plots/tilt", "Tilt (°)", window)], [4]
     if camera:
         curves.append(_displacement(window))
+        shares.append(6)  # its legend has five lines
     if "block/pose" in topics or diagnosed:
         curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
-    curves.insert(0, _curves("plots/tilt", "Tilt (°)", window))
+        shares.append(4)
     states = rrb.StateTimelineView(origin="state", name="What was going on", time_view=_linked())
-    lower = rrb.Vertical(*curves, states, row_shares=[*[1] * len(curves), 2 if diagnosed else 1])
+    lower = rrb.Vertical(*curves, states, row_shares=[*shares, 8 if diagnosed else 5])
     runs = rrb.TextDocumentView(origin=entities.SAMPLES, name="Runs")
     told = rrb.TextDocumentView(origin=entities.DIAGNOSIS, name="Diagnosis")
     words = rrb.Vertical(

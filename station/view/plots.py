@@ -17,6 +17,9 @@ from station.view.part import Handler, Rates
 from station.view.reference import ReferenceTracker
 from station.view.setup import Setup
 
+_WIDTHS = (8.0, 5.5, 3.5, 1.5)
+"""A block that does not turn moves its corners alike: thin curves on wide ones are seen as stripes."""
+
 
 class TiltPart:
     """Tilt in degrees: measured, commanded, by other sensors, and the onset of each slip as a dot."""
@@ -75,8 +78,7 @@ class DisplacementPart:
         self._tilt_deg = 0.0
         self._drawing = False
         names = [f"corner {number}" for number in range(4)]
-        canvas.name_curves(entities.DISPLACEMENT, names, colours.CORNERS, width=2.5)
-        canvas.name_curves(entities.MEAN, ["mean"], [colours.MEAN], width=1.0)
+        canvas.name_curves(entities.DISPLACEMENT, names, colours.CORNERS, width=_WIDTHS)
         canvas.name_curves(entities.THRESHOLD, ["threshold l"], [colours.THRESHOLD], width=2.0)
 
     def handlers(self) -> Mapping[str, Handler]:
@@ -101,10 +103,8 @@ class DisplacementPart:
         self._drawing = True
         moved = np.linalg.norm(np.reshape(corners.corners_px, (4, 2)) - reference, axis=1)
         self._canvas.curve(entities.DISPLACEMENT, *moved.tolist())
-        self._canvas.curve(entities.MEAN, float(moved.mean()))
 
     def _break(self) -> None:
         if self._drawing:
             self._drawing = False
             self._canvas.gap(entities.DISPLACEMENT, width=4)
-            self._canvas.gap(entities.MEAN, width=1)

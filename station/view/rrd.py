@@ -48,10 +48,12 @@ def write_rrd(
     name: str,
     rates: Rates | None = None,
     overlay: Overlay | None = None,
+    start_ns: int | None = None,
 ) -> Drawn:
     """Draws (topic, message, publish time in ns) into the file `path` as they come.
 
     `topics` decide the layout. Memory does not grow with the length of the session. `overlay` is drawn over it.
+    The timeline `elapsed` begins at `start_ns`, or with the first message.
 
     Raises:
         UserError: if the file cannot be written.
@@ -71,7 +73,7 @@ def write_rrd(
         layout(topics, setup=setup, diagnosed=overlay is not None), make_active=True, make_default=True
     )
     recording.send_recording_name(name)
-    logger = SceneLogger(recording, setup=setup, rates=rates)
+    logger = SceneLogger(recording, setup=setup, rates=rates, start_ns=start_ns)
     count = 0
     for topic, message, publish_ns in items:
         logger.log(topic, message, publish_ns)

@@ -11,8 +11,10 @@ import numpy as np
 from shared.config import parse
 from shared.geometry import Array
 from shared.rig import RigConfig
-from station.rig.arm_model import ArmModel, forward_kinematics, load_arm_model, transform
+from station.rig import looks
+from station.rig.arm_model import ArmModel, forward_kinematics
 from station.rig.arm_settings import ArmSettings
+from station.rig.placed_arm import placed_arm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +42,10 @@ class Setup:
     world_from_base: Array | None = None
     pivot_above_plate_m: float = 0.0
     plate_side_m: float = 0.1
-    plate_thickness_m: float = 0.005
+    plate_thickness_m: float = looks.PLATE_THICKNESS_M
     opening_m: float | None = None
     opening_outline_m: tuple[tuple[float, float], ...] = ()
-    foam_height_m: float = 0.01
+    foam_height_m: float = looks.FOAM_HEIGHT_M
     block_size_m: tuple[float, float, float] = (0.01, 0.01, 0.01)
     mark_side_m: float = 0.01
     mark_aspect: float = 1.0
@@ -88,10 +90,9 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool 
     if not armed:
         return shapes
     settings = parse(ArmSettings, rig.arm)
-    model = load_arm_model(settings.model)
+    placed = placed_arm(rig)
+    model, world_from_base = placed.model, placed.world_from_base
     own_pivot = settings.pivot_above_plate_m
-    yaw_rad = model.home_yaw_rad if settings.base_yaw_deg is None else math.radians(settings.base_yaw_deg)
-    world_from_base = transform(settings.base_xyz_m, (0.0, 0.0, yaw_rad))
     home_rad = [math.radians(angle) for angle in settings.home_deg] or model.home_rad
     x, y, z = forward_kinematics(model, home_rad, world_from_base=world_from_base)[:3, 3].tolist()
     return replace(

@@ -1,6 +1,7 @@
 """Shows a recording in Rerun, laid out; with --live a session that is running; with --bus plays one onto the bus.
 
-The view is written as an .rrd file with its layout inside and opened when there is a display.
+The view is written as an .rrd file with its layout inside and opened when there is a display. A picture needs only what
+is near its moment: it takes seconds, and no view is written for it alone.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from shared.system import desktop
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.app.pictured import write_picture
 from station.app.processes import paced, until_stopped
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.plan import Plan
@@ -33,7 +35,6 @@ HELP = "show a recording (or a running session) in Rerun, or play it back onto t
 EXAMPLE = "station replay sim.mcap"
 _POSES = 50_000
 _CONNECT_S = 1.0
-_AFTER_SLIP_S = 0.2
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +43,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", help="rig file; for showing, the one in the recording is the default")
     show = parser.add_argument_group("showing")
     show.add_argument("--save", type=Path, metavar="FILE.rrd", help="where the view is written; beside the recording")
-    show.add_argument("--screenshot", type=Path, metavar="OUT.png", help="draw a picture, display or not")
+    show.add_argument(
+        "--screenshot",
+        type=Path,
+        metavar="OUT.png",
+        help="draw a picture, display or not; without a display that is all",
+    )
     show.add_argument("--at", type=float, metavar="S", help="the picture's moment, in seconds; after the last slip")
     show.add_argument("--no-viewer", action="store_true", help="do not open the viewer")
     show.add_argument("--live", action="store_true", help="show the session that runs on the rig's bus")
@@ -68,27 +74,33 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
+    setup = setup_for(reader, rig_path=args.rig)
+    if args.screenshot is not None:
+        for complaint in write_picture(reader, args.screenshot, setup=setup, at_s=args.at):
+            print(f"the viewer complains: {complaint}")
+        print(f"Picture: {args.screenshot}")
+    looked_at = desktop.has_display() and not args.no_viewer
+    if args.screenshot is None or args.save is not None or looked_at:
+        _write_view(reader, args, setup)
+    return 0
+
+
+def _write_view(reader: RecordingReader, args: argparse.Namespace, setup: Setup) -> None:
+    """Draws the whole session, and opens it where there is a display."""
     target: Path = args.save or args.file.with_suffix(".rrd")
     items = ((item.topic, item.message, item.publish_ns) for item in reader.messages())
-    setup = setup_for(reader, rig_path=args.rig)
     print(f"Drawing {args.file} into {target}", flush=True)  # an hour of a session takes half a minute
     drawn = write_rrd(items, target, topics=reader.topics, setup=setup, name=args.file.stem)
     print(f"{drawn.count} messages of {args.file} drawn into {target}")
     for topic, count in sorted(drawn.refused.items()):
         print(f"{count} messages of {topic} were left out: their numbers make no sense")
-    if args.screenshot is not None:
-        at_s = _telling_moment(reader, drawn.start_ns) if args.at is None else args.at
-        for complaint in viewer.screenshot(target, args.screenshot, at_s=at_s):
-            print(f"the viewer complains: {complaint}")
-        print(f"Picture: {args.screenshot}")
     if args.no_viewer:
-        return 0
+        return
     if desktop.has_display():
         viewer.open_file(target)
     elif args.screenshot is None:
         look = f"{how_to_call('rerun')} {target}"
         print(f"There is no display here. Look with: {look}\nor draw a picture with: --screenshot OUT.png")
-    return 0
 
 
 def setup_for(reader: RecordingReader, *, rig_path: str | None) -> Setup:
@@ -119,12 +131,6 @@ def _threshold(reader: RecordingReader) -> Threshold:
     except UserError:
         slip = None
     return Threshold(base_px=slip.base_px, per_deg_px=slip.per_deg_px) if slip else Threshold()
-
-
-def _telling_moment(reader: RecordingReader, start_ns: int) -> float | None:
-    """Just after the last slip, when the picture tells most; None (the end) without one."""
-    slips = [sample.detect_ns for sample in reader.samples() if not sample.censored and sample.detect_ns > start_ns]
-    return (slips[-1] - start_ns) * 1e-9 + _AFTER_SLIP_S if slips else None
 
 
 # --- live ------------------------------------------------------------------------------------------------------------

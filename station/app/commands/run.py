@@ -11,6 +11,7 @@ import argparse
 import atexit
 import gc
 import os
+import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -19,17 +20,16 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
-from rich.markup import escape
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app import assembly, recordings
 from station.app.claim import claim_arm, session_name
+from station.app.display.choice import Display, display_of
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
-from station.app.progress import counted
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
 from station.recording.beside import RecordingBeside, can_write_beside
@@ -53,6 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--take-over", action="store_true", help="take the arm over from a session that has it")
     parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
     parser.add_argument("--pixels", action="store_true", help="with --lockstep: render frames and track them")
+    parser.add_argument("--json-lines", action="store_true", help="for scripts: one JSON object a line, nothing else")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,7 +65,8 @@ def run(options: argparse.Namespace) -> int:
     tilter = assembly.require_reachable(rig, plan)
     path = recordings.recording_path(options.out)
     for repaired in repair_folder(path.parent):
-        print(f"A session before this one was cut off; what it recorded is saved as {repaired.path}")
+        where = sys.stderr if options.json_lines else sys.stdout
+        print(f"A session before this one was cut off; what it recorded is saved as {repaired.path}", file=where)
     return _lockstep(options, rig, plan, path, tilter) if options.lockstep else _live(options, rig, plan, path)
 
 
@@ -77,23 +79,24 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
     with ExitStack() as stack:
         recording = Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
         recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
-        tell = stack.enter_context(counted(console, total=plan.samples))
+        display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
         lockstep = Lockstep(
             rig,
             plan,
             recording=recording,
             camera=pixel_camera(plan.seed) if options.pixels else None,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
+            on_line=display.line,
             tilter=tilter,
         )
+        display.attach(lockstep.bus)
         stop = stack.enter_context(stop_by_signal())
-        outcome = lockstep.run(on_sample=tell, stop=stop)
+        outcome = lockstep.run(on_sample=display.tell, stop=stop)
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
         f"{outcome.simulated_s / wall:.3g} times faster than life."
     )
-    return _close(path, outcome.fault)
+    return _close(path, outcome.fault, display, json_lines=options.json_lines)
 
 
 def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -> int:
@@ -113,6 +116,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         claim_arm(bus, clock=clock, owner=owner, take_over=options.take_over)
         origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
         recording = Recording(path, provenance=origin, overwrite=options.overwrite)
+        display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
         session = LiveSession(
             bus,
             rig,
@@ -120,15 +124,18 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
             recording=recording,
             clock=clock,
             stop=stop,
-            on_line=lambda level, text: console.print(f"[dim]{level}[/] {escape(text)}"),
+            on_line=display.line,
             owner=owner,
         )
-        tell = stack.enter_context(counted(console, total=plan.samples))
-        fault = session.run(on_tick=lambda: tell(session.samples))
-    return _close(path, fault)
+        display.attach(bus)
+        fault = session.run(on_tick=lambda: display.tell(session.samples))
+    return _close(path, fault, display, json_lines=options.json_lines)
 
 
-def _close(path: Path, fault: str) -> int:
+def _close(path: Path, fault: str, display: Display, *, json_lines: bool) -> int:
+    display.end(fault)
+    if json_lines:
+        return 1 if fault else 0
     try:
         print_summary(path)
     finally:  # also when what was recorded cannot be read: this is why

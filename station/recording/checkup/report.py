@@ -9,6 +9,7 @@ from typing import Any
 from station.recording.checkup.arm import ArmHealth, ArmWatch
 from station.recording.checkup.session import SessionHealth, SessionWatch
 from station.recording.checkup.streams import StreamHealth, StreamWatch
+from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.reader import RecordingReader
 
 _DIGITS = 19
@@ -81,7 +82,7 @@ def examine(reader: RecordingReader) -> Report:
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
         changed_metadata=reader.changed_metadata,
-        unknown=tuple(name for name, info in reader.topics.items() if info.message is None),
+        unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )
 

@@ -1,4 +1,4 @@
-"""Progress on a terminal and elsewhere."""
+"""Progress in a log or a pipe."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from station.app.progress import EVERY_S, Told, counted
+from station.app.progress import EVERY_S, Told
 
 
 def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
@@ -27,11 +27,3 @@ def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None
     now[0] = 10 * EVERY_S
     shown.at(50)
     assert drawn.getvalue() == ""
-
-
-def test_a_bar_is_drawn_on_a_terminal_only() -> None:
-    for terminal in (True, False):
-        out = io.StringIO()
-        with counted(Console(file=out, force_terminal=terminal, width=60), total=4) as tell:
-            tell(2)
-        assert ("2/4" in out.getvalue()) == terminal

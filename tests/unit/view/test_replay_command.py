@@ -6,10 +6,12 @@ import argparse
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from shared import messages as m
 from shared.errors import UserError
 from shared.system import desktop
+from station.app import pictured
 from station.app.commands import replay
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
@@ -68,6 +70,32 @@ def test_a_display_gets_the_viewer_unless_it_is_not_wanted(
     assert opened == [target]
     request(recording, "--save", target, "--no-viewer")
     assert opened == [target]
+
+
+@pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
+def test_a_picture_is_drawn_without_complaints_and_without_a_view_of_the_whole_session(
+    recording: Path, tmp_path: Path, without_display: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out.png"
+    assert request(recording, "--screenshot", out) == 0
+    assert capsys.readouterr().out == f"Picture: {out}\n"
+    with Image.open(out) as picture:
+        assert picture.size == (1600, 1000)
+    assert not recording.with_suffix(".rrd").exists()
+
+
+def test_a_picture_needs_only_what_is_near_of_the_frequent_topics(tmp_path: Path) -> None:
+    shift_ns = 100_000_000_000
+    items = list(session.session_messages())
+    later = [(topic, message, stamp_ns + shift_ns) for topic, message, stamp_ns in items]
+    reader = open_recording(write_mcap(tmp_path / "long.mcap", [*items, *later]))
+    near = [(item.topic, item.publish_ns) for item in pictured.near(reader, session.START_NS + shift_ns)]
+    assert {stamp_ns >= session.START_NS + shift_ns for topic, stamp_ns in near if topic == "camera/corners"} == {True}
+    assert sum(topic == "session/sample" for topic, _ in near) == 2
+    assert (
+        sum(topic == "camera/geometry" for topic, _ in near)
+        == sum(topic == "camera/geometry" for topic, *_ in items) * 2
+    )
 
 
 def test_the_viewer_is_bound_to_the_loopback_address(monkeypatch: pytest.MonkeyPatch) -> None:

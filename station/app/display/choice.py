@@ -1,0 +1,56 @@
+"""Which display a session has: a panel on a terminal, plain lines elsewhere, JSON lines where they are asked for."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import TracebackType
+from typing import Protocol, Self
+
+from rich.console import Console
+
+from shared.bus import Bus
+from station.app.display.json_lines import JsonLinesDisplay
+from station.app.display.panel import PanelDisplay
+from station.app.display.plain import PlainDisplay
+from station.app.display.watched import Watched
+from station.sampling.plan import Plan
+
+
+class Display(Protocol):
+    """Shows a session while it runs; a context manager."""
+
+    def __enter__(self) -> Self:
+        """The session begins."""
+        ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None, /
+    ) -> None:
+        """It is over, in whatever way."""
+        ...
+
+    def attach(self, bus: Bus) -> None:
+        """Follows the session on this bus."""
+        ...
+
+    def line(self, level: str, text: str) -> None:
+        """A line of the session's log."""
+        ...
+
+    def tell(self, done: int) -> None:
+        """`done` samples are there; called often."""
+        ...
+
+    def end(self, fault: str) -> None:
+        """The recording is closed; `fault` is empty or says why the session ended early."""
+        ...
+
+
+def display_of(console: Console, plan: Plan, path: Path, *, json_lines: bool) -> Display:
+    """The display of a session that is recorded to `path`."""
+    if json_lines:
+        return JsonLinesDisplay(sys.stdout, Watched(plan, path), path=path, total=plan.samples)
+    if console.is_terminal:
+        return PanelDisplay(console, Watched(plan, path))
+    return PlainDisplay(console, total=plan.samples)

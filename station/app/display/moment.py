@@ -1,0 +1,48 @@
+"""A session at one moment, as terminals and scripts are told of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Health:
+    """How one part is doing: `text` says it in a few words, `well` is False where somebody should look."""
+
+    part: str
+    well: bool
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direction:
+    """The kept samples of one direction (−1: free azimuths), and mean and standard deviation of their onsets."""
+
+    direction: int
+    count: int
+    mean_deg: float | None
+    sd_deg: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """A session at one moment.
+
+    `moved_px` is how far the corner that decides has moved from its reference, `threshold_px` how far it may: the slip
+    rule asks for a number of corners, and this is the last of them. Both are None where there is no reference.
+    `left_s` is None before the first sample.
+    """
+
+    run: int
+    phase: str
+    direction: int | None
+    tilt_deg: float | None
+    moved_px: float | None
+    threshold_px: float | None
+    done: int
+    total: int
+    passed_s: float
+    left_s: float | None
+    by_direction: tuple[Direction, ...]
+    health: tuple[Health, ...]
+    lines: tuple[str, ...]

@@ -1,0 +1,115 @@
+"""A session on a terminal: one panel that is drawn anew in its place."""
+
+from __future__ import annotations
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.panel import Panel
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from shared.bus import Bus
+from station.app.display.moment import Direction, Health, Moment
+from station.app.display.watched import Watched
+from station.app.progress import told_time
+
+REFRESH_HZ = 4
+"""As often as one can read it; each time takes some 5 ms."""
+_BAR = 40
+
+
+class PanelDisplay:
+    """Shows the panel from `__enter__` to `__exit__`; its last state stays on the screen."""
+
+    def __init__(self, console: Console, watched: Watched) -> None:
+        self._watched = watched
+        self._live = Live(
+            console=console,
+            get_renderable=lambda: rendered(watched.moment()),
+            refresh_per_second=REFRESH_HZ,
+            vertical_overflow="crop",  # a low terminal shows the upper part, and nothing scrolls
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
+
+    def __enter__(self) -> PanelDisplay:
+        """Shows the panel."""
+        self._live.start(refresh=True)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Draws it a last time."""
+        self._live.stop()
+
+    def attach(self, bus: Bus) -> None:
+        """Follows the session on this bus."""
+        self._watched.attach(bus)
+
+    def line(self, level: str, text: str) -> None:
+        """A line of the log."""
+        self._watched.line(level, text)
+
+    def tell(self, done: int) -> None:
+        """Nothing: the panel is drawn by itself."""
+
+    def end(self, fault: str) -> None:
+        """Nothing: the summary follows."""
+
+
+def rendered(moment: Moment) -> RenderableType:
+    """The panel of a moment: about 16 lines."""
+    now = Table.grid(padding=(0, 2))
+    for name, value in _now(moment):
+        now.add_row(Text(name, style="dim"), value)
+    health = Table.grid(padding=(0, 2))
+    for part in moment.health:
+        health.add_row(*_health(part))
+    parts: list[RenderableType] = [now, Text(), _directions(moment.by_direction), Text(), health]
+    if moment.lines:
+        parts += [Text(), *(Text(line, style="dim", no_wrap=True, overflow="ellipsis") for line in moment.lines)]
+    return Panel(Group(*parts), title=f"run {moment.run}: {moment.phase}", title_align="left", width=78)
+
+
+def _now(moment: Moment) -> list[tuple[str, RenderableType]]:
+    left = "" if moment.left_s is None else f", about {told_time(moment.left_s)} left"
+    progress = Table.grid(padding=(0, 1))
+    progress.add_row(
+        ProgressBar(total=max(moment.total, 1), completed=moment.done, width=_BAR // 2),
+        f"{moment.done} of {moment.total} in {told_time(moment.passed_s)}{left}",
+    )
+    return [
+        ("direction", Text(_direction(moment.direction))),
+        ("tilt", Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")),
+        ("to the threshold", _distance(moment)),
+        ("samples", progress),
+    ]
+
+
+def _distance(moment: Moment) -> RenderableType:
+    if moment.moved_px is None or moment.threshold_px is None:
+        return Text("– (no reference)")
+    row = Table.grid(padding=(0, 1))
+    moved, threshold = moment.moved_px, moment.threshold_px
+    bar = ProgressBar(total=threshold, completed=min(moved, threshold), width=_BAR // 2)
+    row.add_row(bar, f"{max(threshold - moved, 0.0):.1f} px: moved {moved:.1f} of {threshold:.1f}")
+    return row
+
+
+def _directions(found: tuple[Direction, ...]) -> RenderableType:
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for name in ("direction", "slips", "mean °", "sd °"):
+        table.add_column(name, justify="right")
+    for one in found:
+        cells = ("–" if value is None else f"{value:.2f}" for value in (one.mean_deg, one.sd_deg))
+        table.add_row(_direction(one.direction), str(one.count), *cells)
+    return table if found else Text("no slips yet", style="dim")
+
+
+def _health(part: Health) -> tuple[RenderableType, RenderableType]:
+    sign, style = ("✓", "green") if part.well else ("!", "bold red")
+    return Text(f"{sign} {part.part}", style=style), Text(part.text, no_wrap=True, overflow="ellipsis")
+
+
+def _direction(number: int | None) -> str:
+    return "–" if number is None else "free" if number < 0 else str(number)

@@ -1,0 +1,37 @@
+"""A session in a log or a pipe: the log's lines as they come, and every ten seconds how far it is."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.markup import escape
+
+from shared.bus import Bus
+from station.app.progress import Told
+
+
+class PlainDisplay:
+    """Prints plain lines on the console."""
+
+    def __init__(self, console: Console, *, total: int) -> None:
+        self._console, self._told = console, Told(console, total=total)
+
+    def __enter__(self) -> PlainDisplay:
+        """Itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing is left to be done."""
+
+    def attach(self, bus: Bus) -> None:
+        """Nothing: the samples' number is told."""
+
+    def line(self, level: str, text: str) -> None:
+        """A line of the log."""
+        self._console.print(f"[dim]{level}[/] {escape(text)}")
+
+    def tell(self, done: int) -> None:
+        """`done` samples are there."""
+        self._told.at(done)
+
+    def end(self, fault: str) -> None:
+        """Nothing: the summary follows."""

@@ -1,0 +1,219 @@
+"""What a terminal, a log and a script get to see of a session while it runs."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import os
+import re
+import struct
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from shared.bus import Received
+from shared.messages import ClockOffset, MarkerCorners, PlatformState, Sample
+from station.app.commands import run as command
+from station.app.display.choice import display_of
+from station.app.display.json_lines import JsonLinesDisplay
+from station.app.display.panel import PanelDisplay, rendered
+from station.app.display.plain import PlainDisplay
+from station.app.display.watched import SILENT_S, Watched
+from station.sampling.plan import Plan
+from tests.unit.view import session
+
+PLAN = Plan(samples=4)
+
+
+class Clock:
+    """Seconds that pass when the test says so."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def watched(folder: Path, *, until_s: float, clock: Clock | None = None) -> Watched:
+    """The made-up session up to a time."""
+    watch = Watched(PLAN, folder / "a.mcap", seconds=clock or Clock())
+    for topic, message, stamp_ns in session.session_messages():
+        if stamp_ns <= session.START_NS + until_s * 1e9:
+            watch.take(Received(topic, stamp_ns, message))
+    return watch
+
+
+def told(watch: Watched, *, height: int = 40) -> str:
+    out = io.StringIO()
+    Console(file=out, width=100, height=height).print(rendered(watch.moment()))
+    return out.getvalue()
+
+
+# --- the numbers -----------------------------------------------------------------------------------------------------
+
+
+def test_the_distance_is_that_of_the_corner_that_decides(tmp_path: Path) -> None:
+    before = watched(tmp_path, until_s=session.SLIP_S - 0.2).moment()
+    after = watched(tmp_path, until_s=session.SLIP_S + 0.3).moment()
+    assert before.phase == "TILT"
+    assert before.tilt_deg is not None
+    assert before.threshold_px == pytest.approx(10.0 + before.tilt_deg)
+    assert before.moved_px is not None
+    assert before.moved_px < 1.0
+    assert after.moved_px is not None
+    assert after.threshold_px is not None
+    assert after.moved_px > after.threshold_px
+
+
+def test_mean_and_sd_are_those_of_the_kept_samples_by_direction(tmp_path: Path) -> None:
+    watch = watched(tmp_path, until_s=0.0)
+    one = replace(session.sample(), direction=2, onset_angle_rad=0.3, censored=False, flags=())
+    left_out = (replace(one, censored=True), replace(one, flags=("turned",)))
+    for sample in (one, replace(one, onset_angle_rad=0.4), *left_out):
+        watch.take(Received("session/sample", 1, sample))
+    moment = watch.moment()
+    (found,) = moment.by_direction
+    assert (moment.done, found.direction, found.count) == (4, 2, 2)
+    assert found.mean_deg == pytest.approx(20.0535, abs=1e-3)
+    assert found.sd_deg == pytest.approx(4.0514, abs=1e-3)
+
+
+def test_the_time_left_is_that_of_the_samples_so_far(tmp_path: Path) -> None:
+    clock = Clock()
+    watch = Watched(PLAN, tmp_path / "a.mcap", seconds=clock)
+    assert watch.moment().left_s is None
+    clock.now += 30.0
+    watch.take(Received("session/sample", 1, Sample(direction=0)))
+    assert watch.moment().left_s == pytest.approx(90.0)
+
+
+def test_a_part_that_falls_silent_is_not_well(tmp_path: Path) -> None:
+    clock = Clock()
+    watch = watched(tmp_path, until_s=2.0, clock=clock)
+    watch.take(Received("clock", 1, ClockOffset(agent="camera", offset_ns=1_500_000, sigma_ns=20_000)))
+    assert {part.part: part.well for part in watch.moment().health} == dict.fromkeys(
+        ("camera", "arm", "clock", "disk"), True
+    )
+    clock.now += 2.0 * SILENT_S
+    watch.take(Received("camera/corners", 1, MarkerCorners()))
+    (camera, arm, clocks, _) = watch.moment().health
+    assert camera.well
+    assert (arm.well, arm.text) == (False, "silent for 4 s")
+    assert clocks.text == "camera +1.50 ± 0.02 ms"
+
+
+def test_messages_that_make_no_sense_are_not_shown(tmp_path: Path) -> None:
+    watch = watched(tmp_path, until_s=0.0)
+    watch.take(Received("arm/platform", 1, PlatformState(qw=0.0)))
+    watch.take(Received("camera/corners", 1, MarkerCorners(found=False)))
+    assert (watch.moment().tilt_deg, watch.moment().moved_px) == (None, None)
+
+
+# --- the panel -------------------------------------------------------------------------------------------------------
+
+
+def test_the_panel_has_everything_in_the_height_of_a_terminal(tmp_path: Path) -> None:
+    watch = watched(tmp_path, until_s=session.SLIP_S - 0.2)
+    for number in range(9):
+        watch.line("warning", f"line {number}")
+    for direction in range(4):
+        watch.take(Received("session/sample", 1, replace(session.sample(), direction=direction)))
+    panel = told(watch)
+    for words in ("run 1: TILT", "direction", "px: moved", "4 of 4", "24.00", "✓ camera", "arm", "clock", "disk"):
+        assert words in panel
+    assert "warning: line 8" in panel
+    assert "line 4" not in panel
+    assert panel.count("\n") <= 24
+
+
+def test_the_display_follows_from_where_it_is_shown(tmp_path: Path) -> None:
+    terminal, pipe = Console(file=io.StringIO(), force_terminal=True), Console(file=io.StringIO())
+    path = tmp_path / "a.mcap"
+    assert isinstance(display_of(terminal, PLAN, path, json_lines=False), PanelDisplay)
+    assert isinstance(display_of(pipe, PLAN, path, json_lines=False), PlainDisplay)
+    assert isinstance(display_of(terminal, PLAN, path, json_lines=True), JsonLinesDisplay)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+def test_on_a_terminal_the_panel_is_drawn_in_its_place(tmp_path: Path) -> None:
+    """A real session in a pseudo-terminal of 40 lines."""
+    words = ["run", "--lockstep", "--samples", "2", "--out", str(tmp_path / "a.mcap")]
+    printed = in_terminal([sys.executable, "-m", "station", *words], lines=40)
+    drawings = printed.split("╭─ run ")
+    assert len(drawings) > 2
+    # Every drawing but the first begins with the way up to where the one before it began.
+    for before, here in zip(drawings[1:-1], drawings[1:], strict=False):
+        lines = before.split("╯")[0].count("\n")
+        assert len(re.findall(r"\x1b\[1A", before.split("╯")[1])) == lines, here
+    last = drawings[-1]
+    assert "2 of 2" in last
+    assert "✓ camera" in last
+    assert "Recording: " in last
+
+
+def in_terminal(words: list[str], *, lines: int) -> str:
+    """What a program prints in a pseudo-terminal of 100 columns."""
+    import fcntl  # noqa: PLC0415  # not on Windows
+    import pty  # noqa: PLC0415
+    import termios  # noqa: PLC0415
+
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", lines, 100, 0, 0))
+    environment = {**os.environ, "TERM": "xterm-256color"}
+    program = subprocess.Popen(words, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
+    os.close(theirs)
+    printed = bytearray()
+    while True:
+        try:
+            printed += os.read(ours, 65536)
+        except OSError:  # the program has ended
+            break
+    os.close(ours)
+    assert program.wait() == 0
+    return printed.decode(errors="replace").replace("\r", "")
+
+
+# --- lines -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_script_gets_one_object_a_line_and_nothing_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    out = tmp_path / "a.mcap"
+    words = ["--lockstep", "--samples", "2", "--seed", "1", "--json-lines", "--out", str(out)]
+    assert command.run(parser.parse_args(words)) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[0] == {"event": "start", "recording": str(out), "total": 2}
+    assert lines[-1] == {"event": "end", "recording": str(out), "samples": 2, "fault": ""}
+    phases = [line["phase"] for line in lines if line["event"] == "phase" and line["run"] == 1]
+    assert phases == ["LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"]
+    samples = [line for line in lines if line["event"] == "sample"]
+    assert [line["run"] for line in samples] == [1, 2]
+    assert all(5.0 < line["onset_deg"] < 60.0 for line in samples)
+
+
+def test_a_script_gets_the_status_once_a_second(tmp_path: Path) -> None:
+    clock, out = Clock(), io.StringIO()
+    watch = watched(tmp_path, until_s=2.0, clock=clock)
+    display = JsonLinesDisplay(out, watch, path=tmp_path / "a.mcap", total=4, seconds=clock)
+    for _ in range(5):
+        clock.now += 0.5
+        display.tell(0)
+    found = [json.loads(line) for line in out.getvalue().splitlines()]
+    assert [line["event"] for line in found] == ["status", "status"]
+    assert found[0]["health"][0]["part"] == "camera"
+    assert found[0]["tilt_deg"] > 0
+
+
+def test_a_log_gets_plain_lines(tmp_path: Path) -> None:
+    out = io.StringIO()
+    with display_of(Console(file=out, width=80), PLAN, tmp_path / "a.mcap", json_lines=False) as display:
+        display.line("warning", "the mark [is] lost")
+        display.tell(1)
+    assert out.getvalue() == "warning the mark [is] lost\n"
