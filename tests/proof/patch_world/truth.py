@@ -1,0 +1,116 @@
+"""Where an effect acted: each run again in the world without it, from the same begin, with the same commands and draws.
+
+A run without the effect may not have slid yet when the recorded one went back to level; for its onset alone the steps
+of the tilt then go on as before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.proof.patch_world import places as at
+from tests.proof.patch_world.bench import Bench
+from tests.proof.patch_world.draws import run_draw
+from tests.proof.patch_world.seen import Seen, look
+from tests.proof.patch_world.session import Asked, RunRecord
+from tests.proof.patch_world.world import World
+
+Array = NDArray[np.float64]
+_SINCE_S = np.linspace(0.02, 0.3, 15)
+_FURTHER_STEPS = 12
+_FRAME_S = 0.011
+
+
+def acted(world: World, without: World, records: Sequence[RunRecord], *, seed: int) -> list[dict[str, Any]]:
+    """What an effect did in each run of a session of `world`, against the world `without` it.
+
+    Returns:
+        A table for each run: `onset_deg`, the change of the onset as the arm's angles tell it (None where one of both
+        did not slide), `slide_mm`, the change of the slide since its onset (root mean square over 0.3 s), and for the
+        `phases` rest, slide and return from when to when (s since the session's begin), by how much at most the block's
+        path (mm) and yaw (deg), the fiducial (mm) and the reported tilt (deg) differ.
+    """
+    return [_of_run(world, without, record, seed=seed) for record in records if record.states]
+
+
+def _of_run(world: World, without: World, record: RunRecord, *, seed: int) -> dict[str, Any]:
+    azimuth, run = record.azimuth, record.run
+    one = look(world, record.states, azimuth=azimuth, run=run)
+    times = one.time_s
+    states = again(without, record, times, record.asked, seed=seed)
+    other = look(without, states, azimuth=azimuth, run=run)
+    onset_deg = other.onset_deg
+    if math.isnan(onset_deg):
+        longer = _further(record)
+        until = np.arange(times[0], longer[-1].time_s + 1.0, _FRAME_S)
+        onset_deg = look(without, again(without, record, until, longer, seed=seed), azimuth=azimuth, run=run).onset_deg
+    slides = one.slide_mm(_SINCE_S) - other.slide_mm(_SINCE_S)
+    kept = slides[np.isfinite(slides)]
+    return {
+        "run": run,
+        "onset_s": _number(one.onset_s, 4),
+        "onset_deg": _number(one.onset_deg - onset_deg, 4),
+        "slide_mm": _number(float(np.sqrt(np.mean(kept**2))), 4) if kept.size else None,
+        "phases": {name: _window(one, other, low, high) for name, low, high in _phases(one, other, record)},
+    }
+
+
+def again(world: World, record: RunRecord, times: Array, asked: Sequence[Asked], *, seed: int) -> list[Array]:
+    """The states (n) of a run in a world at times (s), with the motions that were asked for."""
+    bench = Bench(world)
+    bench.state[at.T] = record.begin.state[at.T]
+    bench.begin_run(
+        run_draw(world, seed=seed, run=record.run), run=record.run, azimuth=record.azimuth, before=record.before
+    )
+    bench.resume(record.begin)
+    bench.motion[at.AZIMUTH] = record.azimuth
+    waiting, states = list(asked), list[Array]()
+    for time_s in times:
+        while waiting and waiting[0].time_s <= time_s:
+            motion = waiting.pop(0)
+            bench.advance(motion.time_s)
+            bench.ask(motion.angle, azimuth=motion.azimuth, rate=motion.rate)
+        bench.advance(float(time_s))
+        states.append(bench.state.copy())
+    return states
+
+
+def _further(record: RunRecord) -> list[Asked]:
+    """The tilt's motions without the return, and more steps of the same size and pace."""
+    tilts = [one for one in record.asked if one.angle > 0]
+    if len(tilts) < 2:
+        return tilts
+    last, before = tilts[-1], tilts[-2]
+    step, pace = last.angle - before.angle, last.time_s - before.time_s
+    more = [
+        Asked(time_s=last.time_s + k * pace, angle=last.angle + k * step, azimuth=last.azimuth, rate=last.rate)
+        for k in range(1, _FURTHER_STEPS + 1)
+    ]
+    return [*tilts, *(one for one in more if one.angle < 1.2)]
+
+
+def _phases(one: Seen, other: Seen, record: RunRecord) -> list[tuple[str, float, float]]:
+    begin, end, detect = float(one.time_s[0]), float(one.time_s[-1]), record.detect_s or float(one.time_s[-1])
+    onset = min(x for x in (one.onset_s, other.onset_s, detect) if not math.isnan(x))
+    return [("rest", begin, onset), ("slide", onset, detect), ("return", detect, end)]
+
+
+def _window(one: Seen, other: Seen, low: float, high: float) -> dict[str, Any]:
+    inside = (one.time_s >= low) & (one.time_s <= high)
+    found: dict[str, Any] = {"from_s": round(low, 4), "to_s": round(high, 4)}
+    if inside.any():
+        turn = (one.yaw_deg - other.yaw_deg + 180) % 360 - 180
+        found["path_mm"] = _number(float(np.hypot(*(one.path_mm - other.path_mm)[inside].T).max()), 5)
+        found["yaw_deg"] = _number(float(np.abs(turn[inside]).max()), 4)
+        found["fiducial_mm"] = _number(float(np.hypot(*(one.mark_mm - other.mark_mm)[inside].T).max()), 5)
+        found["tilt_deg"] = _number(float(np.abs((one.tilt_deg - other.tilt_deg)[inside]).max()), 5)
+    return found
+
+
+def _number(value: float, digits: int) -> float | None:
+    return None if math.isnan(value) else round(value, digits)
