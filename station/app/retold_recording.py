@@ -30,7 +30,9 @@ _FILES = {"rig.toml", "plan.toml", "calibration.toml"}
 def write_retold(
     reader: RecordingReader, simulated: Signals, out: Path, *, rig: RigConfig, said: Mapping[str, str], model_toml: str
 ) -> int:  # fmt: skip
-    """Writes the recording; gives the number of messages. Pictures, log lines and the truth are left out.
+    """Writes the recording; gives the number of its messages, without those that the recorder adds for viewers.
+
+    Pictures, log lines and the truth are left out.
 
     Args:
         reader: the recorded session.

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from shared.geometry import Array, quaternion_from_matrix
-from station.physics.outline import inside_by_m
 from station.rig.arm_model import ArmModel, Capsule
+from station.rig.outline import inside_by_m
 from station.view import colours
 from station.view.setup import Setup
 

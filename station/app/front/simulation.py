@@ -123,7 +123,7 @@ class Simulated(Recording):
         return self._table("differences", own)
 
     def write(self, path: FilePath) -> int:
-        """Writes it as a recording (.mcap); gives the number of messages.
+        """Writes it as a recording (.mcap); gives the number of messages, without those that are added for viewers.
 
         Raises:
             UserError: if the file exists or cannot be written.

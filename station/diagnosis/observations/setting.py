@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.physics.contact import Array
-from station.physics.outline import inside_by_m
+from station.rig.outline import inside_by_m
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

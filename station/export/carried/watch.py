@@ -13,7 +13,7 @@ import numpy as np
 
 from station.export.carried.states import USUAL, contact
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
-from station.physics.room import room_m
+from station.rig.opening import room_m
 
 STOPS_M_S = 1e-3
 """A slower block lies once its friction exceeds its load: it would stop within some milliseconds."""

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from station.physics.room import Opening
+from station.rig.opening import Opening
 
 FixedIn = Literal["object", "plate"]
 STEEPEST_RAD = 1.3

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from station.physics.contact import Array
-from station.physics.room import Opening
+from station.rig.opening import Opening
 
 STEADY_RAD_S = 2e-3
 """A plate that turns more slowly than this (0.1 °/s) is held."""

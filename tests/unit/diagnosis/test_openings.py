@@ -12,7 +12,7 @@ from station.diagnosis.observations.build import Recorded, evidence_of
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import leans
 from station.physics.model import Model
-from station.physics.outline import inside_by_m
+from station.rig.outline import inside_by_m
 from station.simulators.simulator import simulator
 from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 

@@ -100,7 +100,7 @@ def test_every_column_ends_in_its_unit_or_has_none(name: str) -> None:
 @pytest.mark.parametrize("name", COLUMNS)
 def test_the_page_lists_the_columns(name: str) -> None:
     page = (ROOT / "station" / "README.md").read_text(encoding="utf-8")
-    section = page.partition(f"### {name}:")[2].partition("###")[0]
+    section = page.partition(f"### {name}:")[2].partition("\n##")[0]
     cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
     listed = [column for cell in cells for column in listed_in(cell)]
     assert sorted(listed) == sorted(COLUMNS[name].split())

@@ -17,9 +17,10 @@ from tests.portable.variants import PLAINEST, Variant, taken, variants
 MODERN = Paths(("X86_V3",), ("AVX2", "AVX512-SKX"), True, ("SkylakeX",), "host", "01234567", (8, 8))
 OLD = Paths((), (), False, ("Nehalem",), "host", "89abcdef", (1, 1))
 LOADED = """
-import time
+import signal, time
 from tests.portable.load import load
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit that it is ignored
 with load(2):
     print("ready", flush=True)
     time.sleep(250)

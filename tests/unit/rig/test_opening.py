@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from station.physics.contact import Array
-from station.physics.outline import room_within
-from station.physics.room import Opening
+from station.rig.opening import Opening
+from station.rig.outline import room_within
 
 CORNERED = np.array([(-0.04, -0.04), (0.04, -0.04), (0.04, 0.0), (0.0, 0.0), (0.0, 0.04), (-0.04, 0.04)])
 """An opening whose foam points inwards at the middle."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from station.physics.circle import cos_sin
-from station.physics.contact import Array
-from station.physics.outline import inside_by_m, room_within
+from shared.geometry import Array
+from station.rig.outline import inside_by_m, room_within
 
 
 def room_m(opening_m: float, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
@@ -18,7 +17,7 @@ def room_m(opening_m: float, half_m: Array, pose: tuple[Array, Array, Array]) ->
     `opening_m` is the circle's radius, `half_m` (n,) half the square's side, `pose` its x, y (m) and yaw (rad), (n,).
     """
     x, y, yaw = pose
-    cosine, sine = cos_sin(yaw)
+    cosine, sine = np.cos(yaw), np.sin(yaw)
     along, across = np.abs(cosine * x + sine * y), np.abs(cosine * y - sine * x)
     return opening_m - np.hypot(along + half_m, across + half_m)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from station.physics.contact import Array
+from shared.geometry import Array
 
 
 def inside_by_m(outline_m: Array, place_m: Array) -> Array:
