@@ -13,7 +13,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import cv2
-import numba
 import numpy as np
 from numba.core import config as numba_config
 from numpy._core import _multiarray_umath as core  # pyright: ignore  # no public name tells it
@@ -46,7 +45,8 @@ def paths() -> Paths:
         openblas=_openblas(),
         numba=str(numba_config.CPU_NAME or "host"),  # pyright: ignore  # made when it is imported
         libm=_libm(),
-        threads=(cv2.getNumThreads(), numba.get_num_threads()),
+        # numba.get_num_threads() would start them, and numba then refuses to compile once the environment has changed
+        threads=(cv2.getNumThreads(), int(numba_config.NUMBA_NUM_THREADS)),  # pyright: ignore  # as above
     )
 
 
