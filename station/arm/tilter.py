@@ -175,12 +175,11 @@ def settled_model(settings: ArmSettings) -> ArmModel:
 
 def settled_stage(settings: ArmSettings, model: ArmModel) -> TiltStage:
     """The arm as the `[arm]` table places it; what it leaves out is the model's own home."""
-    yaw = settings.base_yaw_deg
     return tilt_stage(
         model,
         base_xyz_m=settings.base_xyz_m,
-        base_yaw_rad=model.home_yaw_rad if yaw is None else math.radians(yaw),
-        home_rad=[math.radians(angle) for angle in settings.home_deg] or model.home_rad,
+        base_yaw_rad=settings.base_yaw_rad(model.home_yaw_rad),
+        home_rad=settings.home_rad(model.home_rad),
     )
 
 

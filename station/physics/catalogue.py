@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import copyreg
 import importlib
-import importlib.util
 import inspect
 import pkgutil
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ from types import MappingProxyType, ModuleType
 
 from shared.config import Table, own_folders, parse
 from shared.errors import UserError
+from shared.own_module import module_in
 from station.physics import effects
 from station.physics.complete import fault_of
 from station.physics.effect import Effect
@@ -88,19 +87,12 @@ def _those_of(folder: Path) -> list[tuple[str, Effect]]:
 
 
 def _imported(path: Path) -> ModuleType:
-    name = f"repose_user_effects.{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise UserError(f"Expected a Python file with an effect at {path}, but it cannot be loaded")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        return module_in(path, name=f"repose_user_effects.{path.stem}")
     except Exception as error:
         raise UserError(
             f"Expected {path} to define an effect, but importing it failed: {' '.join(str(error).split())}"
         ) from error
-    return module
 
 
 def effect_in(file: str) -> Effect:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from shared.config import Table
@@ -82,6 +83,14 @@ class ArmSettings:
     gate: GateSettings = field(default_factory=GateSettings)
     obstacles: ObstacleSettings = field(default_factory=ObstacleSettings)
     options: Table = field(default_factory=lambda: Table({}))
+
+    def base_yaw_rad(self, home_yaw_rad: float) -> float:
+        """The base's yaw; `home_yaw_rad` is the model's own."""
+        return home_yaw_rad if self.base_yaw_deg is None else math.radians(self.base_yaw_deg)
+
+    def home_rad(self, own: Sequence[float]) -> Sequence[float]:
+        """The home pose; `own` is the model's."""
+        return [math.radians(angle) for angle in self.home_deg] or own
 
     @property
     def may_arm(self) -> bool:

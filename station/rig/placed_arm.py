@@ -65,7 +65,7 @@ def placed_arm(rig: RigConfig) -> PlacedArm:
     """
     settings = parse(ArmSettings, rig.arm)
     model = load_arm_model(settings.model)
-    yaw_rad = model.home_yaw_rad if settings.base_yaw_deg is None else math.radians(settings.base_yaw_deg)
+    yaw_rad = settings.base_yaw_rad(model.home_yaw_rad)
     return PlacedArm(model=model, world_from_base=transform(settings.base_xyz_m, (0.0, 0.0, yaw_rad)))
 
 

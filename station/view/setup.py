@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -93,7 +92,7 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool 
     placed = placed_arm(rig)
     model, world_from_base = placed.model, placed.world_from_base
     own_pivot = settings.pivot_above_plate_m
-    home_rad = [math.radians(angle) for angle in settings.home_deg] or model.home_rad
+    home_rad = settings.home_rad(model.home_rad)
     x, y, z = forward_kinematics(model, home_rad, world_from_base=world_from_base)[:3, 3].tolist()
     return replace(
         shapes,

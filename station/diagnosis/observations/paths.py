@@ -76,28 +76,24 @@ class Paths:
         held, slowing = self._speeds.tables((term,))
         return bool(np.abs(held - 1.0).max() > CHANGES or np.abs(slowing).max() > CHANGES_M_S2)
 
-    def nearest(self, starts: Sequence[Sequence[Term]]) -> tuple[tuple[Term, ...], float]:
+    def nearest(self, start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
         """The terms' values nearest to the likeliest law of all paths, and the remaining difference (rms), m/s².
 
-        The search begins at each of the starts, which have the same effects.
+        The search begins at the values that the terms have.
         """
         typical = self.contact.chosen(np.array([int(np.argsort(self.contact.tilt_rad)[len(self.contact) // 2])]))
         held_m_s2, speeds = GRAVITY_M_S2 * math.sin(float(typical.tilt_rad[0])), _Speeds.of(typical)
         seen, law = SPEEDS_M_S < SEEN_M_S, self.law.of_runs(1)
         wanted = (held_m_s2 * law.held[0, :, 0] + law.slowing_m_s2[0, :, 0])[seen[:-1]]
+        numbers = _numbers(start)
 
-        def near(start: Sequence[Term]) -> tuple[tuple[Term, ...], float]:
-            numbers = _numbers(start)
+        def off(inner: Array) -> Array:
+            held, slowing = speeds.tables(_valued(start, numbers, inner))
+            return (held_m_s2 * held + slowing)[0, seen] - wanted
 
-            def off(inner: Array) -> Array:
-                held, slowing = speeds.tables(_valued(start, numbers, inner))
-                return (held_m_s2 * held + slowing)[0, seen] - wanted
-
-            begin, (low, high) = _inner(start, numbers), np.array(_bounds(numbers)).T
-            found = least_squares(off, np.clip(begin, low + EPS, high - EPS), bounds=(low, high), max_nfev=SEARCHES)
-            return _valued(start, numbers, np.asarray(found.x)), math.sqrt(float(np.mean(np.square(found.fun))))
-
-        return min((near(start) for start in starts), key=lambda each: each[1])
+        begin, (low, high) = _inner(start, numbers), np.array(_bounds(numbers)).T
+        found = least_squares(off, np.clip(begin, low + EPS, high - EPS), bounds=(low, high), max_nfev=SEARCHES)
+        return _valued(start, numbers, np.asarray(found.x)), math.sqrt(float(np.mean(np.square(found.fun))))
 
     def log_likelihood(self, terms: Sequence[Term]) -> float:
         """The paths' log likelihood, maximised over the terms' values.
@@ -105,7 +101,7 @@ class Paths:
         The windows determine little of two laws that nearly cancel there, so the search then also begins where the two
         together come nearest to the likeliest law of all paths.
         """
-        starts = [tuple(terms), self.nearest([terms])[0]] if len(terms) > 1 else [tuple(terms)]
+        starts = [tuple(terms), self.nearest(terms)[0]] if len(terms) > 1 else [tuple(terms)]
         return max(self._climbed(start) for start in starts)
 
     def _climbed(self, terms: tuple[Term, ...]) -> float:

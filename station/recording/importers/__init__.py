@@ -16,11 +16,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from traceback import extract_tb
-from types import ModuleType
 from typing import Any, Protocol, cast
 
 from shared.errors import UserError
 from shared.messages import Message
+from shared.own_module import module_in
 from station.recording.provenance import Provenance
 from station.recording.writer import Recording
 
@@ -79,10 +79,9 @@ class OwnImporter:
         Raises:
             UserError: if that fails, or it is no importer.
         """
-        self._file, module = file, ModuleType(f"repose_user_importers.{file.stem}")
-        module.__file__ = str(file)
+        self._file = file
         with self._told("be imported"):
-            exec(compile(file.read_bytes(), str(file), "exec"), vars(module))
+            module = module_in(file, name=f"repose_user_importers.{file.stem}")
         self.NAME, self.HELP = str(getattr(module, "NAME", "")), str(getattr(module, "HELP", ""))
         self._read = getattr(module, "read", None)
         if not (self.NAME and self.HELP and callable(self._read)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 import sys
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from shared.errors import UserError
+from shared.own_module import module_in
 from station.physics.model import Model
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.plate import Plate
@@ -30,14 +30,11 @@ def loaded(path: Path, name: str = NAMED) -> Function:
     Raises:
         UserError: if the file cannot be read or run, or has no such function.
     """
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None or not path.is_file():
+    if not path.is_file():
         raise UserError(f"Expected a Python file with a simulator at {path}, found none")
-    module = importlib.util.module_from_spec(spec)
     sys.path.insert(0, str(path.resolve().parent))
-    sys.modules[path.stem] = module
     try:
-        spec.loader.exec_module(module)
+        module = module_in(path, name=path.stem)
     except BaseException as error:
         raise UserError(f"Expected {path} to define a simulator, but importing it failed: {told(error)}") from error
     function = getattr(module, name, None)

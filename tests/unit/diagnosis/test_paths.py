@@ -85,7 +85,7 @@ def test_two_laws_that_nearly_cancel_are_found_by_how_blocks_gather_speed() -> N
     seen = [looked_at(one_run(LAWS["stribeck"], 2.0, np.random.default_rng(11))[0])]
     paths = Paths.of(Breakaways.of(seen), _at_rest(1), Law(fall=0.06, fall_speed_m_s=0.03, drag_per_s=2.0))
     film = Term(catalogue()["viscous"], {"drag_n_s_m": 0.002, "by_load": 0.0})
-    terms, off_m_s2 = paths.nearest([(_term("stribeck"), film)])
+    terms, off_m_s2 = paths.nearest((_term("stribeck"), film))
     # Together they are that very law: nothing stays off, and a hundredth of a number shows in no path.
     assert off_m_s2 < CHANGES_M_S2
     assert terms[0].values["drop"] == pytest.approx(0.06, rel=0.01)
