@@ -6,7 +6,7 @@ goes out on stdout. When stdin ends, because the agent ended or was killed, ever
 
 In: {"goal": id, "names": [], "times_ns": [], "positions": [[]], "velocities": [[]]} or {"cancel": true}.
 Out: {"ready": true} | {"error": text} | {"state": [stamp_ns, names, positions, velocities, efforts]} |
-{"goal": id, "status": name, "code": number, "text": text}.
+{"goal": id, "status": name, "done": whether its result has come, "code": number, "text": text}.
 """
 
 from __future__ import annotations
@@ -83,6 +83,7 @@ class Bridge:
 
     def on_goal(self, number: int, handle: Any) -> None:
         """The robot said something about a goal."""
+        from actionlib import CommState  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
         from actionlib_msgs.msg import GoalStatus  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
 
         names = {getattr(GoalStatus, name): name for name in _STATUSES}
@@ -90,6 +91,7 @@ class Bridge:
         self.say(
             goal=number,
             status=names.get(handle.get_goal_status(), ""),
+            done=handle.get_comm_state() in {CommState.DONE, CommState.LOST},
             code=int(getattr(result, "error_code", 0) or 0),
             text=str(getattr(result, "error_string", "") or handle.get_goal_status_text() or ""),
         )

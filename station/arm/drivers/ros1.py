@@ -72,6 +72,7 @@ class Ros1Arm:
         self._reading: JointReading | None = None
         self._goal = 0
         self._asked_ns: int | None = None
+        self._unanswered = ""
         self._now_ns = 0
         self._fault = ""
         _require_master(self._options.master_uri)
@@ -116,6 +117,7 @@ class Ros1Arm:
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """See `Driver.start`: a new goal, which replaces the one under way."""
         self._fault, self._asked_ns = "", now_ns
+        self._unanswered = f"the robot's driver did not answer within {self._options.answer_timeout_s:.1f} s"
         self._goal += 1
         self._send(
             goal=self._goal,
@@ -139,20 +141,26 @@ class Ros1Arm:
             while True:
                 self._take(self._said.popleft())
         if self._asked_ns is not None and now_ns - self._asked_ns > self._options.answer_timeout_s * 1e9:
-            self._fault = f"the robot's driver did not answer within {self._options.answer_timeout_s:.1f} s"
-            self._asked_ns = None
+            self._fault, self._asked_ns = self._unanswered, None
 
     def _take(self, line: dict[str, Any]) -> None:
         if "state" in line:
             self._take_state(line["state"])
         elif "goal" in line and line["goal"] == self._goal:
-            if line["status"] != "PENDING":  # ROS itself says that much, before the robot has seen the goal
-                self._asked_ns = None
-            if line["status"] in _REFUSED:
-                why = line["text"] or _CODES.get(line["code"], f"error {line['code']}")
-                self._fault = f"the robot's driver {_REFUSED[line['status']]}: {why}"
+            self._take_status(line)
         elif "error" in line:
             self._fault = f"the arm is lost: {line['error']}"
+
+    def _take_status(self, line: dict[str, Any]) -> None:
+        if line["status"] in _REFUSED:
+            why = line["text"] or _CODES.get(line["code"], f"error {line['code']}")
+            refused = f"the robot's driver {_REFUSED[line['status']]}: {why}"
+            if line["done"]:
+                self._fault, self._asked_ns = refused, None
+            else:  # the reason comes with the result, on a topic of its own, a little later
+                self._unanswered, self._asked_ns = refused, self._now_ns
+        elif line["status"] != "PENDING":  # ROS itself says that much, before the robot has seen the goal
+            self._asked_ns = None
 
     def _take_state(self, state: list[Any]) -> None:
         stamp_ns, names, position, velocity, effort = state
