@@ -1,4 +1,4 @@
-"""`station prove` with a quick protocol that is smaller still: `python -m tests.recovery.small_proof prove …`.
+"""`make proof` with a quick protocol that is smaller still: `python -m tests.recovery.small_proof …`.
 
 Every tier of the quick protocol is in it, so that every way to score a case is gone. Single effects come at 0.5, 1, 2
 and 4 times their limits in turn: four of them have all strengths, and the same two strong ones as the quick protocol.
@@ -7,8 +7,8 @@ and 4 times their limits in turn: four of them have all strengths, and the same 
 import sys
 from types import MappingProxyType
 
-from station.__main__ import main
-from station.prove import protocol
+from tests.proof import protocol
+from tests.proof.__main__ import main
 
 SMALL = MappingProxyType({"null": 3, "single": 4, "outside": 1, "absorbed": 1, "confounded": 1})
 

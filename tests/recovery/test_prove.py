@@ -1,6 +1,6 @@
 """The small honest subset of the proof: independent cases, a sealed key, one blind run, and what must come out of it.
 
-The bounds are what chance alone cannot give on so few cases; the gates themselves are for `station prove --full`. One
+The bounds are what chance alone cannot give on so few cases; the gates themselves are for `make proof-full`. One
 run is looked at by all tests: every case costs about ten seconds of a core.
 """
 
@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
 
 
 def prove(out: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "tests.recovery.small_proof", "prove", "--out", str(out), "--seed", SEED, *words]
+    command = [sys.executable, "-m", "tests.recovery.small_proof", "--out", str(out), "--seed", SEED, *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=1400, check=False, cwd=ROOT)
 
 
