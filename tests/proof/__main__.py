@@ -1,32 +1,35 @@
-"""Proves the diagnosis on concealed data: cases by an independent generator, one blind run, then the sealed key.
+"""Proves the diagnosis on concealed data: families of cases by others, one blind run, then the sealed keys.
 
-The generator is another process and writes recordings in the real format; the hash of
+Each family's generator (tests/proof/families) is another process and writes recordings in the real format; the hash of
 its key is printed and stored before the tool sees a recording. The tool gets recording and rig file and nothing else,
-once. Then the key is opened and every gate is scored. The command may be broken off and called again: it goes on where
-it was. Into the folder of --out go cases, keys, results, prove.json, prove.md and the figures. Exit status: 0 when
-every gate that has cases is met, 1 when not, 2 for a mistake in what was asked.
+once. Then the key is opened and every gate is scored, family by family. The command may be broken off and called again:
+it goes on where it was. Into the folder of --out go cases, keys, results, proof.json, proof.md and the pictures. Exit
+status: 0 when every gate that has cases is met in every family, 1 when not, 2 for a mistake in what was asked.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
+import contextlib
 import platform
 import sys
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
+import joblib
 from rich.console import Console
 
 from shared.errors import UserError
+from shared.system.processes import usable_processors
 from station.app.diagnosing import versions
 from station.app.work import write_json
-from tests.proof.gates import gates
+from tests.proof.families import families
 from tests.proof.pictures import draw_all
-from tests.proof.protocol import QUICK, Protocol, tiers_of
-from tests.proof.report import About, as_json, markdown, printed, printed_rivals
-from tests.proof.run import left_out, prove
+from tests.proof.protocol import Protocol, tiers_of
+from tests.proof.report import About, Column, as_json, column_of, markdown, printed, printed_rivals
+from tests.proof.run import prove
+from tests.proof.trial import tool_digest
 from tests.proof.versus import versus
 
 COMMAND = "python -m tests.proof"
@@ -47,13 +50,17 @@ def options_of(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The options; without --quick and --full it is the quick proof."""
     parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
     tiers = "only these tiers, or N cases of one; without it all of the protocol"
-    parser.add_argument("--tier", metavar="NAME[:N],…", help=tiers)
+    parser.add_argument("--family", metavar="NAME,…", help=f"only these of {', '.join(families())}")
+    parser.add_argument("--tier", metavar="[FAMILY/]NAME[:N],…", help=tiers)
     parser.add_argument("--cases", type=int, metavar="N", help="cases of each tier, instead of the protocol's numbers")
-    parser.add_argument("--seed", type=int, default=1, help="of the generator; figures to report come from a fresh one")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of the generators; figures to report come from a fresh one"
+    )
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core")
+    parser.add_argument("--backend", metavar="NAME", help="joblib's (loky, dask, ray, …), instead of its own default")
     parser.add_argument("--out", type=Path, default=Path("proof"), metavar="FOLDER", help="where everything goes")
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help=f"{sum(QUICK.values())} cases, minutes (the default)")
+    size.add_argument("--quick", action="store_true", help="minutes (the default)")
     size.add_argument("--full", action="store_true", help="the whole protocol with its rivals, hours")
     parser.add_argument("--rivals", action="store_true", help="run the rivals on the same cases, too (--full has them)")
     parser.add_argument(
@@ -69,44 +76,68 @@ def run(options: argparse.Namespace) -> int:
     for name, number in numbers.items():
         if number < 0:
             raise UserError(f"Expected 0 or more for {name}, got {number}")
-    tiers = tiers_of(options.tier, options.cases, quick=not options.full)
-    protocol = Protocol(tiers=tiers, seed=options.seed, out=options.out)
-    console = Console(width=None if sys.stdout.isatty() else 160)
-    proof = prove(
-        protocol,
-        jobs=options.jobs or os.cpu_count() or 1,
-        rivalled=options.rivals_cases if options.full or options.rivals else 0,
-        refits=not options.no_refits,
-        console=console,
-    )
+    console = Console(width=None if sys.stdout.isatty() else 200)
+    asked = _asked(options)
+    with joblib.parallel_config(backend=options.backend) if options.backend else contextlib.nullcontext():
+        columns = [_column(name, tiers, options, console) for name, tiers in asked.items()]
     about = About(
         date=f"{datetime.now().astimezone():%Y-%m-%d}",
         command=_command(options),
         versions=versions() | {"python": platform.python_version()},
         seed=options.seed,
-        tiers={tier: sum(one.tier == tier for one in proof.cases) for tier in tiers},
-        seals=proof.seals,
-        tool=proof.digest,
-        not_made=proof.not_made,
+        tool=tool_digest(),
     )
-    rows, lines = gates(proof.cases), versus(proof.cases, proof.absent) if options.full or options.rivals else []
-    console.print(printed(rows))
-    if lines:
-        console.print(printed_rivals(lines))
-    pictures = draw_all(proof.cases, options.out)
-    write_json(options.out / "prove.json", as_json(about, rows, lines, proof.cases))
-    text = markdown(about, rows, lines, left_out(proof.cases), [path.stem for path in pictures])
-    (options.out / "prove.md").write_text(text, encoding="utf-8")
-    console.print(f"Figures and tables: {options.out / 'prove.md'}, prove.json and {len(pictures)} pictures")
-    return 1 if any(gate.met is False for gate in rows) else 0
+    console.print(printed(columns))
+    for column in columns:
+        if column.lines:
+            console.print(printed_rivals(column))
+    write_json(options.out / "proof.json", as_json(about, columns))
+    (options.out / "proof.md").write_text(markdown(about, columns), encoding="utf-8")
+    console.print(f"The table, the keys' hashes and the pictures: {options.out / 'proof.md'}; all numbers: proof.json")
+    return 1 if any(gate.met is False for column in columns for gate in column.gates) else 0
+
+
+def _asked(options: argparse.Namespace) -> dict[str, dict[str, int]]:
+    """The tiers of each family that was asked for, with their numbers of cases.
+
+    Raises:
+        UserError: for an unknown family or tier.
+    """
+    known = families()
+    chosen = [name for name in (options.family or "").split(",") if name] or list(known)
+    if unknown := [name for name in chosen if name not in known]:
+        raise UserError(f"Expected families among {', '.join(known)}, got {', '.join(unknown)}")
+    some = {name: family for name, family in known.items() if name in chosen}
+    return tiers_of(
+        {name: family.full for name, family in some.items()},
+        {name: family.quick for name, family in some.items()},
+        names=options.tier, cases=options.cases, is_quick=not options.full,
+    )  # fmt: skip
+
+
+def _column(name: str, tiers: dict[str, int], options: argparse.Namespace, console: Console) -> Column:
+    """One family's proof."""
+    compared = options.full or options.rivals
+    proof = prove(
+        families()[name],
+        Protocol(tiers=tiers, seed=options.seed, out=options.out / name),
+        jobs=options.jobs or usable_processors(),
+        rivalled=options.rivals_cases if compared else 0,
+        refits=not options.no_refits,
+        console=console,
+    )
+    lines = versus(proof.cases, proof.absent) if compared else []
+    return column_of(proof, lines, [path.stem for path in draw_all(proof.cases, options.out, name)])
 
 
 def _command(options: argparse.Namespace) -> str:
     words = [COMMAND]
+    words += [f"--family {options.family}"] if options.family else []
     words += ["--full"] if options.full else []
     words += [f"--tier {options.tier}"] if options.tier else []
     words += [f"--cases {options.cases}"] if options.cases else []
     words += ["--rivals"] if options.rivals else []
+    words += ["--no-refits"] if options.no_refits else []
     return " ".join([*words, f"--seed {options.seed}"])
 
 

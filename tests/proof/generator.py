@@ -1,4 +1,4 @@
-"""Has the cases made by the generators: another process, of which only paths and hashes are known here."""
+"""Has the cases made by a family's generator: another process, of which only paths and hashes are known here."""
 
 from __future__ import annotations
 
@@ -11,32 +11,27 @@ from collections.abc import Callable
 from pathlib import Path
 
 from shared.errors import UserError
-from tests.proof.protocol import THROUGH, Protocol
+from tests.proof.families import Family
+from tests.proof.protocol import Protocol
 
-INDEPENDENT, THROUGH_EVERYTHING = "tests.concealed", "tests.frames"
-"""The generator that shares nothing with the tool, and the one that is the rig itself, simulated."""
 ROOT = Path(__file__).resolve().parents[2]
-_HASH = re.compile(r"^key sha256 ([0-9a-f]{64})$", re.MULTILINE)
+KEY = "key.json"
+_HASH = re.compile(r"\b([0-9a-f]{64})\b")
 Tell = Callable[[str, int, int], None]
 """What is done, how much of it, of how much."""
 
 
-def module_of(tier: str) -> str:
-    """The generator of a tier."""
-    return THROUGH_EVERYTHING if tier in THROUGH else INDEPENDENT
-
-
 def require_generator(module: str) -> None:
     """Raises a UserError where there is no such generator."""
-    folder = ROOT.joinpath(*module.split("."))
-    if not (folder / "__main__.py").exists():
+    place = ROOT.joinpath(*module.split("."))
+    if not ((place / "__main__.py").exists() or place.with_suffix(".py").exists()):
         raise UserError(
-            f"Expected the generator of the cases in {folder}, found none; the proof needs a whole checkout of the "
+            f"Expected the generator of the cases in {place}, found none; the proof needs a whole checkout of the "
             "repository"
         )
 
 
-def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | None:
+def make_tier(family: Family, protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | None:
     """Makes a tier's cases, those that are missing; None, or the reason why there are none.
 
     The hash of the key is written to `protocol.seals` before this returns; a key that changed is refused. What is
@@ -45,28 +40,14 @@ def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | 
     Raises:
         UserError: if the folder holds a key of other cases.
     """
-    module = module_of(tier)
+    module, *own = family.generator()
     require_generator(module)
-    if _is_made(protocol, tier):
+    if _is_made(family, protocol, tier):
         return None
-    command = [
-        sys.executable,
-        "-m",
-        module,
-        "--tier",
-        tier,
-        "--cases",
-        str(protocol.tiers[tier]),
-        "--seed",
-        str(protocol.seed),
-        "--jobs",
-        str(jobs),
-        "--out",
-        str(protocol.cases(tier).resolve()),
-        "--key",
-        str(protocol.key(tier).resolve()),
-    ]
-    status, said, last = _run(command, tell)
+    asked = {"tier": tier, "cases": protocol.tiers[tier], "seed": protocol.seed, "jobs": jobs}
+    folders = {"out": protocol.cases(tier).resolve(), "key": protocol.key(tier).resolve()}
+    words = [word for name, value in (asked | folders).items() for word in (f"--{name}", str(value))]
+    status, said, last = _run([sys.executable, "-m", module, *own, *words], tell)
     if status == 2:
         raise UserError(last)
     digest = _HASH.search(said)
@@ -76,9 +57,9 @@ def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | 
     return None
 
 
-def _is_made(protocol: Protocol, tier: str) -> bool:
+def _is_made(family: Family, protocol: Protocol, tier: str) -> bool:
     """Whether all cases that are asked for are there, with the key that was sealed."""
-    key = protocol.key(tier) / "key.json"
+    key = protocol.key(tier) / KEY
     if not (protocol.seals.exists() and key.exists()):
         return False
     text = key.read_bytes()
@@ -86,7 +67,7 @@ def _is_made(protocol: Protocol, tier: str) -> bool:
     told = json.loads(text)
     asked = (told.get("seed"), len(told["cases"]), told.get("only")) == (protocol.seed, protocol.tiers[tier], [])
     same = sealed.get(tier) == hashlib.sha256(text).hexdigest()
-    return asked and same and all((protocol.cases(tier) / case / "session.mcap").exists() for case in told["cases"])
+    return asked and same and all(family.complete(protocol, tier, case) for case in family.names(told))
 
 
 def _run(command: list[str], tell: Tell) -> tuple[int, str, str]:

@@ -1,7 +1,8 @@
-"""The figures: confusion matrix, reliability of the probabilities, detection against strength."""
+"""The pictures of a family: confusion, reliability of the probabilities, detection against strength, ranks."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,39 +11,42 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.stats import binom, norm
 
 from station.physics.contact import Array
 from tests.proof.gates import reliability
 from tests.proof.intervals import wilson
-from tests.proof.scoring import Scored, nulls, of_tier
+from tests.proof.scoring import Scored, of_kind
 
 STRENGTHS = (0.5, 1.0, 2.0, 4.0)
+RANKS = 8
 _STYLE = {"font.size": 8.0, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False}
 _BLUE, _ORANGE = "#0072b2", "#e69f00"
 
 
-def draw_all(cases: Sequence[Scored], folder: Path) -> list[Path]:
-    """Writes the pictures that these cases have something for; their paths."""
+def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Path]:
+    """Writes the pictures that a family's cases have something for, as NAME-….svg; their paths."""
     drawn = list[Path]()
+    kinds = (("confusion", confusion), ("reliability", reliability_curve), ("detection", detection), ("ranks", ranks))
     with mpl.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
-        for name, draw in (("confusion", confusion), ("reliability", reliability_curve), ("detection", detection)):
+        for kind, draw in kinds:
             figure = draw(cases)
             if figure is None:
                 continue
             FigureCanvasAgg(figure)
-            drawn.append(folder / f"{name}.png")
-            figure.savefig(drawn[-1], dpi=150)
+            drawn.append(folder / f"{name}-{kind}.svg")
+            figure.savefig(drawn[-1], metadata={"Date": None})
     return drawn
 
 
 def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
-    """How often a truth (an effect, `none`, `other`) got a first name; singles at 2 × limit or more, nulls, outside."""
+    """How often a truth (an effect, `none`, `other`) got a first name; strong singles, nulls, outside."""
     counts = Counter[tuple[str, str]]()
-    for case in nulls(cases):
+    for case in of_kind(cases, "null"):
         counts["none", case.said.first] += 1
-    for case in of_tier(cases, "outside"):
+    for case in of_kind(cases, "outside"):
         counts["other", case.said.first] += 1
-    for case in of_tier(cases, "single"):
+    for case in of_kind(cases, "single"):
         if case.strong:
             counts[case.truth.effects[0].id, case.said.first] += 1
     return counts
@@ -64,7 +68,11 @@ def confusion(cases: Sequence[Scored]) -> Figure | None:
     axes.set_yticks(range(len(rows)), [f"{name} ({int(n)})" for name, n in zip(rows, table.sum(axis=1), strict=True)])
     for i, j in zip(*np.nonzero(table), strict=True):
         axes.text(j, i, str(int(table[i, j])), ha="center", va="center", color="w" if shares[i, j] > 0.6 else "k")
-    axes.set(xlabel="first name", ylabel="concealed (cases)", title="Singles at 2 × their limit or more")
+    axes.set(
+        xlabel="first name",
+        ylabel="concealed (cases)",
+        title="Nulls, strong singles, and what is outside the catalogue",
+    )
     return figure
 
 
@@ -98,8 +106,10 @@ def _point(axes, x: float, share: float, count: int, colour: str) -> None:  # py
 def detected(cases: Sequence[Scored]) -> dict[str, dict[float, list[tuple[bool, bool]]]]:
     """By effect and strength of the single cases: whether anything was claimed, and whether the name was right."""
     found: dict[str, dict[float, list[tuple[bool, bool]]]] = {}
-    for case in of_tier(cases, "single"):
+    for case in of_kind(cases, "single"):
         effect = case.truth.effects[0]
+        if not math.isfinite(effect.strength):
+            continue
         near = min(STRENGTHS, key=lambda strength: abs(np.log(max(effect.strength, 1e-6) / strength)))
         found.setdefault(effect.id, {}).setdefault(near, []).append((bool(case.said.claimed), case.right_first))
     return found
@@ -122,7 +132,25 @@ def detection(cases: Sequence[Scored]) -> Figure | None:
         _curve(axes, name, strengths)
     for axes in grid[len(found) + 1 :]:
         axes.set_visible(False)
-    figure.suptitle("Detected (blue) and rightly named (orange) against strength in detection limits; n at the bottom")
+    figure.suptitle(
+        "Detected (blue) and rightly named (orange) against strength in the generator's unit; n at the bottom"
+    )
+    return figure
+
+
+def ranks(cases: Sequence[Scored]) -> Figure | None:
+    """How the truths rank in what was said of their numbers; flat between the lines where the errors are right."""
+    pulls = [pull.z for one in of_kind(cases, "single", "pair") for pull in one.pulls()[0]]
+    if not pulls:
+        return None
+    count, even = len(pulls), 1.0 / RANKS
+    low, high = (float(binom.ppf(level, count, even)) for level in (0.025, 0.975))
+    figure = Figure(figsize=(3.4, 2.4), layout="constrained")
+    axes = figure.subplots()
+    axes.hist(norm.cdf(-np.array(pulls)), bins=RANKS, range=(0, 1), color=_BLUE)
+    axes.axhspan(low, high, color="0.85", zorder=0)
+    axes.set(xlim=(0, 1), xlabel="share of the stated distribution below the truth", ylabel="numbers")
+    axes.set_title(f"{count} numbers; the band holds 95 % of even counts")
     return figure
 
 

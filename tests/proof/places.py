@@ -4,6 +4,9 @@ Generator and tool have words of their own for phases and covariates. A cell (ru
 tool with −log10 p of its located place, in full for the runs that it lists there and half for the others. The places
 that the key lists for an effect are one place by several names (a speed law shows against speed and against time), and
 count by the best of them.
+
+A generator that records by how much an effect acted in each phase of each run, and no covariate, is scored by run ×
+phase: a cell by the surest of the tool's places in that phase.
 """
 
 from __future__ import annotations
@@ -76,8 +79,13 @@ def truly(effect: Concealed) -> frozenset[Cell]:
 
 
 def place_right(said: Said, effect: Concealed) -> bool:
-    """Whether any of the effect's places is among the located ones."""
-    return bool(truly(effect) & found_places(said).keys())
+    """Whether any of the effect's places is among the located ones; by the phases alone where no covariate is known."""
+    found = found_places(said)
+    if effect.acted:
+        largest = max(effect.acted.values())
+        phases = {phase for (phase, _), size in effect.acted.items() if size >= STRONG * largest}
+        return bool(phases & {phase for phase, _ in found})
+    return bool(truly(effect) & found.keys())
 
 
 def place_auc(said: Said, effect: Concealed, *, others: Iterable[Concealed] = ()) -> float:
@@ -85,6 +93,8 @@ def place_auc(said: Said, effect: Concealed, *, others: Iterable[Concealed] = ()
 
     What `others`, concealed in the same case, show is not held against it.
     """
+    if effect.acted:
+        return _auc_by_phase(said, effect, others)
     where = truly(effect)
     if not where:
         return math.nan
@@ -104,6 +114,23 @@ def place_auc(said: Said, effect: Concealed, *, others: Iterable[Concealed] = ()
         if (phase, covariate) not in where and (phase, covariate) not in excused
         for run in runs
     ]
+    return auc(positive, negative)
+
+
+def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) -> float:
+    """Cells (phase, run) in which an effect acted strongly, against those in which it hardly did."""
+    found = found_places(said)
+    size = {cell: value / max(effect.acted.values()) for cell, value in effect.acted.items()}
+    excused = {
+        cell for other in others for cell, value in other.acted.items() if value >= WEAK * max(other.acted.values())
+    }
+
+    def score(cell: tuple[str, int]) -> float:
+        phase, run = cell
+        return max((_score(found, place, run) for place in found if place[0] == phase), default=0.0)
+
+    positive = [score(cell) for cell, share in size.items() if share >= STRONG]
+    negative = [score(cell) for cell, share in size.items() if share < WEAK and cell not in excused]
     return auc(positive, negative)
 
 

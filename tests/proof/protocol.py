@@ -1,42 +1,17 @@
-"""Which cases are made: tiers, how many of each, and where everything lies."""
+"""Which cases of a family are made, and where everything of them lies."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 from shared.errors import UserError
-
-QUICK: Mapping[str, int] = MappingProxyType({"null": 4, "single": 6, "outside": 2, "absorbed": 1, "confounded": 1})
-"""About three minutes on two cores. It is an honest subset: the first cases of each tier, whatever they are."""
-
-FULL: Mapping[str, int] = MappingProxyType(
-    {
-        "null": 200,
-        "null_nuisance": 100,
-        "single": 100,
-        "pair": 54,
-        "confounded": 28,
-        "absorbed": 16,
-        "outside": 36,
-        "artefact": 12,
-        "twin_null": 20,
-        "frames": 9,
-    }
-)
-"""Less than three hours on two cores. The gate of false alarms is about 300 nulls; every single effect comes at each of
-the four strengths, every pair and every kind of what is confounded, absorbed or outside three or four times.
-"""
-NULLS = ("null", "null_nuisance")
-THROUGH = ("twin_null", "frames")
-"""The tiers that go through everything: MuJoCo, frames (the second one), tracker, bus and recorder."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """The tiers with their numbers of cases, the generator's seed, and the folder that holds everything.
+    """The tiers of a family with their numbers of cases, the generator's seed, and the folder that holds everything.
 
     The keys lie in a folder beside the cases, not in it: the tool is given paths of the cases only.
     """
@@ -67,21 +42,35 @@ class Protocol:
         return self.out / "refits" / tier / f"{case}.json"
 
 
-def tiers_of(names: str | None, cases: int | None, *, quick: bool) -> dict[str, int]:
-    """The tiers that were asked for, in the protocol's order; `name:12` asks for so many cases of one.
+def tiers_of(
+    full: Mapping[str, Mapping[str, int]],
+    quick: Mapping[str, Mapping[str, int]],
+    *,
+    names: str | None,
+    cases: int | None,
+    is_quick: bool,
+) -> dict[str, dict[str, int]]:
+    """The tiers that were asked for, by family (the keys of `full` and `quick`), in the families' order.
+
+    `names` is a list as in `null:12,own/single`: so many cases of a tier in every family that has it, or in one.
+    Without it every family has the tiers of its protocol; a family of which nothing is asked is left out.
 
     Raises:
         UserError: for an unknown tier or a number of cases below 1.
     """
     chosen = dict(_counted(name) for name in (names or "").split(",") if name)
-    unknown = [name for name in chosen if name not in FULL]
-    if unknown:
-        raise UserError(f"Expected tiers among {', '.join(FULL)}, got {', '.join(unknown)}")
+    known = {word for family, tiers in full.items() for tier in tiers for word in (tier, f"{family}/{tier}")}
+    if unknown := [name for name in chosen if name not in known]:
+        raise UserError(f"Expected tiers among {', '.join(sorted(known))}, got {', '.join(unknown)}")
     if cases is not None and cases < 1:
         raise UserError(f"Expected 1 or more for --cases, got {cases}")
-    sizes = QUICK if quick else FULL
-    wanted = [name for name in FULL if name in chosen] if chosen else list(sizes)
-    return {name: chosen.get(name) or cases or sizes.get(name, 2) for name in wanted}
+    asked: dict[str, dict[str, int]] = {}
+    for family, tiers in full.items():
+        sizes = quick[family] if is_quick else tiers
+        wanted = [tier for tier in tiers if {tier, f"{family}/{tier}"} & chosen.keys()] if chosen else list(sizes)
+        counts = {tier: chosen.get(f"{family}/{tier}") or chosen.get(tier) for tier in wanted}
+        asked[family] = {tier: count or cases or sizes.get(tier, 2) for tier, count in counts.items()}
+    return {family: tiers for family, tiers in asked.items() if tiers}
 
 
 def _counted(word: str) -> tuple[str, int | None]:

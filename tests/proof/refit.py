@@ -48,7 +48,8 @@ def run_refit(task: Refit) -> None:
     """Fits and writes the held-out scores per run: `plain`, `oracle`, `tool`, and each rival's answer."""
     known = catalogue()
     signals = load_signals(open_recording(task.case / "session.mcap"))
-    evidence = evidence_of(signals, setting_of(load_rig(task.case / "rig.toml")))
+    rig = task.case / "rig.toml"
+    evidence = evidence_of(signals, setting_of(load_rig(rig) if rig.exists() else None))
     rng = np.random.default_rng(int(task.case.name[:8], 16) if _is_hex(task.case.name) else 1)
     fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
     plain = fit(evidence, levelled(evidence, Model(mu_s=task.mu_s)), ())

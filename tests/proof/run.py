@@ -1,4 +1,4 @@
-"""The protocol from beginning to end: make and seal, run once, open, score."""
+"""The protocol of one family from beginning to end: make and seal, run once, open, score."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 from rich.console import Console
 
-from shared.errors import UserError
 from shared.rig import load_rig
 from station.app.work import bar
+from tests.proof.families import Family, recording_of
 from tests.proof.generator import make_tier
 from tests.proof.key import Truth, open_key
 from tests.proof.protocol import Protocol
@@ -27,13 +27,14 @@ REFITTED = ("effects", "none")
 """Answers whose gates ask for a held-out score: how much of a gap was closed, and that nothing was lost on nulls."""
 
 COMPARED = ("null", "single", "pair")
-"""The tiers whose cases the rivals' figures are about."""
+"""The kinds of cases that the rivals' figures are about."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proof:
-    """All cases scored; the tiers that were not made and the rivals that did not run, with reasons."""
+    """All cases of a family scored; the tiers that were not made and the rivals that did not run, with reasons."""
 
+    family: Family
     cases: tuple[Scored, ...]
     seals: Mapping[str, str]
     digest: str
@@ -41,55 +42,53 @@ class Proof:
     absent: Mapping[str, str]
 
 
-def prove(protocol: Protocol, *, jobs: int, rivalled: int, refits: bool, console: Console) -> Proof:
-    """Runs whatever is missing and scores everything; rivals on up to `rivalled` cases of each tier of `COMPARED`.
+def prove(family: Family, protocol: Protocol, *, jobs: int, rivalled: int, refits: bool, console: Console) -> Proof:
+    """Runs whatever is missing and scores everything; rivals on up to `rivalled` cases of each kind of `COMPARED`.
 
     Raises:
-        UserError: without a checkout, for a folder of other cases or of another version of the tool, a changed key.
+        UserError: for a folder of other cases, for results of another version of the tool, or a key that was changed.
     """
     protocol.out.mkdir(parents=True, exist_ok=True)
     digest = tool_digest()
-    not_made = _make(protocol, jobs, console)
+    why = family.why_not()
+    not_made = dict.fromkeys(protocol.tiers, why) if why else _make(family, protocol, jobs, console)
     made = [tier for tier in protocol.tiers if tier not in not_made]
-    if not made:
-        raise UserError("; ".join(f"tier {tier}: {why}" for tier, why in not_made.items()))
-    seals = json.loads(protocol.seals.read_text("utf-8"))
+    seals = json.loads(protocol.seals.read_text("utf-8")) if made else {}
     for tier in made:
-        console.print(f"key of {tier}: sha256 {seals[tier]}", highlight=False)
+        console.print(f"key of {family.name}/{tier}: sha256 {seals[tier]}", highlight=False)
     _try(protocol, made, digest=digest, jobs=jobs, console=console)
     # Only here is any key opened.
-    truths = [truth for tier in made for truth in open_key(protocol, tier).values()]
-    said = {truth.id: read_said(protocol.result(truth.tier, truth.id), digest=digest) for truth in truths}
+    truths = [truth for tier in made for truth in family.truths(protocol, tier, open_key(protocol, tier))]
+    pairs = [(truth, read_said(protocol.result(truth.tier, truth.id), digest=digest)) for truth in truths]
     absent = reasons() if rivalled else {}
     if refits:
         able = tuple(name for name in rivals() if rivalled and name not in absent)
-        compared = {truth.id for tier in COMPARED for truth in _first(truths, tier, rivalled)}
-        tasks = [_task(protocol, truth, said[truth.id], able if truth.id in compared else ()) for truth in truths]
+        compared = [truth for kind in COMPARED for truth in _first(truths, kind, rivalled)]
+        tasks = [_task(protocol, truth, said, able if truth in compared else ()) for truth, said in pairs]
         work_on(
             [task for task in tasks if task is not None and not _done(task)],
             run_refit, jobs=jobs, title="oracle and rivals", console=console,
         )  # fmt: skip
-    cases = tuple(_scored(protocol, truth, said[truth.id], refits) for truth in truths)
-    return Proof(
-        cases=cases, seals={tier: seals[tier] for tier in made}, digest=digest, not_made=not_made, absent=absent
-    )
+    cases = tuple(_scored(family, protocol, truth, said, refits) for truth, said in pairs)
+    kept = {tier: seals[tier] for tier in made}
+    return Proof(family=family, cases=cases, seals=kept, digest=digest, not_made=not_made, absent=absent)
 
 
-def _make(protocol: Protocol, jobs: int, console: Console) -> dict[str, str]:
+def _make(family: Family, protocol: Protocol, jobs: int, console: Console) -> dict[str, str]:
     """Makes and seals every tier; of those that could not be made the reason."""
     not_made: dict[str, str] = {}
     with bar(console) as progress:
         for tier in protocol.tiers:
-            shown = progress.add_task(f"making {tier}", total=protocol.tiers[tier])
+            shown = progress.add_task(f"{family.name}/{tier}", total=protocol.tiers[tier])
 
             def tell(what: str, done: int, of: int, shown: Any = shown, tier: str = tier) -> None:
-                progress.update(shown, description=f"{tier}: {what}", completed=done, total=of)
+                progress.update(shown, description=f"{family.name}/{tier}: {what}", completed=done, total=of)
 
-            why = make_tier(protocol, tier, jobs=jobs, tell=tell)
-            progress.update(shown, description=f"{tier}: {'not made' if why else 'sealed'}")
+            why = make_tier(family, protocol, tier, jobs=jobs, tell=tell)
+            progress.update(shown, description=f"{family.name}/{tier}: {'not made' if why else 'sealed'}")
             if why:
                 not_made[tier] = why
-                progress.console.print(f"tier {tier}: {why}")
+                progress.console.print(f"{family.name}/{tier}: {why}")
             else:
                 progress.update(shown, completed=protocol.tiers[tier], total=protocol.tiers[tier])
     return not_made
@@ -102,19 +101,21 @@ def _try(protocol: Protocol, tiers: Sequence[str], *, digest: str, jobs: int, co
             result = protocol.result(tier, case.name)
             if result.exists():
                 read_said(result, digest=digest)
-            elif (case / "session.mcap").exists():
+            elif recording_of(case) is not None:
                 trials.append(Trial(case=case, result=result, digest=digest))
     work_on(trials, run_trial, jobs=jobs, title="diagnosing, once each", console=console)
 
 
-def _first(truths: Sequence[Truth], tier: str, count: int) -> list[Truth]:
-    """Up to so many of a tier, in the order of their names, which are drawn at random."""
-    return sorted((truth for truth in truths if truth.tier == tier), key=lambda truth: truth.id)[:count]
+def _first(truths: Sequence[Truth], kind: str, count: int) -> list[Truth]:
+    """Up to so many of a kind, in the order of their names, which say nothing."""
+    able = (truth for truth in truths if truth.kind == kind and truth.answer in REFITTED)
+    return sorted(able, key=lambda truth: (truth.tier, truth.id))[:count]
 
 
 def _task(protocol: Protocol, truth: Truth, said: Said, able: tuple[str, ...]) -> Refit | None:
     """None where there is nothing to compare: no true effect, no claim and no rival, or no gate that asks."""
-    if said.fault is not None or truth.answer not in REFITTED:
+    case = protocol.cases(truth.tier) / truth.id
+    if said.fault is not None or truth.answer not in REFITTED or not (case / "session.mcap").exists():
         return None
     claimed: dict[str, Any] = said.answer["model"].get("effects", {}) if said.names else {}
     true = tuple(sorted(truth.ids)) if truth.answer == "effects" else ()
@@ -122,7 +123,7 @@ def _task(protocol: Protocol, truth: Truth, said: Said, able: tuple[str, ...]) -
         return None
     mu = number(said.answer["baseline"]["parameters"]["mu_s"]["value"])
     return Refit(
-        case=protocol.cases(truth.tier) / truth.id, result=protocol.refit(truth.tier, truth.id), true=true,
+        case=case, result=protocol.refit(truth.tier, truth.id), true=true,
         said={name: claimed[name] for name in said.names if name in claimed}, mu_s=mu if mu > 0 else 0.4, rivals=able,
     )  # fmt: skip
 
@@ -134,11 +135,12 @@ def _done(task: Refit) -> bool:
     return set(task.rivals) <= json.loads(task.result.read_text("utf-8"))["rivals"].keys()
 
 
-def _scored(protocol: Protocol, truth: Truth, said: Said, refits: bool) -> Scored:
+def _scored(family: Family, protocol: Protocol, truth: Truth, said: Said, refits: bool) -> Scored:
     path = protocol.refit(truth.tier, truth.id)
     refit = json.loads(path.read_text("utf-8")) if refits and path.exists() else {}
-    rig = load_rig(protocol.cases(truth.tier) / truth.id / "rig.toml")
-    return Scored(truth=truth, said=said, rig=rig, refit=refit)
+    file = protocol.cases(truth.tier) / truth.id / "rig.toml"
+    rig = load_rig(file) if file.exists() else None
+    return Scored(truth=truth, said=said, rig=rig, refit=refit, maps=family.maps(), inexact=family.inexact())
 
 
 def left_out(cases: Sequence[Scored]) -> dict[str, Counter[str]]:

@@ -10,25 +10,26 @@ from typing import Any
 from shared.rig import RigConfig
 from tests.proof.advice import advice_right, reason_right
 from tests.proof.key import Concealed, Truth
-from tests.proof.parameters import Pull, pulls_of
+from tests.proof.parameters import Map, Pull, pulls_of
 from tests.proof.places import place_auc, place_right
-from tests.proof.protocol import NULLS, THROUGH
 from tests.proof.said import Said, number
-
-STRONG = 2.0 * (1.0 - 1e-3)
-"""Effects at twice the detection limit or more; the key has five digits."""
 
 CONFIDENT = 0.9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scored:
-    """A case with its truth, answer, rig, and the refits (empty where there are none)."""
+    """A case with its truth, answer, rig, and the refits (empty where there are none).
+
+    `maps` are the effects whose parameters can be compared, and `inexact` the reasons why others cannot.
+    """
 
     truth: Truth
     said: Said
     rig: RigConfig | None = None
     refit: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    maps: Mapping[str, Map] = field(default_factory=dict[str, Map])
+    inexact: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def tier(self) -> str:
@@ -37,8 +38,8 @@ class Scored:
 
     @property
     def strong(self) -> bool:
-        """Whether every concealed effect is at twice its limit or more."""
-        return bool(self.truth.effects) and self.truth.weakest >= STRONG
+        """Whether every concealed effect should be found without doubt."""
+        return bool(self.truth.effects) and all(effect.strong for effect in self.truth.effects)
 
     @property
     def alarmed(self) -> bool:
@@ -53,23 +54,23 @@ class Scored:
     @property
     def right_first(self) -> bool:
         """Whether the first name is a true one."""
-        return self.said.first in self.truth.ids
+        return self.said.first in self.truth.right
 
     @property
     def right_class(self) -> bool:
         """Whether every truth stands in some claimed class."""
-        return self.truth.ids <= self.said.within
+        return all(effect.right & self.said.within for effect in self.truth.effects)
 
     @property
     def both(self) -> bool:
         """Whether every truth is a name of its own."""
-        return self.truth.ids <= set(self.said.names)
+        return self.truth.each_named(self.said.names)
 
     @property
     def wrongly_confident(self) -> bool:
         """Whether a name that is no truth is said without doubt: supported, alone in its class, at 0.9 or more."""
         sure = {effect["id"] for effect in self.said.claimed if number(effect["probability"]) >= CONFIDENT}
-        return any(name not in self.truth.ids and name in sure for name in self.said.confident)
+        return any(name not in self.truth.right and name in sure for name in self.said.confident)
 
     @property
     def wrongly_named(self) -> bool:
@@ -116,6 +117,12 @@ class Scored:
             return math.nan
         return gain / number(oracle["gain"])
 
+    def falls(self, figure: str) -> bool | None:
+        """Whether an error of unseen runs, `onset_rmse_deg` or `path_rmse_mm`, is less after than before."""
+        told = self.said.answer.get("fit", {})
+        before, after = (number(told.get(when, {}).get(figure)) for when in ("before", "after"))
+        return after < before if math.isfinite(before) and math.isfinite(after) else None
+
     def aucs(self) -> list[float]:
         """Of each concealed effect."""
         effects = self.truth.effects
@@ -123,7 +130,9 @@ class Scored:
 
     def pulls(self) -> tuple[list[Pull], dict[str, str]]:
         """Parameters of the rightly named effects, and those left out."""
-        return pulls_of(self.truth, self.said, self.rig) if self.rig is not None else ([], {})
+        if self.rig is None:
+            return [], {}
+        return pulls_of(self.truth, self.said, self.rig, maps=self.maps, inexact=self.inexact)
 
     def statements(self) -> list[tuple[float, bool]]:
         """Every claim's probability, and whether its class has a truth, or `other` where that is."""
@@ -131,7 +140,7 @@ class Scored:
         return [
             (
                 number(effect["probability"]),
-                bool(self.truth.ids & set(effect["class"])) or (outside and "other" in effect["class"]),
+                bool(self.truth.right & set(effect["class"])) or (outside and "other" in effect["class"]),
             )
             for effect in self.said.claimed
         ]
@@ -141,21 +150,6 @@ def _without(effects: Sequence[Concealed], one: Concealed) -> list[Concealed]:
     return [effect for effect in effects if effect is not one]
 
 
-def of_tier(cases: Sequence[Scored], *tiers: str) -> list[Scored]:
-    """Those of some tiers."""
-    return [case for case in cases if case.tier in tiers]
-
-
-def nulls(cases: Sequence[Scored]) -> list[Scored]:
-    """Those of the independent generator without any effect."""
-    return of_tier(cases, *NULLS)
-
-
-def through(cases: Sequence[Scored], *, concealing: bool) -> list[Scored]:
-    """Those that went through MuJoCo (and frames, some), with or without an effect."""
-    return [case for case in of_tier(cases, *THROUGH) if bool(case.truth.effects) is concealing]
-
-
-def independent(cases: Sequence[Scored]) -> list[Scored]:
-    """Those of the independent generator."""
-    return [case for case in cases if case.tier not in THROUGH]
+def of_kind(cases: Sequence[Scored], *kinds: str) -> list[Scored]:
+    """Those of some kinds."""
+    return [case for case in cases if case.truth.kind in kinds]

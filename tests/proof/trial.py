@@ -12,6 +12,7 @@ from typing import Any
 from station.app.diagnosing import diagnose_file
 from station.app.work import write_json
 from station.diagnosis.result import as_json
+from tests.proof.families import recording_of
 
 SEED = 1
 """What the tool draws from; never another one, so that nobody can choose."""
@@ -21,7 +22,7 @@ _SOURCES = ("diagnosis", "physics", "signals", "recording")
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """A case (a folder with session.mcap and rig.toml), where its answer goes, and the tool's digest."""
+    """A case (a folder with a recording and perhaps rig.toml), where its answer goes, and the tool's digest."""
 
     case: Path
     result: Path
@@ -33,7 +34,9 @@ def run_trial(trial: Trial) -> None:
     began = time.monotonic()
     answer: dict[str, Any]
     try:
-        found = diagnose_file(trial.case / "session.mcap", rig=trial.case / "rig.toml", seed=SEED)
+        recorded, rig = recording_of(trial.case), trial.case / "rig.toml"
+        assert recorded is not None
+        found = diagnose_file(recorded, rig=rig if rig.exists() else None, seed=SEED)
         answer = as_json(found.diagnosis)
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}

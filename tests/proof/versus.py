@@ -13,7 +13,7 @@ from tests.proof.gates import Gate, figure, share
 from tests.proof.places import cell, truly
 from tests.proof.rivals import NOT_HERE, rivals
 from tests.proof.said import number
-from tests.proof.scoring import Scored, nulls, of_tier
+from tests.proof.scoring import Scored, of_kind
 
 TOOL, ORACLE = "station diagnose", "oracle (knows the effects)"
 
@@ -54,11 +54,11 @@ def versus(cases: Sequence[Scored], reasons: Mapping[str, str]) -> list[Line]:
 
 
 def _tool(cases: Sequence[Scored]) -> Line:
-    strong, effects = _strong(cases), of_tier(cases, "single", "pair")
+    strong, effects = _strong(cases), of_kind(cases, "single", "pair")
     return Line(
         title=TOOL,
         name=share("name", "", (one.right_first for one in strong)),
-        null_named=share("null", "", (bool(one.said.names) for one in nulls(cases))),
+        null_named=share("null", "", (bool(one.said.names) for one in of_kind(cases, "null"))),
         place=share("place", "", (_tool_place(one) for one in strong)),
         gain=figure("gain", "", (one.gain for one in effects), _mean),
         gap=figure("gap", "", (one.gap_closed for one in effects), _median),
@@ -75,13 +75,13 @@ def _tool_place(case: Scored) -> bool:
 def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], *, names: bool, places: bool, why: str) -> Line:
     good = [(case, answer) for case, answer in ran if "fault" not in answer]
     faults = len(ran) - len(good)
-    strong = [(case, answer) for case, answer in good if case.tier == "single" and case.strong]
-    effects = [(case, answer) for case, answer in good if case.tier in ("single", "pair")]
-    plain = [answer for case, answer in good if case in nulls([case])]
+    strong = [(case, answer) for case, answer in good if case.truth.kind == "single" and case.strong]
+    effects = [(case, answer) for case, answer in good if case.truth.kind in ("single", "pair")]
+    plain = [answer for case, answer in good if case.truth.kind == "null"]
     note = why or (f"failed on {faults} of {len(ran)} cases: {_fault(ran)}" if faults else "")
     return Line(
         title=title,
-        name=share("name", "", (answer["names"][:1] == [case.truth.effects[0].id] for case, answer in strong if names)),
+        name=share("name", "", (_first_right(case, answer) for case, answer in strong if names)),
         null_named=share("null", "", (bool(answer["names"]) for answer in plain if names)),
         place=share("place", "", (_place(case, answer) for case, answer in strong if places)),
         gain=figure("gain", "", (number(answer.get("gain")) for _, answer in effects), _mean),
@@ -90,6 +90,10 @@ def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], *, names
         ),
         note=note,
     )
+
+
+def _first_right(case: Scored, answer: Mapping[str, Any]) -> bool:
+    return bool(answer["names"]) and answer["names"][0] in case.truth.right
 
 
 def _place(case: Scored, answer: Mapping[str, Any]) -> bool:
@@ -103,7 +107,7 @@ def _fault(ran: Sequence[tuple[Scored, Mapping[str, Any]]]) -> str:
 
 def _oracle(cases: Sequence[Scored]) -> Line:
     nothing = share("", "", ())
-    effects = [one for one in of_tier(cases, "single", "pair") if "oracle" in one.refit]
+    effects = [one for one in of_kind(cases, "single", "pair") if "oracle" in one.refit]
     return Line(
         title=ORACLE, name=nothing, null_named=nothing, place=nothing,
         gain=figure("gain", "", (number(one.refit["oracle"]["gain"]) for one in effects), _mean),
@@ -112,7 +116,7 @@ def _oracle(cases: Sequence[Scored]) -> Line:
 
 
 def _strong(cases: Sequence[Scored]) -> list[Scored]:
-    return [one for one in of_tier(cases, "single") if one.strong]
+    return [one for one in of_kind(cases, "single") if one.strong]
 
 
 def _mean(values: np.ndarray) -> float:

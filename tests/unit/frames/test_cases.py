@@ -20,8 +20,8 @@ from tests.frames import cases
 from tests.frames.cases import TIERS, Plan, plan_case, write_case
 from tests.frames.effects import EFFECTS
 from tests.frames.sessions import rig_toml
+from tests.proof.families.own import EXACT, INEXACT
 from tests.proof.key import truth_of
-from tests.proof.parameters import EXACT, INEXACT
 from tests.unit.frames.worlds import DESIGN
 
 

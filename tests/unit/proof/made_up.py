@@ -14,10 +14,10 @@ PLACES = {
 }
 
 
-def concealed(name: str, *, strength: float = 4.0, **parameters: float) -> dict[str, Any]:
+def concealed(name: str, *, strength: float = 4.0, also: tuple[str, ...] = (), **parameters: float) -> dict[str, Any]:
     return {
         "id": name, "value": 1.0, "unit": "1", "detection_limit": 1.0 / strength, "strength": strength,
-        "parameters": parameters,
+        "parameters": parameters, "also": also,
     }  # fmt: skip
 
 

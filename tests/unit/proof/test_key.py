@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 
 from shared.errors import UserError
-from tests.proof.key import open_key
-from tests.proof.protocol import FULL, Protocol, tiers_of
+from tests.proof.families import families
+from tests.proof.key import open_key, truth_of
+from tests.proof.protocol import Protocol
 from tests.proof.said import read_said
 from tests.unit.proof.made_up import concealed
 
@@ -26,7 +27,7 @@ def protocol(tmp_path: Path) -> Protocol:
 
 
 def test_the_sealed_key_opens(protocol: Protocol):
-    truth = open_key(protocol, "single")["a1"]
+    truth = truth_of("a1", open_key(protocol, "single")["cases"]["a1"])
     assert truth.ids == {"wear"}
     assert truth.weakest == 2.0
     assert truth.effects[0].parameters == {"wear": 0.1}
@@ -51,13 +52,7 @@ def test_the_key_does_not_lie_among_the_cases(protocol: Protocol):
     assert not protocol.key("single").is_relative_to(protocol.out / "cases")
 
 
-def test_the_full_protocol_has_the_nulls_that_the_gate_is_about():
-    assert FULL["null"] + FULL["null_nuisance"] >= 300
-    assert tiers_of("pair,null", 3, quick=True) == {"null": 3, "pair": 3}
-    assert tiers_of("pair:7,null", 3, quick=True) == {"null": 3, "pair": 7}
-    with pytest.raises(UserError, match="number of cases of 1 or more after the colon"):
-        tiers_of("pair:none", None, quick=True)
-    with pytest.raises(UserError, match="tiers among"):
-        tiers_of("nil", None, quick=True)
-    with pytest.raises(UserError, match="--cases"):
-        tiers_of(None, 0, quick=True)
+def test_each_family_has_the_nulls_that_its_gate_is_about():
+    for family in families().values():
+        nulls = sum(count for tier, count in family.full.items() if "null" in tier)
+        assert nulls >= (100 if family.place <= 10 else 20), family.name

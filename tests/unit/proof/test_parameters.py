@@ -7,7 +7,11 @@ import pytest
 
 from shared.rig import RigConfig, load_rig
 from station.physics.catalogue import catalogue
-from tests.proof.parameters import EXACT, INEXACT, pulls_of
+from tests.proof import parameters
+from tests.proof.families.own import EXACT, INEXACT
+from tests.proof.key import Truth
+from tests.proof.parameters import Pull
+from tests.proof.said import Said
 from tests.unit.proof.made_up import claim, concealed, said, truth
 
 RIG = """id = "bench"
@@ -28,6 +32,10 @@ mass_kg = 0.008
 driver = "simulated"
 model = "jaco2_spherical"
 """
+
+
+def pulls_of(truth: Truth, said: Said, rig: RigConfig) -> tuple[list[Pull], dict[str, str]]:
+    return parameters.pulls_of(truth, said, rig, maps=EXACT, inexact=INEXACT)
 
 
 @pytest.fixture

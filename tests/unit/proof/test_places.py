@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -57,3 +58,20 @@ def test_what_the_other_effect_of_a_pair_shows_is_not_held_against_it():
     answer = said(located=(place("onset", "dwell", runs=ODD), place("slide", "speed", p=1e-9, runs=ODD)))
     assert place_auc(answer, both[0]) < 1.0
     assert place_auc(answer, both[0], others=both[1:]) == 1.0
+
+
+RECORDED = replace(
+    AGEING,
+    where=(),
+    acted={("onset", run): 2.0 if run in ODD else 0.1 for run in range(1, 21)}
+    | {("slide", run): 0.0 for run in range(1, 21)},
+)
+"""An effect of which the generator recorded by how much it acted in each phase of each run, and no covariate."""
+
+
+def test_a_generators_record_is_scored_by_run_and_phase():
+    right, wrong = (said(located=(place(phase, "dwell", runs=ODD),)) for phase in ("onset", "slide"))
+    assert place_auc(right, RECORDED) == 1.0
+    assert place_auc(wrong, RECORDED) < 0.5
+    assert place_auc(said(), RECORDED) == 0.5
+    assert (place_right(right, RECORDED), place_right(wrong, RECORDED)) == (True, False)

@@ -5,9 +5,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tests.proof.gates import gates
+from tests.proof.families import families
 from tests.proof.pictures import confusion_counts, detected, draw_all
-from tests.proof.report import About, as_json, markdown, printed
+from tests.proof.report import MISSED, NO_CASES, About, Column, as_json, column_of, markdown, printed, rows
+from tests.proof.run import Proof
+from tests.proof.scoring import Scored
 from tests.unit.proof.made_up import claim, concealed, said, scored, truth
 
 CASES = [
@@ -15,11 +17,20 @@ CASES = [
     scored(truth("single", concealed("viscous", strength=0.5), name="a2"), said()),
     scored(truth("null", answer="none", name="a3"), said(claim("wear"))),
 ]
-ABOUT = About(
-    date="2026-11-21", command="python -m tests.proof --seed 1", versions={"numpy": "2"}, seed=1,
-    tiers={"single": 2, "null": 1},
-    seals={"single": "ab" * 32}, tool="1234", not_made={"artefact": "the generator made no cases: none yet"},
-)  # fmt: skip
+QUIET = [scored(truth("null", answer="none", name=f"b{n}"), said()) for n in range(9)]
+ABOUT = About(date="2026-11-21", command="python -m tests.proof --seed 1", versions={"numpy": "2"}, seed=1, tool="1234")
+
+
+def column(family: str, cases: list[Scored], **more: dict[str, str]) -> Column:
+    told = {"seals": {"single": "ab" * 32}, "not_made": {}, "absent": {}} | more
+    return column_of(
+        Proof(family=families()[family], cases=tuple(cases), digest="1234", **told), pictures=["confusion"]
+    )
+
+
+COLUMNS = [
+    column("own", CASES, not_made={"artefact": "the generator made no cases: none yet"}), column("patch_world", QUIET)
+]  # fmt: skip
 
 
 def test_confusion_and_detection_are_counted():
@@ -28,32 +39,43 @@ def test_confusion_and_detection_are_counted():
 
 
 def test_pictures_are_drawn_where_there_is_something(tmp_path: Path):
-    assert [path.name for path in draw_all(CASES, tmp_path)] == ["confusion.png", "reliability.png", "detection.png"]
-    assert draw_all([], tmp_path) == []
-    assert all((tmp_path / name).stat().st_size > 2000 for name in ("confusion.png", "detection.png"))
+    drawn = draw_all(CASES, tmp_path, "own")
+    assert [path.name for path in drawn] == ["own-confusion.svg", "own-reliability.svg", "own-detection.svg"]
+    assert draw_all([], tmp_path, "own") == []
+    assert all(path.stat().st_size > 2000 for path in drawn)
 
 
-def test_the_readme_table_says_where_it_is_from_and_what_is_missed():
-    text = markdown(ABOUT, gates(CASES), [], {"stribeck": Counter({"another law": 2})}, ["confusion"])
-    assert (
-        "Measured 2026-11-21 with `python -m tests.proof --seed 1` (seed 1; single 2, null 1; tool 1234; numpy 2)."
-        in text
-    )
-    (alarms,) = [line for line in text.splitlines() if "false alarms on nulls:" in line]
-    assert "100.0 %" in alarms
-    assert "| 1 | ≤ 14 of 300 | NO" in alarms
-    assert "artefact" in text
-    assert "Parameters of stribeck left out 2 times: another law" in text
-    assert "ab" * 32 in text
+def test_a_missed_gate_is_marked_in_its_own_family_and_not_averaged_away():
+    (alarms,) = [row for row in rows(COLUMNS) if row[0].startswith("false alarms on nulls:")]
+    _, asked, own, patch = alarms
+    assert asked == "≤ 5 %"
+    assert own.startswith(MISSED)
+    assert "100 % (21 % … 100 %; n 1)" in own
+    assert patch == "0 % (0 % … 30 %; n 9)"
 
 
-def test_the_terminal_has_every_gate():
-    console = Console(width=160, record=True, file=io.StringIO())
-    console.print(printed(gates(CASES)))
+def test_a_family_without_such_cases_says_so():
+    (first,) = [row for row in rows(COLUMNS) if row[0] == "strong singles: right name first"]
+    assert (first[2], first[3]) == ("100 % (21 % … 100 %; n 1)", NO_CASES)
+
+
+def test_the_page_says_where_it_is_from_and_what_was_left_out():
+    text = markdown(ABOUT, COLUMNS)
+    assert "Measured 2026-11-21 with `python -m tests.proof --seed 1` (seed 1; tool 1234; numpy 2)." in text
+    assert f"**{MISSED}**" in text
+    assert "own generator: single 2, null 1" in text
+    assert "Tier artefact: the generator made no cases" in text
+    assert "Key of own/single: sha256 " + "ab" * 32 in text
+    assert "![confusion](confusion.svg)" in text
+
+
+def test_the_terminal_has_every_row():
+    console = Console(width=240, record=True, file=io.StringIO())
+    console.print(printed(COLUMNS))
     text = console.export_text()
-    assert all(gate.title in text for gate in gates(CASES))
+    assert all(row[0] in text for row in rows(COLUMNS))
 
 
 def test_the_json_has_no_number_that_json_lacks():
-    text = json.dumps(as_json(ABOUT, gates(CASES), [], CASES), allow_nan=False)
-    assert json.loads(text)["cases"][0]["first"] == "viscous"
+    text = json.dumps(as_json(ABOUT, COLUMNS), allow_nan=False)
+    assert json.loads(text)["families"]["own"]["cases"][0]["first"] == "viscous"
