@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-alone test-portable lint style types setup lock bench clean
+.PHONY: run test test-alone test-portable proof proof-full lint style types setup lock bench clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -29,6 +29,15 @@ test-alone: setup
 # it takes hours; e.g. make test-portable ARGS="--variant plainest tests/unit", or ARGS=--list for the variants.
 test-portable: setup
 	$(BIN)/python -m tests.portable $(ARGS)
+
+# Concealed cases of every family, the tool once, then the sealed key (tests/proof/README.md): minutes, or hours that may
+# be broken off and go on. PROOF is the folder of it all; figures to report come from a fresh seed and folder.
+PROOF ?= proof
+proof: setup
+	$(BIN)/python -m tests.proof --quick --seed $(SEED) --out $(PROOF) $(ARGS)
+
+proof-full: setup
+	$(BIN)/python -m tests.proof --full --seed $(SEED) --out $(PROOF) $(ARGS)
 
 lint: style types
 

@@ -21,7 +21,6 @@ _BROUGHT_BY = {
     "rerun": "rerun-sdk",
     "rerun_cli": "rerun-sdk",
     "serial": "pyserial",
-    "sklearn": "scikit-learn",
     "zenoh": "eclipse-zenoh",
 }
 """Distributions whose names differ from what is imported from them."""

@@ -139,7 +139,7 @@ EXACT = Threshold(
     0.01,
     meaning="A number's standard error is at least this share of its size.",
     how="Measured: frictions by direction came out up to 2 % small in cases with hundreds of runs.",
-    shown="station prove --quick",
+    shown="make proof",
 )
 FOLDS = Threshold(
     5,

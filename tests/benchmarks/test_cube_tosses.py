@@ -18,9 +18,9 @@ from joblib import Parallel, delayed
 
 from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis
-from station.prove.intervals import wilson
 from station.recording.importers import cube_tosses, write
 from tests.benchmarks.tosses import Toss, heading_of, permuted, slide_of, tosses_of, turned, write_table
+from tests.proof.intervals import wilson
 
 REAL = Path(os.environ.get("REPOSE_CUBE_TOSSES", ""))
 COPIES, JOBS = int(os.environ.get("TOSSES_COPIES", "20")), int(os.environ.get("TOSSES_JOBS", "2"))

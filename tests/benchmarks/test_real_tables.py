@@ -16,8 +16,8 @@ import pytest
 
 from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis, EffectFound
-from station.prove.intervals import wilson
 from tests.benchmarks.real_tables import Silicone, SpeedStep
+from tests.proof.intervals import wilson
 
 DATA = Path(os.environ.get("REPOSE_REAL_DATA", "/none"))
 SILICONE, STEP = DATA / "silicone-load" / "friction.csv", DATA / "velocity-steps" / "sepiolite.csv"

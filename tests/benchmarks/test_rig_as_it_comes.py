@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from station.prove.intervals import wilson
+from tests.proof.intervals import wilson
 from tests.recovery.rig_as_it_comes import rig_with, said_of
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(4 * 3600)]

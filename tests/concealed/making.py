@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import sys
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -51,9 +51,9 @@ class WriteCase(Protocol):
 
 def make(
     arguments: Sequence[str] | None, *, prog: str, about: str | None, tiers: Sequence[str], plan: PlanCase,
-    write: WriteCase,
+    write: WriteCase, done: Callable[[Path], bool] = finished,
 ) -> int:  # fmt: skip
-    """Plans all cases, seals the key, then writes what is missing; the exit status."""
+    """Plans all cases, seals the key, then writes those whose folders are not `done`; the exit status."""
     options = _options(arguments, prog=prog, about=about, tiers=tiers)
     if options.cases < 1 or options.jobs < 1 or options.seed < 0:
         print("Expected --cases and --jobs of 1 or more and --seed of 0 or more", file=sys.stderr)
@@ -70,7 +70,7 @@ def make(
         text, digest = sealed(told | {"cases": {one.id: one.entry for one in plans}})
         if not _seal(key_folder, text, digest):
             return 2
-        missing = [one for one in plans if not finished(out / one.id)]
+        missing = [one for one in plans if not done(out / one.id)]
         list(_progress(pool.imap(partial(write, out=out), missing), len(missing), "written"))
     print(f"{len(plans)} cases in {out}, {len(missing)} of them written now")
     return 0

@@ -1,1 +1,1 @@
-"""The proof by others: worlds that the tool was not made on, each in a folder of its own."""
+"""The proof of the diagnosis on worlds that it was not made on: protocol, scoring, rivals, and families of cases."""

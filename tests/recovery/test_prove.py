@@ -1,6 +1,6 @@
 """The small honest subset of the proof: independent cases, a sealed key, one blind run, and what must come out of it.
 
-The bounds are what chance alone cannot give on so few cases; the gates themselves are for `station prove --full`. One
+The bounds are what chance alone cannot give on so few cases; the gates themselves are for `make proof-full`. One
 run is looked at by all tests: every case costs about ten seconds of a core.
 """
 
@@ -26,17 +26,22 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
 
 
 def prove(out: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "tests.recovery.small_proof", "prove", "--out", str(out), "--seed", SEED, *words]
+    command = [sys.executable, "-m", "tests.recovery.small_proof", "--out", str(out), "--seed", SEED, *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=1400, check=False, cwd=ROOT)
 
 
 @dataclass(frozen=True)
 class Proof:
-    """Its folder, what was printed, and prove.json as it was when the proof had run."""
+    """The folder of all, what was printed, and what proof.json had of the family when the proof had run."""
 
-    out: Path
+    all: Path
     printed: str
     table: dict[str, Any]
+
+    @property
+    def out(self) -> Path:
+        """The family's folder."""
+        return self.all / "own"
 
     def gate(self, key: str) -> dict[str, Any]:
         return next(one for one in self.table["gates"] if one["key"] == key)
@@ -51,7 +56,7 @@ def proof(tmp_path_factory: pytest.TempPathFactory) -> Proof:
     out = tmp_path_factory.mktemp("proof")
     done = prove(out, "--quick")
     assert done.returncode in (0, 1), done.stdout + done.stderr
-    return Proof(out, done.stdout, json.loads((out / "prove.json").read_text("utf-8")))
+    return Proof(out, done.stdout, json.loads((out / "proof.json").read_text("utf-8"))["families"]["own"])
 
 
 def test_the_key_was_sealed_before_the_tool_ran(proof: Proof):
@@ -88,13 +93,13 @@ def test_it_goes_on_from_where_it_was(proof: Proof):
     tier = lost.parent.name
     lost.unlink()
     before = proof.written()
-    assert prove(proof.out, "--tier", f"{tier}:{SMALL[tier]}", "--no-refits").returncode in (0, 1)
+    assert prove(proof.all, "--tier", f"{tier}:{SMALL[tier]}", "--no-refits").returncode in (0, 1)
     after = proof.written()
     assert after.pop(lost), "what was missing was done"
     assert after == before, "and nothing else"
 
 
 def test_another_key_in_the_same_folder_is_refused(proof: Proof):
-    other = prove(proof.out, "--tier", "outside", "--cases", "2")  # its cases are planned soonest
+    other = prove(proof.all, "--tier", "outside", "--cases", "2")  # its cases are planned soonest
     assert other.returncode == 2
     assert "Traceback" not in other.stderr

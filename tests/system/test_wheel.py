@@ -17,7 +17,7 @@ from shared.installed import DISTRIBUTION
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("pi_agent", "shared", "station")
 VIEW, TABLES, ARM = {"rerun", "rerun_cli"}, {"pandas", "pyarrow"}, {"ssik"}
-OTHERS = {"rosbags", "natnet", "pymavlink", "serial", "sklearn", "pysindy"}
+OTHERS = {"rosbags", "natnet", "pymavlink", "serial"}
 BEYOND_STATION = VIEW | TABLES | ARM | OTHERS
 """What is imported from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
 STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "scipy", "tomli_w", "zstandard"}

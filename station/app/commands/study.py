@@ -30,9 +30,9 @@ from station.app.study.beside import as_json, tables_of
 from station.app.study.compare import pace_row, rows_of, verdicts_of
 from station.app.study.design import SESSION_SAMPLES, Part, parts_of
 from station.app.study.sessions import simulate_all, tidy, whole
+from station.app.work import write_json
 from station.friction.pairs import pairs_of
 from station.friction.results import analyse, with_limit_curves
-from station.prove.workers import write_json
 from station.recording.provenance import versions
 
 NAME = "study"

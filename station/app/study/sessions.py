@@ -26,7 +26,7 @@ from station.app.progress import Told
 from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import LEFT_OUT, Essentials
 from station.app.study.rigs import rig_of
-from station.prove.workers import THREADS, bar
+from station.app.work import THREADS, bar
 from station.recording.reader import open_recording
 
 LOOK_S = 0.5

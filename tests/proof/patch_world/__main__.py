@@ -23,11 +23,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, required=True, help="of every draw; the same arguments make the same bytes")
     parser.add_argument("--runs", type=int, default=120, help="runs of a session (120)")
     parser.add_argument("--jobs", type=int, default=1, help="processes (1)")
+    parser.add_argument("--key", type=Path, metavar="FOLDER", help="of the key and the truth, if not beside the cases")
     parser.add_argument("--only", default="", help=f"choose from these effects only: {', '.join(EFFECTS)}")
     options = parser.parse_args(arguments)
     try:
         order = _order(options)
-        print(f"Sealed: {seal(order, jobs=options.jobs)}  {order.out / KEY}", flush=True)
+        print(f"Sealed: {seal(order, jobs=options.jobs)}  {order.keys / KEY}", flush=True)
         make(order, jobs=options.jobs, tell=lambda line: print(line, flush=True))
     except UserError as error:
         print(error, file=sys.stderr)
@@ -44,8 +45,9 @@ def _order(options: argparse.Namespace) -> Order:
     if min(options.cases, options.runs) < 1 or options.seed < 0:
         raise UserError("Expected --cases and --runs of 1 or more and a --seed of 0 or more")
     return Order(
-        out=options.out, tier=options.tier, cases=options.cases, seed=options.seed, runs=options.runs, only=only
-    )
+        out=options.out, key=options.key, tier=options.tier, cases=options.cases, seed=options.seed, runs=options.runs,
+        only=only,
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -37,6 +37,12 @@ class Order:
     seed: int
     runs: int = 120
     only: tuple[str, ...] = ()
+    key: Path | None = None
+
+    @property
+    def keys(self) -> Path:
+        """The folder of the key and the truth."""
+        return self.key or self.out
 
     def header(self) -> dict[str, Any]:
         """What the key says of the order."""
@@ -59,7 +65,7 @@ def seal(order: Order, *, jobs: int) -> str:
     Raises:
         UserError: if the folder holds the key of another order.
     """
-    path = order.out / KEY
+    path = order.keys / KEY
     if path.exists():
         content = path.read_bytes()
         held = {name: value for name, value in json.loads(content).items() if name != "cases"}
@@ -68,15 +74,15 @@ def seal(order: Order, *, jobs: int) -> str:
         return hashlib.sha256(content).hexdigest()
     keys = _spread(_key_of, [(order, *one) for one in order.numbered()], jobs)
     content = (json.dumps({**order.header(), "cases": keys}, indent=1, sort_keys=True) + "\n").encode()
-    order.out.mkdir(parents=True, exist_ok=True)
+    order.keys.mkdir(parents=True, exist_ok=True)
     _write(path, content)
     return hashlib.sha256(content).hexdigest()
 
 
 def make(order: Order, *, jobs: int, tell: Callable[[str], None]) -> None:
     """Makes the recordings that are not there yet."""
-    (order.out / TRUTH).mkdir(parents=True, exist_ok=True)
-    keys = json.loads((order.out / KEY).read_bytes())["cases"]
+    (order.keys / TRUTH).mkdir(parents=True, exist_ok=True)
+    keys = json.loads((order.keys / KEY).read_bytes())["cases"]
     todo = [(order, key) for key in keys if not _truth_path(order, key["case"]).exists()]
     for line in _spread(_record, todo, jobs):
         tell(line)
@@ -121,7 +127,7 @@ def _record(order: Order, key: dict[str, Any]) -> str:
 
 
 def _truth_path(order: Order, name: str) -> Path:
-    return order.out / TRUTH / f"{name}.json"
+    return order.keys / TRUTH / f"{name}.json"
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -13,8 +13,6 @@ from numpy.random import Generator
 from shared.errors import UserError
 from shared.rig import load_rig
 from station.app.lockstep import Outcome
-from station.prove.key import truth_of
-from station.prove.parameters import EXACT, INEXACT
 from station.recording.reader import open_recording
 from tests.concealed.design import PAIRS
 from tests.concealed.making import make
@@ -22,6 +20,8 @@ from tests.frames import cases
 from tests.frames.cases import TIERS, Plan, plan_case, write_case
 from tests.frames.effects import EFFECTS
 from tests.frames.sessions import rig_toml
+from tests.proof.families.own import EXACT, INEXACT
+from tests.proof.key import truth_of
 from tests.unit.frames.worlds import DESIGN
 
 

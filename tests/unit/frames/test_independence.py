@@ -8,7 +8,7 @@ import pytest
 
 from tests.unit.concealed.test_independence import ROOT, imported
 
-FORBIDDEN = ("station.physics", "station.diagnosis", "station.prove", "station.simulators.planar")
+FORBIDDEN = ("station.physics", "station.diagnosis", "tests.proof", "station.simulators.planar")
 SOURCES = sorted((ROOT / "tests" / "frames").rglob("*.py"))
 
 

@@ -19,7 +19,7 @@ from tests.proof.patch_world.effects import KNOWN
 from tests.proof.patch_world.making import Order, seal
 
 FORBIDDEN = (
-    "station.diagnosis", "station.physics", "station.simulators", "station.prove", "tests.concealed", "tests.recovery",
+    "station.diagnosis", "station.physics", "station.simulators", "tests.proof", "tests.concealed", "tests.recovery",
 )  # fmt: skip
 
 
@@ -96,11 +96,16 @@ def test_every_effect_comes_before_one_comes_again() -> None:
 def test_it_imports_nothing_of_what_it_is_to_prove() -> None:
     folder = Path(tests.proof.patch_world.__file__).parent
     named = {name for path in folder.rglob("*.py") for name in _imports(path)}
-    assert not [name for name in named if name.startswith(FORBIDDEN)]
+    assert not [name for name in named if _forbidden(name)]
     program = "import sys, tests.proof.patch_world.__main__; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
     assert "station.sampling.machine" in loaded
-    assert not [name for name in loaded if name.startswith(FORBIDDEN)]
+    assert not [name for name in loaded if _forbidden(name)]
+
+
+def _forbidden(name: str) -> bool:
+    """The proof's own package has a docstring only; what it holds beside the patch world is the scorer's."""
+    return name.startswith(FORBIDDEN) and name != "tests.proof" and not name.startswith("tests.proof.patch_world")
 
 
 def _imports(path: Path) -> list[str]:

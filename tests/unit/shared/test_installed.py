@@ -56,7 +56,7 @@ def test_every_foreign_module_comes_with_a_requirement_that_its_absence_names():
 
 @pytest.mark.parametrize(
     ("module", "extra"),
-    [("serial", "sensors"), ("rerun", "view"), ("mujoco", "station"), ("sklearn", "proof"), ("ssik", "arm")],
+    [("serial", "sensors"), ("rerun", "view"), ("mujoco", "station"), ("ssik", "arm")],
 )
 def test_the_extra_is_the_one_by_need(module: str, extra: str):
     assert f'"{DISTRIBUTION}[{extra}]"' in str(sentence_of(ModuleNotFoundError(name=module)))

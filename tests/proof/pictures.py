@@ -1,0 +1,170 @@
+"""The pictures of a family: confusion, reliability of the probabilities, detection against strength, ranks."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from scipy.stats import binom, norm
+
+from station.physics.contact import Array
+from tests.proof.gates import reliability
+from tests.proof.intervals import wilson
+from tests.proof.scoring import Scored, of_kind
+
+STRENGTHS = (0.5, 1.0, 2.0, 4.0)
+RANKS = 8
+_STYLE = {"font.size": 8.0, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False}
+_BLUE, _ORANGE = "#0072b2", "#e69f00"
+
+
+def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Path]:
+    """Writes the pictures that a family's cases have something for, as NAME-….svg; their paths."""
+    drawn = list[Path]()
+    kinds = (("confusion", confusion), ("reliability", reliability_curve), ("detection", detection), ("ranks", ranks))
+    with mpl.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
+        for kind, draw in kinds:
+            figure = draw(cases)
+            if figure is None:
+                continue
+            FigureCanvasAgg(figure)
+            drawn.append(folder / f"{name}-{kind}.svg")
+            figure.savefig(drawn[-1], metadata={"Date": None})
+    return drawn
+
+
+def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
+    """How often a truth (an effect, `none`, `other`) got a first name; strong singles, nulls, outside."""
+    counts = Counter[tuple[str, str]]()
+    for case in of_kind(cases, "null"):
+        counts["none", case.said.first] += 1
+    for case in of_kind(cases, "outside"):
+        counts["other", case.said.first] += 1
+    for case in of_kind(cases, "single"):
+        if case.strong:
+            counts[case.truth.effects[0].id, case.said.first] += 1
+    return counts
+
+
+def confusion(cases: Sequence[Scored]) -> Figure | None:
+    """Truth down, first name across, each row as shares of its cases."""
+    counts = confusion_counts(cases)
+    if not counts:
+        return None
+    rows = sorted({truth for truth, _ in counts}, key=_last)
+    columns = sorted({first for _, first in counts} | set(rows), key=_last)
+    table = np.array([[counts[truth, first] for first in columns] for truth in rows], dtype=np.float64)
+    shares = table / table.sum(axis=1, keepdims=True)
+    figure = Figure(figsize=(max(4.0, 2.2 + 0.3 * len(columns)), 1.8 + 0.24 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    axes.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    axes.set_xticks(range(len(columns)), columns, rotation=90)
+    axes.set_yticks(range(len(rows)), [f"{name} ({int(n)})" for name, n in zip(rows, table.sum(axis=1), strict=True)])
+    for i, j in zip(*np.nonzero(table), strict=True):
+        axes.text(j, i, str(int(table[i, j])), ha="center", va="center", color="w" if shares[i, j] > 0.6 else "k")
+    axes.set(
+        xlabel="first name",
+        ylabel="concealed (cases)",
+        title="Nulls, strong singles, and what is outside the catalogue",
+    )
+    return figure
+
+
+def _last(name: str) -> tuple[bool, str]:
+    return name in ("none", "other", "fault"), name
+
+
+def reliability_curve(cases: Sequence[Scored]) -> Figure | None:
+    """Of what was said with a probability, the share that was right, with Wilson intervals."""
+    rows = np.array([(said, right) for one in cases for said, right in one.statements()], dtype=np.float64)
+    if not len(rows):
+        return None
+    figure = Figure(figsize=(3.4, 3.2), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0, 1], [0, 1], color="0.7", lw=0.8)
+    for said, right, weight in reliability(rows):
+        count = round(weight * len(rows))
+        _point(axes, said, right, count, _BLUE)
+        axes.annotate(str(count), (said, right), xytext=(4, -8), textcoords="offset points", color="0.4")
+    axes.set(xlim=(0, 1.02), ylim=(-0.02, 1.02), xlabel="probability that was said", ylabel="share that was right")
+    axes.set_title(f"{len(rows)} claims")
+    return figure
+
+
+def _point(axes, x: float, share: float, count: int, colour: str) -> None:  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # matplotlib's own
+    low, high = wilson(round(share * count), count)
+    reach = np.array([[max(share - low, 0.0)], [max(high - share, 0.0)]])
+    axes.errorbar([x], [share], yerr=reach, fmt="o", ms=4, lw=0.8, color=colour)
+
+
+def detected(cases: Sequence[Scored]) -> dict[str, dict[float, list[tuple[bool, bool]]]]:
+    """By effect and strength of the single cases: whether anything was claimed, and whether the name was right."""
+    found: dict[str, dict[float, list[tuple[bool, bool]]]] = {}
+    for case in of_kind(cases, "single"):
+        effect = case.truth.effects[0]
+        if not math.isfinite(effect.strength):
+            continue
+        near = min(STRENGTHS, key=lambda strength: abs(np.log(max(effect.strength, 1e-6) / strength)))
+        found.setdefault(effect.id, {}).setdefault(near, []).append((bool(case.said.claimed), case.right_first))
+    return found
+
+
+def detection(cases: Sequence[Scored]) -> Figure | None:
+    """One small plot for each effect: share detected and share rightly named against strength."""
+    found = detected(cases)
+    if not found:
+        return None
+    across = 5
+    down = -(-(len(found) + 1) // across)
+    figure = Figure(figsize=(2.0 * across, 1.6 * down + 0.3), layout="constrained")
+    grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False).ravel()
+    everything: dict[float, list[tuple[bool, bool]]] = {}
+    for strengths in found.values():
+        for strength, hits in strengths.items():
+            everything.setdefault(strength, []).extend(hits)
+    for axes, (name, strengths) in zip(grid, [("all effects", everything), *sorted(found.items())], strict=False):
+        _curve(axes, name, strengths)
+    for axes in grid[len(found) + 1 :]:
+        axes.set_visible(False)
+    figure.suptitle(
+        "Detected (blue) and rightly named (orange) against strength in the generator's unit; n at the bottom"
+    )
+    return figure
+
+
+def ranks(cases: Sequence[Scored]) -> Figure | None:
+    """How the truths rank in what was said of their numbers; flat between the lines where the errors are right."""
+    pulls = [pull.z for one in of_kind(cases, "single", "pair") for pull in one.pulls()[0]]
+    if not pulls:
+        return None
+    count, even = len(pulls), 1.0 / RANKS
+    low, high = (float(binom.ppf(level, count, even)) for level in (0.025, 0.975))
+    figure = Figure(figsize=(3.4, 2.4), layout="constrained")
+    axes = figure.subplots()
+    axes.hist(norm.cdf(-np.array(pulls)), bins=RANKS, range=(0, 1), color=_BLUE)
+    axes.axhspan(low, high, color="0.85", zorder=0)
+    axes.set(xlim=(0, 1), xlabel="share of the stated distribution below the truth", ylabel="numbers")
+    axes.set_title(f"{count} numbers; the band holds 95 % of even counts")
+    return figure
+
+
+def _curve(axes, name: str, strengths: dict[float, list[tuple[bool, bool]]]) -> None:  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # matplotlib's own
+    for column, colour, shift in ((0, _BLUE, 0.97), (1, _ORANGE, 1.03)):
+        points: list[tuple[float, float]] = []
+        for strength, hits in sorted(strengths.items()):
+            got: Array = np.array([hit[column] for hit in hits], dtype=np.float64)
+            points.append((strength * shift, float(got.mean())))
+            _point(axes, *points[-1], len(hits), colour)
+        axes.plot(*np.array(points).T, color=colour, lw=0.8)
+    for strength, hits in strengths.items():
+        axes.text(strength, 0.0, str(len(hits)), ha="center", va="top", fontsize=6, color="0.4")
+    axes.set_xscale("log")
+    axes.set_xticks(STRENGTHS, [f"{strength:g}" for strength in STRENGTHS])
+    axes.minorticks_off()
+    axes.set(ylim=(-0.12, 1.05), title=name)
