@@ -97,24 +97,14 @@ class Trial:
             np.quantile(_smallest(self.candidates, _gains(self.scored, self.candidates, null)), thresholds.ALARM)
         )
 
-    @property
-    def sharp(self) -> float:
-        """The information of the rival's signal in a run, while all else of the model is free."""
-        return float(self.scored.information[self.signal, self.signal]) / self.runs
-
 
 def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
     """The scores of all candidates on a session, and the rivals' own signals beside them."""
-    base, plain = question.beside, standing(evidence, question.beside, question.noise)
-    named = [effect for effect in question.effects if effect.layer != "numerics" and effect not in _acting(base)]
-    reasons = untestable(evidence, plain, named)
-    absorbed = [effect for effect in named if effect.absorbed_by_mu and effect.id in reasons]
+    named = [one for one in question.effects if one.layer != "numerics" and one not in _acting(question.beside)]
+    null, reasons = _null(question, evidence, named)
     offered = [*(effect for effect in named if effect.id not in reasons), *smooth_terms(evidence)]
-    null = standing(evidence, allowing_for(base, absorbed), question.noise)
-    at = stack(evidence, residuals(evidence, null.model))
-    changed = [stack(evidence, residuals(evidence, null.model.with_term(one.term))) for one in question.rivals]
-    scored = scores(evidence, null, offered, np.column_stack([one - at for one in changed]))
-    first = len(scored.score) - len(changed)
+    scored = scores(evidence, null, offered, _signals(evidence, null, question.rivals))
+    first = len(scored.score) - len(question.rivals)
     return Trial(
         question=question,
         truth=truth,
@@ -123,6 +113,29 @@ def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
         runs=evidence.runs,
         rows=max(sum(len(one) for one in evidence.channels if one.changed_by(truth.term.effect)), 1),
     )
+
+
+def sharp(question: Question, evidence: Evidence) -> float:
+    """The information of the only rival's signal in a run, while all else of the model is free."""
+    absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
+    null, _ = _null(question, evidence, absorbed)
+    scored = scores(evidence, null, (), _signals(evidence, null, question.rivals))
+    return float(scored.information[0, 0]) / evidence.runs
+
+
+def _null(question: Question, evidence: Evidence, effects: Sequence[Effect]) -> tuple[Fit, Mapping[str, str]]:
+    """The model beside the rivals as if it were fitted, and which of the effects the session cannot show, and why."""
+    base = question.beside
+    reasons = untestable(evidence, standing(evidence, base, question.noise), effects)
+    absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
+    return standing(evidence, allowing_for(base, absorbed), question.noise), reasons
+
+
+def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Array:
+    """What each rival changes in the residuals (rows, rivals)."""
+    at = stack(evidence, residuals(evidence, null.model))
+    changed = (stack(evidence, residuals(evidence, null.model.with_term(one.term))) for one in rivals)
+    return np.column_stack([one - at for one in changed])
 
 
 def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:
