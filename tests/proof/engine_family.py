@@ -56,7 +56,7 @@ class EngineFamily(PlannedFamily):
     number: ClassVar[int]
     """Its own, so that no two engines are given the same cases."""
     quick: ClassVar[Mapping[str, int]] = MappingProxyType({})
-    full: ClassVar[Mapping[str, int]] = MappingProxyType({"null": 40, "single": 12, "outside": 6})
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({"null": 40, "single": 8, "outside": 4})
 
     @abstractmethod
     def engine(self, contact: Contact) -> Engine:

@@ -74,7 +74,7 @@ class Bullet(EngineFamily):
     place: ClassVar[int] = 41
     module: ClassVar[str] = "pybullet"
     number: ClassVar[int] = 1
-    full: ClassVar[Mapping[str, int]] = MappingProxyType({**EngineFamily.full, "artefact": 12})
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({**EngineFamily.full, "artefact": 6})
 
     def engine(self, contact: Contact) -> Engine:
         """See `BulletBlock`."""

@@ -93,7 +93,7 @@ class Dart(EngineFamily):
     place: ClassVar[int] = 43
     module: ClassVar[str] = "dartpy"
     number: ClassVar[int] = 3
-    full: ClassVar[Mapping[str, int]] = MappingProxyType({"artefact": 12})
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({"artefact": 6})
 
     def engine(self, contact: Contact) -> Engine:
         """See `DartBlock`."""

@@ -76,7 +76,7 @@ class Mujoco(EngineFamily):
     place: ClassVar[int] = 40
     module: ClassVar[str] = "mujoco"
     number: ClassVar[int] = 0
-    full: ClassVar[Mapping[str, int]] = MappingProxyType({**EngineFamily.full, "artefact": 12})
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({**EngineFamily.full, "artefact": 6})
 
     def engine(self, contact: Contact) -> Engine:
         """See `MujocoBlock`."""

@@ -95,9 +95,10 @@ class PatchWorld(Family):
     name: ClassVar[str] = "patch_world"
     title: ClassVar[str] = "patch world"
     place: ClassVar[int] = 10
+    rivalled: ClassVar[bool] = True
     quick: ClassVar[Mapping[str, int]] = MappingProxyType({"null": 1, "single": 2})
     full: ClassVar[Mapping[str, int]] = MappingProxyType(
-        {"null": 60, "null_nuisance": 60, "single": 72, "pair": 30, "outside": 27}
+        {"null": 50, "null_nuisance": 50, "single": 48, "pair": 24, "outside": 18}
     )
 
     def generator(self) -> list[str]:
