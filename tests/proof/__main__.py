@@ -117,7 +117,7 @@ def _asked(options: argparse.Namespace) -> dict[str, dict[str, int]]:
 
 def _column(name: str, tiers: dict[str, int], options: argparse.Namespace, console: Console) -> Column:
     """One family's proof."""
-    compared = options.full or options.rivals
+    compared = families()[name].rivalled and (options.full or options.rivals)
     proof = prove(
         families()[name],
         Protocol(tiers=tiers, seed=options.seed, out=options.out / name),

@@ -28,8 +28,11 @@ class PlannedFamily(Family):
         """The plan of a tier's case number `index`; the same arguments give the same plan."""
 
     @abstractmethod
-    def write(self, plan: Plan, folder: Path) -> None:
-        """Writes session.mcap or table.csv, whole or not at all, and a rig.toml before it, if it has one."""
+    def write(self, plan: Plan, folder: Path, *, key: Path) -> None:
+        """Writes session.mcap or table.csv, whole or not at all, and a rig.toml before it, if it has one.
+
+        What else the generator records of a case goes into the folder of the key.
+        """
 
     def generator(self) -> list[str]:
         """The one that all such families share."""

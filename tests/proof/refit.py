@@ -1,12 +1,11 @@
 """How much of the gap could be closed at all: the true effects, refitted on the same runs, beside tool and rivals.
 
-This runs after the key is open and never before. All are judged by the tool's own likelihood, each run by a fit that
-has not seen it, with the same folds.
+This runs after the key is open and never before. All are judged on runs that they have not seen, with the same folds:
+by their onsets and slides, and by the tool's own likelihood.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,13 +21,14 @@ from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import FOLDS
-from station.diagnosis.predict.held_out import held_out
+from station.diagnosis.predict.held_out import HeldOut
 from station.physics.catalogue import Catalogue, catalogue
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.recording.arrays import load_signals
 from station.recording.reader import open_recording
+from tests.proof.judged import errors, gain, judged
 from tests.proof.rivals import Table, rival_named
 
 
@@ -53,13 +53,15 @@ def run_refit(task: Refit) -> None:
     rng = np.random.default_rng(int(task.case.name[:8], 16) if _is_hex(task.case.name) else 1)
     fold = rng.permutation(np.arange(evidence.runs) % FOLDS)
     plain = fit(evidence, levelled(evidence, Model(mu_s=task.mu_s)), ())
-    base = held_out(evidence, plain, (), fold).log_run
-    written: dict[str, Any] = {"runs": int(np.isfinite(base).sum()), "plain": mean(base), "rivals": {}}
+    base = judged(evidence, plain, (), fold)
+    written: dict[str, Any] = {"runs": int(np.isfinite(base.log_run).sum()), "plain": errors(base), "rivals": {}}
     true = [known[name] for name in task.true if name in known]
     if true and len(true) == len(task.true):
-        written["oracle"] = gain(oracle(evidence, plain, true, fold), base)
+        held = oracle(evidence, plain, true, fold)
+        written["oracle"] = gain(held, base) | errors(held)
     if task.said:
-        written["tool"] = gain(_tool(evidence, plain, task.said, known, fold), base)
+        held = _tool(evidence, plain, task.said, known, fold)
+        written["tool"] = gain(held, base) | errors(held)
     table = Table(signals=signals, evidence=evidence, plain=plain, fold=fold, catalogue=known)
     for name in task.rivals:
         written["rivals"][name] = _rival(name, table, base)
@@ -70,8 +72,8 @@ def _is_hex(name: str) -> bool:
     return len(name) >= 8 and all(letter in "0123456789abcdef" for letter in name[:8])
 
 
-def oracle(evidence: Evidence, plain: Fit, effects: Sequence[Effect], fold: Array) -> Array:
-    """Held-out log densities (runs,) of the true effects; of every start of their shapes the likeliest fit."""
+def oracle(evidence: Evidence, plain: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
+    """Predictions by the true effects; of every start of their shapes the likeliest fit."""
     best: Fit | None = None
     for start in _starts(effects):
         model = plain.model
@@ -81,7 +83,7 @@ def oracle(evidence: Evidence, plain: Fit, effects: Sequence[Effect], fold: Arra
         if best is None or fitted.log_likelihood > best.log_likelihood:
             best = fitted
     assert best is not None
-    return held_out(evidence, best, effects, fold).log_run
+    return judged(evidence, best, effects, fold)
 
 
 def _starts(effects: Sequence[Effect]) -> list[list[Term]]:
@@ -99,40 +101,25 @@ def _start(effect: Effect, number: int) -> dict[str, float]:
 
 def _tool(
     evidence: Evidence, plain: Fit, said: Mapping[str, Mapping[str, float]], known: Catalogue, fold: Array
-) -> Array:
+) -> HeldOut:
     model = plain.model
     for name, values in said.items():
         model = model.with_term(Term(known[name], dict(values)))
     effects = [known[name] for name in said]
     fitted = fit(evidence, model, effects, noise=plain.noise)
-    return held_out(evidence, fitted, effects, fold).log_run
+    return judged(evidence, fitted, effects, fold)
 
 
-def _rival(name: str, table: Table, base: Array) -> dict[str, Any]:
+def _rival(name: str, table: Table, base: HeldOut) -> dict[str, Any]:
     began = time.monotonic()
     try:
         answer = rival_named(name).answer(table)
     except Exception as error:
         return {"fault": f"{type(error).__name__}: {error}"}
-    told = gain(answer.log_run, base) if answer.log_run is not None else {}
+    told = gain(answer.held, base) | errors(answer.held) if answer.held is not None else {}
     return {
         **told,
         "names": list(answer.names),
         "place": list(answer.place) if answer.place else None,
         "seconds": time.monotonic() - began,
     }
-
-
-def gain(log_run: Array, base: Array) -> dict[str, float]:
-    """The mean gain of a held-out run over the plain model, in log density, with its standard error."""
-    known = np.isfinite(log_run) & np.isfinite(base)
-    each = log_run[known] - base[known]
-    if len(each) < 2:
-        return {"gain": math.nan, "se": math.nan}
-    return {"gain": float(each.mean()), "se": float(each.std(ddof=1) / math.sqrt(len(each)))}
-
-
-def mean(values: Array) -> float:
-    """Of what is known."""
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else math.nan

@@ -16,7 +16,10 @@ from tests.proof.run import Proof, left_out
 from tests.proof.scoring import Scored
 from tests.proof.versus import Line
 
-RIVAL_COLUMNS = ("method", "name right", "names on nulls", "place right", "held-out gain per run", "gap closed", "note")
+RIVAL_COLUMNS = (
+    "method", "name right", "names on nulls", "place right", "unseen onsets, deg", "unseen paths, mm",
+    "held-out gain per run", "gap closed", "note",
+)  # fmt: skip
 MISSED, NO_CASES = "MISSED", "no such cases"
 
 

@@ -117,10 +117,13 @@ class Scored:
             return math.nan
         return gain / number(oracle["gain"])
 
+    def error(self, figure: str, when: str) -> float:
+        """An error of unseen runs, `before` or `after`, as the tool tells it; nan if it tells none."""
+        return number(self.said.answer.get("fit", {}).get(when, {}).get(figure))
+
     def falls(self, figure: str) -> bool | None:
         """Whether an error of unseen runs, `onset_rmse_deg` or `path_rmse_mm`, is less after than before."""
-        told = self.said.answer.get("fit", {})
-        before, after = (number(told.get(when, {}).get(figure)) for when in ("before", "after"))
+        before, after = (self.error(figure, when) for when in ("before", "after"))
         return after < before if math.isfinite(before) and math.isfinite(after) else None
 
     def aucs(self) -> list[float]:

@@ -20,15 +20,19 @@ TOOL, ORACLE = "station diagnose", "oracle (knows the effects)"
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """A row: name right and place right on singles at 2 × limit or more, a name on nulls, held-out gain, gap closed.
+    """A row: what a method says, and how it predicts unseen runs.
 
-    A cell without cases is one that this rival has nothing to say in.
+    Name right and place right are of strong singles, the name on nulls of these; errors of onsets (deg) and paths (mm,
+    root mean squares, medians over the cases), the gain and the gap closed are of singles and pairs. A cell without
+    cases is one that this rival has nothing to say in.
     """
 
     title: str
     name: Gate
     null_named: Gate
     place: Gate
+    onset: Gate
+    path: Gate
     gain: Gate
     gap: Gate
     note: str = ""
@@ -36,7 +40,7 @@ class Line:
     @property
     def cells(self) -> tuple[Gate, ...]:
         """In the table's order."""
-        return self.name, self.null_named, self.place, self.gain, self.gap
+        return self.name, self.null_named, self.place, self.onset, self.path, self.gain, self.gap
 
 
 def versus(cases: Sequence[Scored], reasons: Mapping[str, str]) -> list[Line]:
@@ -60,6 +64,8 @@ def _tool(cases: Sequence[Scored]) -> Line:
         name=share("name", "", (one.right_first for one in strong)),
         null_named=share("null", "", (bool(one.said.names) for one in of_kind(cases, "null"))),
         place=share("place", "", (_tool_place(one) for one in strong)),
+        onset=figure("onset", "", (one.error("onset_rmse_deg", "after") for one in effects), _median),
+        path=figure("path", "", (one.error("path_rmse_mm", "after") for one in effects), _median),
         gain=figure("gain", "", (one.gain for one in effects), _mean),
         gap=figure("gap", "", (one.gap_closed for one in effects), _median),
     )
@@ -84,6 +90,8 @@ def _rival(title: str, ran: Sequence[tuple[Scored, Mapping[str, Any]]], *, names
         name=share("name", "", (_first_right(case, answer) for case, answer in strong if names)),
         null_named=share("null", "", (bool(answer["names"]) for answer in plain if names)),
         place=share("place", "", (_place(case, answer) for case, answer in strong if places)),
+        onset=figure("onset", "", (number(answer.get("onset_deg")) for _, answer in effects), _median),
+        path=figure("path", "", (number(answer.get("path_mm")) for _, answer in effects), _median),
         gain=figure("gain", "", (number(answer.get("gain")) for _, answer in effects), _mean),
         gap=figure(
             "gap", "", (min(case.share_of(number(answer.get("gain"))), 1.0) for case, answer in effects), _median
@@ -110,6 +118,8 @@ def _oracle(cases: Sequence[Scored]) -> Line:
     effects = [one for one in of_kind(cases, "single", "pair") if "oracle" in one.refit]
     return Line(
         title=ORACLE, name=nothing, null_named=nothing, place=nothing,
+        onset=figure("onset", "", (number(one.refit["oracle"].get("onset_deg")) for one in effects), _median),
+        path=figure("path", "", (number(one.refit["oracle"].get("path_mm")) for one in effects), _median),
         gain=figure("gain", "", (number(one.refit["oracle"]["gain"]) for one in effects), _mean),
         gap=figure("gap", "", (), _median),
     )  # fmt: skip

@@ -6,6 +6,7 @@ recording.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Collection, Sequence
 from functools import partial
@@ -21,10 +22,10 @@ def _plan(name: str, tier: str, index: int, *, seed: int, only: Collection[str])
     return _planned(name).plan(tier, index, seed=seed)
 
 
-def _write(name: str, plan: Plan, out: Path) -> None:
+def _write(name: str, key: Path, plan: Plan, out: Path) -> None:
     folder = out / plan.id
     folder.mkdir(parents=True, exist_ok=True)
-    _planned(name).write(plan, folder)
+    _planned(name).write(plan, folder, key=key)
 
 
 def _planned(name: str) -> PlannedFamily:
@@ -40,9 +41,13 @@ def _is_written(folder: Path) -> bool:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plans all cases, seals the key, then writes what is missing."""
     name, *rest = sys.argv[1:] if arguments is None else arguments
+    folders = argparse.ArgumentParser(add_help=False)
+    folders.add_argument("--out", type=Path)
+    folders.add_argument("--key", type=Path)
+    given, _ = folders.parse_known_args(rest)
     return make(
         rest, prog=f"python -m tests.proof.writing {name}", about=__doc__, tiers=tuple(_planned(name).full),
-        plan=partial(_plan, name), write=partial(_write, name), done=_is_written,
+        plan=partial(_plan, name), write=partial(_write, name, given.key or given.out), done=_is_written,
     )  # fmt: skip
 
 

@@ -37,6 +37,9 @@ class Family(ABC):
     place: ClassVar[int] = 100
     """Its column in the table, from the left."""
 
+    rivalled: ClassVar[bool] = False
+    """Whether the rivals answer some of its cases, too: they take longer than the rest."""
+
     def why_not(self) -> str | None:
         """The reason why it cannot be made here; None if it can."""
         return None

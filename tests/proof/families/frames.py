@@ -18,7 +18,7 @@ class Frames(Family):
     title: ClassVar[str] = "twin through frames"
     place: ClassVar[int] = 20
     quick: ClassVar[Mapping[str, int]] = MappingProxyType({})
-    full: ClassVar[Mapping[str, int]] = MappingProxyType({"twin_null": 40, "frames": 15})
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({"twin_null": 40, "frames": 12})
 
     def generator(self) -> list[str]:
         """A case of twin_null takes 20 s of a core, one of frames 90 s."""

@@ -109,18 +109,19 @@ INEXACT: Mapping[str, str] = {
 
 
 class Own(Family):
-    """Every single effect comes at each of four strengths, every pair and every other kind about three times."""
+    """Every single effect comes at each of four strengths, every pair and every kind of the others about twice."""
 
     name: ClassVar[str] = "own"
     title: ClassVar[str] = "own generator"
     place: ClassVar[int] = 0
+    rivalled: ClassVar[bool] = True
     quick: ClassVar[Mapping[str, int]] = MappingProxyType(
         {"null": 4, "single": 6, "outside": 2, "absorbed": 1, "confounded": 1}
     )
     full: ClassVar[Mapping[str, int]] = MappingProxyType(
         {
-            "null": 100, "null_nuisance": 100, "single": 100, "pair": 54, "confounded": 28, "absorbed": 16,
-            "outside": 36, "artefact": 12,
+            "null": 100, "null_nuisance": 100, "single": 100, "pair": 36, "confounded": 14, "absorbed": 8,
+            "outside": 24, "artefact": 6,
         }
     )  # fmt: skip
 

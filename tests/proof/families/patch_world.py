@@ -25,6 +25,7 @@ from tests.proof.patch_world.effects import EFFECTS
 from tests.proof.protocol import Protocol
 
 RUNS = 60
+_ANSWERS = {"null": "none", "artefact": "artefact", "outside": "other"}
 STRONG = 1.5 * (1.0 - 1e-3)
 SLIDE_MM, REST_MM, MARK_MM = 0.5, 0.03, 0.05
 """The units of a changed slide, of what a block seems to move at rest, and of a shifted picture (pilot.py)."""
@@ -94,9 +95,10 @@ class PatchWorld(Family):
     name: ClassVar[str] = "patch_world"
     title: ClassVar[str] = "patch world"
     place: ClassVar[int] = 10
+    rivalled: ClassVar[bool] = True
     quick: ClassVar[Mapping[str, int]] = MappingProxyType({"null": 1, "single": 2})
     full: ClassVar[Mapping[str, int]] = MappingProxyType(
-        {"null": 60, "null_nuisance": 60, "single": 72, "pair": 30, "outside": 27}
+        {"null": 50, "null_nuisance": 50, "single": 48, "pair": 24, "outside": 18}
     )
 
     def generator(self) -> list[str]:
@@ -132,12 +134,12 @@ def _truth_path(protocol: Protocol, tier: str, name: str) -> Path:
 
 def truth_of(entry: Json, acted: Mapping[str, Sequence[Json]]) -> Truth:
     """A case's line of the key, with the record of where its effects acted."""
-    world, outside = entry["world"], entry["tier"] == "outside"
+    world = entry["world"]
     kind = "null" if entry["tier"].startswith("null") else entry["tier"]
     return Truth(
         id=entry["case"],
         tier=entry["tier"],
-        answer="none" if kind == "null" else "other" if outside else "effects",
+        answer=_ANSWERS.get(kind, "effects"),
         effects=tuple(_concealed(effect, world, acted[effect["effect"]]) for effect in entry["effects"]),
         members=(),
         next=(),

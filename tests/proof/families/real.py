@@ -53,8 +53,9 @@ class Real(PlannedFamily):
         origin: Origin = (seed, FIRST_TIER + list(SOURCES).index(tier), index)
         return Plan(id=case_id(origin), entry=entry_of(tier, data=SOURCES[tier].name), made_from=(tier, origin))
 
-    def write(self, plan: Plan, folder: Path) -> None:
+    def write(self, plan: Plan, folder: Path, *, key: Path) -> None:
         """A session of tosses, or a table."""
+        del key
         tier, origin = plan.made_from
         rng, source = generator(origin, "labels"), SOURCES[tier]
         with TemporaryDirectory(dir=folder) as unfinished:

@@ -80,12 +80,14 @@ class RunRecord:
 class Session:
     """One session of a world. Build it, then `run` it."""
 
-    def __init__(self, world: World, plan: Plan, recording: Recording, *, rig: RigConfig, seed: int) -> None:
-        """`rig` is what the rig file says, which an effect may have made untrue."""
+    def __init__(
+        self, world: World, plan: Plan, recording: Recording, *, rig: RigConfig, seed: int, bench: Bench | None = None
+    ) -> None:
+        """`rig` is what the rig file says, which an effect may have made untrue; `bench` may be another one."""
         self.world, self._recording, self._seed = world, recording, seed
         self.rig = rig
         self._arm = rigs.Joints(self.rig)
-        self.bench = Bench(world)
+        self.bench = bench or Bench(world)
         self._view = View(world.camera, rigs.mark_side_m(world.contact), world.contact.height)
         self._rng = np.random.default_rng([seed, 2])
         length, width, _ = self.rig.block.size_m

@@ -7,7 +7,7 @@ of the tilt then go on as before.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,10 +24,14 @@ Array = NDArray[np.float64]
 _SINCE_S = np.linspace(0.02, 0.3, 15)
 _FURTHER_STEPS = 12
 _FRAME_S = 0.011
+Benches = Callable[[World], Bench]
+"""Makes the bench of a world."""
 
 
-def acted(world: World, without: World, records: Sequence[RunRecord], *, seed: int) -> list[dict[str, Any]]:
-    """What an effect did in each run of a session of `world`, against the world `without` it.
+def acted(
+    world: World, without: World, records: Sequence[RunRecord], *, seed: int, bench_of: Benches = Bench
+) -> list[dict[str, Any]]:
+    """What an effect did in each run of a session of `world`, against the world `without` it, on a bench of its own.
 
     Returns:
         A table for each run: `onset_deg`, the change of the onset as the arm's angles tell it (None where one of both
@@ -35,20 +39,21 @@ def acted(world: World, without: World, records: Sequence[RunRecord], *, seed: i
         `phases` rest, slide and return from when to when (s since the session's begin), by how much at most the block's
         path (mm) and yaw (deg), the fiducial (mm) and the reported tilt (deg) differ.
     """
-    return [_of_run(world, without, record, seed=seed) for record in records if record.states]
+    return [_of_run(world, without, record, seed=seed, bench_of=bench_of) for record in records if record.states]
 
 
-def _of_run(world: World, without: World, record: RunRecord, *, seed: int) -> dict[str, Any]:
+def _of_run(world: World, without: World, record: RunRecord, *, seed: int, bench_of: Benches) -> dict[str, Any]:
     azimuth, run = record.azimuth, record.run
     one = look(world, record.states, azimuth=azimuth, run=run)
     times = one.time_s
-    states = again(without, record, times, record.asked, seed=seed)
+    states = again(without, record, times, record.asked, seed=seed, bench_of=bench_of)
     other = look(without, states, azimuth=azimuth, run=run)
     onset_deg = other.onset_deg
     if math.isnan(onset_deg):
         longer = _further(record)
         until = np.arange(times[0], longer[-1].time_s + 1.0, _FRAME_S)
-        onset_deg = look(without, again(without, record, until, longer, seed=seed), azimuth=azimuth, run=run).onset_deg
+        states = again(without, record, until, longer, seed=seed, bench_of=bench_of)
+        onset_deg = look(without, states, azimuth=azimuth, run=run).onset_deg
     slides = one.slide_mm(_SINCE_S) - other.slide_mm(_SINCE_S)
     kept = slides[np.isfinite(slides)]
     return {
@@ -60,9 +65,11 @@ def _of_run(world: World, without: World, record: RunRecord, *, seed: int) -> di
     }
 
 
-def again(world: World, record: RunRecord, times: Array, asked: Sequence[Asked], *, seed: int) -> list[Array]:
+def again(
+    world: World, record: RunRecord, times: Array, asked: Sequence[Asked], *, seed: int, bench_of: Benches = Bench
+) -> list[Array]:
     """The states (n) of a run in a world at times (s), with the motions that were asked for."""
-    bench = Bench(world)
+    bench = bench_of(world)
     bench.state[at.T] = record.begin.state[at.T]
     bench.begin_run(
         run_draw(world, seed=seed, run=record.run), run=record.run, azimuth=record.azimuth, before=record.before

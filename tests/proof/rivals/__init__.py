@@ -24,7 +24,9 @@ from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import Times
+from station.diagnosis.predict.held_out import HeldOut
 from station.physics.catalogue import Catalogue
 from station.physics.contact import Array, Bools
 from station.signals.session import Signals
@@ -46,11 +48,11 @@ class Table:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Answer:
-    """Names (the surest first), a place (phase, covariate), held-out log densities (runs,); None: does not say."""
+    """Names (the surest first), a place (phase, covariate), predictions of unseen runs; None: does not say."""
 
     names: tuple[str, ...] = ()
     place: tuple[str, str] | None = None
-    log_run: Array | None = None
+    held: HeldOut | None = None
 
 
 class Rival(ABC):
@@ -105,8 +107,8 @@ Predict = Callable[[str, Bools], Array]
 """What a channel's rows are corrected by (n,), as learnt from some runs (runs,)."""
 
 
-def held_out_corrected(table: Table, channels: Collection[str], predict: Predict) -> Array:
-    """Held-out log densities (runs,) of corrections of some channels.
+def held_out_corrected(table: Table, channels: Collection[str], predict: Predict) -> HeldOut:
+    """Predictions by corrections of some channels: log densities and onsets; a correction simulates no slide.
 
     The noise must not be taken from residuals of rows that a correction has learnt by heart: in the runs that it is
     estimated on, each fold is corrected by what the others taught. Whoever cross-validates leaves a correction out that
@@ -131,11 +133,24 @@ def held_out_corrected(table: Table, channels: Collection[str], predict: Predict
         return correction
 
     kept = _helpful(table, {name: out_of_fold(name) for name in channels})
-    log_run = np.full(table.evidence.runs, np.nan)
+    nothing = np.full(table.evidence.runs, np.nan)
+    log_run, onset = nothing.copy(), nothing.copy()
     for number in numbers:
         correction = {name: out_of_fold(name, number) for name in kept}
         log_run[fold == number] = corrected_log_run(table, correction, fold != number)[fold == number]
-    return log_run
+        onset[fold == number] = _onset_errors(table, correction.get("onset"))[fold == number]
+    return HeldOut(log_run, onset, nothing, nothing, nothing)
+
+
+def _onset_errors(table: Table, correction: Array | None) -> Array:
+    """Errors (runs,) of the plain model's onsets less a correction (rows,) of their relative friction, rad."""
+    errors, channel = np.full(table.evidence.runs, np.nan), table.evidence.onsets
+    if isinstance(channel, Onsets):
+        residual, tilt = channel.residual(table.plain.model), channel.angle_rad()
+        left = residual - (0.0 if correction is None else correction)
+        slid = ~channel.rows.limit
+        errors[channel.rows.run[slid]] = (left * np.sin(tilt) * np.cos(tilt))[slid]
+    return errors
 
 
 def _rows(table: Table, name: str) -> Times:

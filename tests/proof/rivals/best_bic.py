@@ -6,9 +6,9 @@ import math
 from typing import ClassVar
 
 from station.diagnosis.inference.fit import Fit, fit
-from station.diagnosis.predict.held_out import held_out
 from station.physics.effect import Effect
 from station.physics.model import Term
+from tests.proof.judged import judged
 from tests.proof.rivals import Answer, Rival, Table
 
 
@@ -32,9 +32,9 @@ class BestBic(Rival):
             if best is None or bic > best[0]:
                 best = (bic, effect, fitted)
         if best is None or best[0] <= 0:
-            return Answer(log_run=held_out(table.evidence, table.plain, (), table.fold).log_run)
+            return Answer(held=judged(table.evidence, table.plain, (), table.fold))
         _, effect, fitted = best
-        return Answer(names=(effect.id,), log_run=held_out(table.evidence, fitted, [effect], table.fold).log_run)
+        return Answer(names=(effect.id,), held=judged(table.evidence, fitted, [effect], table.fold))
 
 
 def _likeliest(table: Table, effect: Effect) -> Fit:

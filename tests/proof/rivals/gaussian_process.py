@@ -49,8 +49,8 @@ class GaussianProcess(Rival):
             terms, kernel = pairs[channel]
             return _predicted(terms, kernel, train[terms.run], rng)
 
-        log_run = held_out_corrected(table, pairs, predict)
-        return Answer(place=best[1] if best and best[0] > LEAST else None, log_run=log_run)
+        held = held_out_corrected(table, pairs, predict)
+        return Answer(place=best[1] if best and best[0] > LEAST else None, held=held)
 
 
 def _chosen(rows: Bools, most: int, rng: np.random.Generator) -> Times:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import fields
 from typing import ClassVar
 
 import numpy as np
@@ -10,10 +12,11 @@ import numpy as np
 from station.diagnosis.inference.fit import fit
 from station.diagnosis.observations.plate import PlateMotion, Times
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
-from station.diagnosis.predict.held_out import held_out
-from station.physics.contact import GRAVITY_M_S2, Array
+from station.diagnosis.predict.held_out import HeldOut
+from station.physics.contact import GRAVITY_M_S2, Array, Bools
 from station.physics.model import Term
 from tests.proof.identify import Identified, Slide, identify, sysid
+from tests.proof.judged import judged
 from tests.proof.rivals import Answer, Rival, Table
 
 MOST_SLIDES, MOST_FRAMES = 8, 30
@@ -47,23 +50,32 @@ class MujocoSysid(Rival):
         if len(slides) < 2 * MOST_SLIDES:
             return Answer()
         side_m = math.sqrt(float(np.median(table.evidence.facts.area_m2)))
-        log_run = np.full(table.evidence.runs, np.nan)
+        parts: list[tuple[Bools, HeldOut]] = []
         for number in np.unique(table.fold).tolist():
             known = [run for run in slides if table.fold[run] != number]
             chosen = np.random.default_rng(SEED).choice(known, min(MOST_SLIDES, len(known)), replace=False)
             found = identify([slides[run] for run in chosen.tolist()], side_m=side_m)
-            mine = table.fold == number
-            log_run[mine] = _judged(table, found)[mine]
-        return Answer(log_run=log_run)
+            parts.append((table.fold == number, _judged(table, found)))
+        return Answer(held=_together(parts))
 
 
-def _judged(table: Table, found: Identified) -> Array:
-    """Held-out log densities (runs,) of a drag that does not depend on the load, held at what was identified."""
+def _together(parts: Sequence[tuple[Bools, HeldOut]]) -> HeldOut:
+    """Of each part the predictions of its own runs."""
+    mine = [mine for mine, _ in parts]
+
+    def of(name: str) -> Array:
+        return np.select(mine, [getattr(held, name) for _, held in parts], np.nan)
+
+    return HeldOut(*(of(one.name) for one in fields(HeldOut)))
+
+
+def _judged(table: Table, found: Identified) -> HeldOut:
+    """Predictions by a drag that does not depend on the load, held at what was identified."""
     viscous = table.catalogue["viscous"]
     drag = viscous.parameters[0].clipped(found.drag_n_s_m)
     law = table.plain.model.with_term(Term(viscous, {"drag_n_s_m": drag, "by_load": 0.0}))
     fitted = fit(table.evidence, law, (), noise=table.plain.noise) if drag > 0.0 else table.plain
-    return held_out(table.evidence, fitted, (), table.fold).log_run
+    return judged(table.evidence, fitted, (), table.fold)
 
 
 def slides_of(table: Table) -> dict[int, Slide]:

@@ -56,12 +56,12 @@ class PySindy(Rival):
         def predict(channel: str, train: Bools) -> Array:
             return by_channel[channel].columns @ sparse(by_channel[channel], train)
 
-        log_run = held_out_corrected(table, by_channel, predict)
+        held = held_out_corrected(table, by_channel, predict)
         if largest is None:
-            return Answer(log_run=log_run)
+            return Answer(held=held)
         _, terms, number = largest
         name = SEEN.get(terms.channel) or NAMES.get(terms.names[number], "other")
-        return Answer(names=(name,), place=(terms.phase, terms.covariates[number]), log_run=log_run)
+        return Answer(names=(name,), place=(terms.phase, terms.covariates[number]), held=held)
 
 
 def _spread(terms: Terms) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from station.diagnosis.predict.held_out import held_out
+from tests.proof.judged import judged
 from tests.proof.rivals import Answer, Rival, Table
 
 
@@ -18,4 +18,4 @@ class RefitMu(Rival):
 
     def answer(self, table: Table) -> Answer:
         """Held-out scores of the plain fit."""
-        return Answer(log_run=held_out(table.evidence, table.plain, (), table.fold).log_run)
+        return Answer(held=judged(table.evidence, table.plain, (), table.fold))

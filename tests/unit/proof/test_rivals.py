@@ -96,7 +96,7 @@ def test_a_rival_is_not_scored_on_a_correction_that_its_own_folds_call_worse(tmp
     at = {terms.channel: terms.residual for terms in tables_of(table)}
 
     def score(predict: Callable[[str, Bools], Array]) -> float:
-        return float(np.nanmean(held_out_corrected(table, at, predict)))
+        return float(np.nanmean(held_out_corrected(table, at, predict).log_run))
 
     def noise(name: str, _: Bools) -> Array:
         return rng.normal(0.0, 10.0 * np.std(at[name]), len(at[name]))

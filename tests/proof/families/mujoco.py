@@ -1,0 +1,87 @@
+"""MuJoCo as its users set it for friction that holds: elliptic cone, no slip, steps of a millisecond."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+
+from tests.proof.engine_bench import Array, Engine
+from tests.proof.engine_family import EngineFamily
+from tests.proof.patch_world.world import Contact
+
+STEP_S = 1e-3
+SCENE = """<mujoco>
+  <option timestep="{step}" gravity="0 0 0" {solver}/>
+  <worldbody>
+    <geom name="plate" type="plane" size="1 1 0.1"/>
+    <body name="block" pos="0 0 {half_height}">
+      <freejoint/>
+      <geom name="block" type="box" size="{half_x} {half_y} {half_height}" mass="{mass}"/>
+    </body>
+  </worldbody>
+  <contact><pair geom1="plate" geom2="block" condim="3" friction="{mu} {mu} 0 0 0" {contact}/></contact>
+</mujoco>
+"""
+
+
+GOOD = {
+    "solver": 'cone="elliptic" impratio="1000" noslip_iterations="30" tolerance="1e-12"', "contact": 'solref="0.004 1"'
+}  # fmt: skip
+BAD = {"solver": "", "contact": ""}
+"""As it comes: a soft contact that creeps, with a pyramid for a cone."""
+
+
+class MujocoBlock:
+    """A free box on a plane."""
+
+    def __init__(self, contact: Contact, *, step_s: float = STEP_S, settings: Mapping[str, str] = GOOD) -> None:
+        self.step_s = step_s
+        self._mj: Any = importlib.import_module("mujoco")
+        numbers = {"half_x": contact.half_x, "half_y": contact.half_y, "half_height": 0.5 * contact.height}
+        text = SCENE.format(step=step_s, mass=contact.mass, mu=contact.mu, **numbers, **settings)
+        self._model: Any = self._mj.MjModel.from_xml_string(text)
+        self._data: Any = self._mj.MjData(self._model)
+        self._half_height = 0.5 * contact.height
+        self._body: int = self._model.body("block").id
+
+    def put(self, x: float, y: float, yaw: float, *, mu: float) -> None:
+        """See `Engine`."""
+        self._mj.mj_resetData(self._model, self._data)
+        self._model.pair_friction[0, :2] = mu
+        self._data.qpos[:] = x, y, self._half_height, math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)
+
+    def step(self, pull: Array, force: Array, moment: float) -> None:
+        """See `Engine`."""
+        self._model.opt.gravity[:] = pull
+        self._data.xfrc_applied[self._body] = force[0], force[1], 0.0, 0.0, 0.0, moment
+        self._mj.mj_step(self._model, self._data)
+
+    def read(self) -> tuple[float, float, float, float, float, float]:
+        """See `Engine`."""
+        place, speed = self._data.qpos, self._data.qvel
+        yaw = 2.0 * float(np.arctan2(place[6], place[3]))
+        return float(place[0]), float(place[1]), yaw, float(speed[0]), float(speed[1]), float(speed[5])
+
+
+class Mujoco(EngineFamily):
+    """See the module."""
+
+    name: ClassVar[str] = "mujoco"
+    title: ClassVar[str] = "MuJoCo"
+    place: ClassVar[int] = 40
+    module: ClassVar[str] = "mujoco"
+    number: ClassVar[int] = 0
+    full: ClassVar[Mapping[str, int]] = MappingProxyType({**EngineFamily.full, "artefact": 6})
+
+    def engine(self, contact: Contact) -> Engine:
+        """See `MujocoBlock`."""
+        return MujocoBlock(contact)
+
+    def bad(self, contact: Contact) -> Engine:
+        """See BAD."""
+        return MujocoBlock(contact, step_s=2e-3, settings=BAD)
