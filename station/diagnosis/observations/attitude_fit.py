@@ -1,16 +1,16 @@
 """The plate's attitude from its readings and its recorded rates together: the readings' noise, and the rates' delay.
 
 Let x(t) be gravity's two components along the plate, and x' what a recorded rate w makes of them, x' = -(w x g). If
-both were right, the level e = x - integral of x'(t + d) + c x''(t + d) would be constant: d and 2 c are the mean and
-the variance of the delays that a filter of the rates consists of. The readings' noise s is white, and the level is a
-random walk by the rates' errors: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space
-Methods, ch. 2).
+both were right, the level e = x - integral of x'(t + d) - y(t) would be constant: d is the delay of the rates, and y
+what a filter of theirs has changed besides (rate_filter.py). The readings' noise s is white, and the level is a random
+walk by the rates' errors: the local level model (Durbin and Koopman 2012, Time Series Analysis by State Space Methods,
+ch. 2).
 
 In its steady state the best level is a mean of the readings with weights w0 phi^|k|, w0 = (1 - phi) / (1 + phi), where
 phi predicts each reading best from those before it. The prediction errors have the variance s^2 / phi; s^2 times the
 weights is the covariance of the estimated level. Exact rates bring phi near 1, a long mean; readings without noise
-bring it near 0, and stay as they are. d and c are the regression of the prediction errors on those of x' and x''
-(generalised least squares), d with White's standard error (1980, Econometrica 48, 817).
+bring it near 0, and stay as they are. d is the regression of the prediction errors on those of x' (generalised least
+squares), with White's standard error (1980, Econometrica 48, 817).
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
+from station.diagnosis.observations.rate_filter import answered, weights
 from station.physics.contact import Array
 
 GAP = 10.0
@@ -34,6 +35,9 @@ LEAST_UPRIGHT = 0.05
 
 ROUNDS, MOST_LOG_ODDS = 8, 12.0
 """ROUNDS steps lead to the delay, each a tenth of what is left or less; MOST_LOG_ODDS bounds phi away from 0 and 1."""
+
+FILTER_ROUNDS = 3
+"""The filter and phi are found in turn: a third time changes neither by a hundredth."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,20 +68,19 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     """Fits gravity (n, 3) and rates (n, 3), rad/s, both in P at times (n,), s, to each other; n is 3 or more."""
     parts = _parts(time_s)
     delay_s, sd_s, rate = _delay(time_s, gravity, rate_rad_s, parts)
-    level, (slope, bend) = _level(time_s, gravity, rate, parts)
-    keeps, missed = _predicted(level, parts)
-    spread = _spread_s2(time_s, *_regressed(missed, _missed(bend, keeps, parts))) * bend
-    level = level - spread
+    level, slopes = _level(time_s, gravity, rate, parts)
+    filtered = _filtered(time_s, level, slopes, parts)
+    level = level - filtered
     keeps, missed = _predicted(level, parts)
     noise = float(np.sqrt(keeps * np.square(missed).sum() / max(2 * (len(time_s) - len(parts)), 1)))
     smooth, own = _smoothed(level, keeps, parts)
     found = gravity[:, :2] + smooth - level
     upright = np.sqrt(np.maximum(1.0 - (found * found).sum(axis=1), 0.0))
     whole = np.column_stack([found, np.copysign(upright, gravity[:, 2])])
-    wrong = _wrong(smooth, slope, time_s, parts)
+    wrong = _wrong(smooth, slopes[0], time_s, parts)
     return AttitudeFit(
         gravity=whole,
-        rate_rad_s=rate + _turning(time_s, wrong * smooth + spread, whole, parts),
+        rate_rad_s=rate + _turning(time_s, wrong * smooth + filtered, whole, parts),
         sigma_rad=noise * np.sqrt(own),
         noise_rad=noise,
         keeps=keeps,
@@ -106,16 +109,21 @@ def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[sli
     return delay_s, sd_s, rate
 
 
-def _spread_s2(time_s: Array, found_s2: float, sd_s2: float) -> float:
-    """-c without the bias of the trapezoid rule, shrunk for the errors of both (James and Stein's estimator), s².
+def _filtered(time_s: Array, level: Array, slopes: tuple[Array, Array], parts: Sequence[slice]) -> Array:
+    """What a filter of the rates leaves in the level (n, 2), without the bias of the trapezoid rule; x' and x'' (n, 2).
 
     A rate whose slope jumps by J within an interval h, at a share f of it, is integrated to J h^2 f (1 - f) / 2 too
     much. x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f
-    uniform.
+    uniform. What is left is shrunk for the rest of the rule's errors, see `_wrong`.
     """
-    added_up = 0.1 * float(np.median(np.diff(time_s))) ** 2
-    left = found_s2 + added_up
-    return left * max(1.0 - (sd_s2**2 + added_up**2) / left**2, 0.0) if left else 0.0
+    (slope, bend), step_s = slopes, float(np.median(np.diff(time_s)))
+    found = np.zeros_like(level)
+    for _ in range(FILTER_ROUNDS):
+        keeps, _ = _predicted(level - found, parts)
+        weight = weights(_missed(level, keeps, parts), _missed(slope, keeps, parts), step_s)
+        found = answered(slope, weight, parts) + 0.1 * step_s**2 * bend
+        found *= _wrong(found, slope, time_s, parts)
+    return found
 
 
 def _regressed(values: Array, by: Array) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion, Times
-from station.diagnosis.observations.slides import LEAST_M_S, Across, Along, Motion, Turn
+from station.diagnosis.observations.slides import LEAST_M_S, LEAST_SLOPE_RAD, Across, Along, Motion, Turn
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.views import block_view
 from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, Windows
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 
 LEAST_MU = 0.15
 """The smallest coefficient by which residuals are divided; measured friction is several times larger."""
-
-LEAST_SLOPE_RAD = 0.05
-"""A plate more level than this has no steepest line."""
 
 
 def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channel]:
