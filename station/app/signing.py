@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
@@ -42,7 +42,7 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
     """
     folder = keys / SIGNER if (keys / SIGNER).is_dir() else keys
     certificate, key = _certificate_in(folder / "cert.pem"), _private_key(folder / "key.pem")
-    if certificate.public_key() != key.public_key():
+    if _public_key(certificate) != key.public_key():
         raise UserError(f"Expected the key of cert.pem in {folder}, got the key of another certificate")
     told: dict[str, str | int] = {
         "format": _FORMAT,
@@ -79,8 +79,8 @@ def signature_of(recording: Path, *, sha256: str, keys: Path | None) -> Signatur
 
 
 def _broken(told: dict[str, str | int], certificate: x509.Certificate, signature: bytes, *, sha256: str) -> str:
-    key = certificate.public_key()
-    if not isinstance(key, ec.EllipticCurvePublicKey):
+    key = _public_key(certificate)
+    if key is None:
         return "its certificate has another kind of key than the rig's"
     try:
         key.verify(signature, _bytes(told), ec.ECDSA(hashes.SHA256()))
@@ -95,7 +95,7 @@ def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns
     authority = _certificate_in(folder / "ca.pem")
     try:
         certificate.verify_directly_issued_by(authority)
-    except (ValueError, TypeError, InvalidSignature):
+    except (ValueError, TypeError, InvalidSignature, UnsupportedAlgorithm):
         return f"its certificate is not of the authority in {folder}"
     at = _time(signed_ns)
     if at is None or not certificate.not_valid_before_utc <= at <= certificate.not_valid_after_utc:
@@ -138,6 +138,15 @@ def _certificate_in(path: Path) -> x509.Certificate:
         raise UserError(f"Expected a certificate at {path}, but it cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise UserError(f"Expected a certificate (PEM) in {path}, got something else") from error
+
+
+def _public_key(certificate: x509.Certificate) -> ec.EllipticCurvePublicKey | None:
+    """A certificate's key; None if it is of another kind, or none at all."""
+    try:
+        key = certificate.public_key()
+    except (ValueError, UnsupportedAlgorithm):
+        return None
+    return key if isinstance(key, ec.EllipticCurvePublicKey) else None
 
 
 def _private_key(path: Path) -> ec.EllipticCurvePrivateKey:

@@ -11,6 +11,7 @@ import argparse
 import json
 from pathlib import Path
 
+from shared.visible import visible
 from station.app.signature import keys_folder
 from station.app.verifying import Verification, signature_line, verify
 
@@ -41,9 +42,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _print(found: Verification) -> None:
     for part in found.parts:
-        print(f"{_SIGNS[part.state]} {part.name:<10}{part.state}: {part.sentence}")
+        print(visible(f"{_SIGNS[part.state]} {part.name:<10}{part.state}: {part.sentence}"))
     signed = "–" if found.signature is None else "✗" if found.signature.fault else "✓"
-    print(f"{signed} {'signature':<10}{signature_line(found.signature)}")
+    print(visible(f"{signed} {'signature':<10}{signature_line(found.signature)}"))
     print(f"  sha256    {found.sha256}")
     if found.first is not None:
-        print(f"First difference: {found.first}")
+        print(visible(f"First difference: {found.first}"))
