@@ -6,7 +6,7 @@ import math
 import statistics
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -51,6 +51,8 @@ class Outcome:
     recovery_s: float
     words: str
     doubts: str
+    story: tuple[str, ...] = ()
+    """What the session did meanwhile, with the tilt: seconds after the fault began, phase, degrees."""
 
 
 def try_once(lab: Lab, row: Row, random: Random) -> Outcome:
@@ -81,7 +83,8 @@ def try_once(lab: Lab, row: Row, random: Random) -> Outcome:
     told = _told(lab, begin_ns, end_ns + round(1e9 * (recovery_s or RECOVERED_WITHIN_S)))
     arm = _arm(lab, begin_ns, end_ns)
     after_s = math.nan if recovery_s is None else recovery_s
-    return _judged(lab, row, first, arm=arm, recovery_s=after_s, words=saved or told)
+    outcome = _judged(lab, row, first, arm=arm, recovery_s=after_s, words=saved or told)
+    return replace(outcome, story=_story(lab, begin_ns, end_ns))
 
 
 def _saved(path: Path) -> str:
@@ -162,6 +165,22 @@ def _told(lab: Lab, begin_ns: int, end_ns: int) -> str:
     return reasons[0] if reasons else "the run went on"
 
 
+def _story(lab: Lab, begin_ns: int, end_ns: int) -> tuple[str, ...]:
+    """The phases from ten seconds before the fault to its end, and the tilt every second."""
+    from_ns = begin_ns - 10_000_000_000
+    found = [
+        (told["t"], f"{told['phase']} {told['reason']}".strip())
+        for told in lab.heard("station", "session/event")
+        if from_ns <= told["t"] <= end_ns
+    ]
+    due_ns = from_ns
+    for told in lab.heard("arm", "arm/platform"):
+        if due_ns <= told["t"] <= end_ns:
+            due_ns = told["t"] + 1_000_000_000
+            found.append((told["t"], f"{math.degrees(told['tilt']):.1f} deg"))
+    return tuple(f"{(at - begin_ns) / 1e9:+.1f} s {what}" for at, what in sorted(found))
+
+
 def _tail(path: Path) -> str:
     return path.read_text(encoding="utf-8", errors="replace")[-300:] if path.exists() else ""
 
@@ -178,13 +197,13 @@ def line_of(name: str, outcomes: Sequence[Outcome], failed: Sequence[str], row: 
         "fault": name,
         "n": len(outcomes),
         "corners lost": f"{sum(one.lost for one in outcomes)} of {sum(one.corners for one in outcomes)}",
-        "told": sum(one.counted for one in outcomes),
+        "missed, told of": sum(one.counted for one in outcomes),
         "samples lost": sum(one.lost_samples for one in outcomes),
         "valid": f"{sum(one.valid for one in outcomes)}/{len(outcomes)}",
         "rose": moved,
         "level at its end": f"{level}/{len(outcomes)}",
         "next tilt after s": recovery + (f", {late} not in {RECOVERED_WITHIN_S:g} s" if late else ""),
-        "words": " / ".join(dict.fromkeys(one.words[:110] for one in outcomes)),
+        "words": " / ".join(dict.fromkeys(one.words[:160] for one in outcomes)),
         "doctor": "; ".join(dict.fromkeys(one.doubts for one in outcomes if one.doubts)),
         "failed": "; ".join(failed),
     }
