@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-alone test-portable proof proof-full lint style types setup lock bench clean
+.PHONY: run test test-alone test-portable proof proof-full faults fuzz lint style types setup lock bench clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -38,6 +38,15 @@ proof: setup
 
 proof-full: setup
 	$(BIN)/python -m tests.proof --full --seed $(SEED) --out $(PROOF) $(ARGS)
+
+# What faults cost: real processes on real links, every row so many times in random phases (root has cables to pull); e.g.
+# make faults ARGS="--row 'kill -9' --times 5", or ARGS=--list for the rows. All of it takes about two hours for three times.
+faults: setup
+	$(BIN)/python -m tests.faults $(ARGS)
+
+# Inputs that nobody should send, to every reader and the bus; e.g. make fuzz ARGS="--inputs 200000 --jobs 2"
+fuzz: setup
+	$(BIN)/python -m tests.fuzz $(ARGS)
 
 lint: style types
 

@@ -67,7 +67,8 @@ def members_in(file: Path, rig_id: str) -> dict[str, list[str]]:
     """
     table = load_table(file).values
     members = table.get("members")
-    if not isinstance(members, dict) or not set(members) <= set(ROLES):
+    lists = isinstance(members, dict) and all(isinstance(names, list) for names in members.values())
+    if not isinstance(members, dict) or not lists or not set(members) <= set(ROLES):
         raise UserError(f"Expected [members] with lists for {', '.join(ROLES)} in {file}, got {sorted(table)}")
     if table.get("rig") != rig_id:
         raise UserError(f"Expected keys of rig '{rig_id}', but {file} is of rig '{table.get('rig')}'")

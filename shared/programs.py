@@ -11,6 +11,7 @@ from pathlib import Path
 from shared.errors import UserError
 from shared.installed import missing_said
 from shared.system.desktop import from_here
+from shared.visible import sentence
 
 
 def how_to_call(name: str) -> str:
@@ -29,7 +30,7 @@ def exit_status(name: str, action: Callable[[], int | None]) -> int:
         with missing_said():
             return int(action() or 0)
     except UserError as error:
-        print(f"{name}: {error}", file=sys.stderr)
+        print(f"{name}: {sentence(str(error))}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         # Nothing more may be written, not even at the end.

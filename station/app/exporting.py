@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from shared.errors import UserError
+from shared.visible import visible
 from station.export import ExportedFile
 
 
@@ -37,6 +38,6 @@ def tell_unsaid(files: Mapping[str, Sequence[ExportedFile]]) -> None:
             for sentence in file.unsaid:
                 about.setdefault(file.pair, {}).setdefault(sentence, {})[name] = None
     for pair, sentences in about.items():
-        print(f"\n{pair}: what the files cannot say")
+        print(visible(f"\n{pair}: what the files cannot say"))
         for sentence, names in sentences.items():
-            print(f"- {', '.join(names)}: {sentence}")
+            print(visible(f"- {', '.join(names)}: {sentence}"))

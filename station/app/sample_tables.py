@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from shared.messages import Sample
+from shared.visible import visible
 from station.recording.summary import by_direction
 
 ENDS = 10
@@ -40,7 +41,7 @@ def _row(sample: Sample) -> tuple[str, ...]:
 
 def _outcome(sample: Sample) -> str:
     said = ["no slip up to this angle"] if sample.censored else []
-    return escape("; ".join([*said, *sample.flags])) or "kept"
+    return escape(visible("; ".join([*said, *sample.flags]))) or "kept"
 
 
 def directions_table(samples: Sequence[Sample]) -> Table:

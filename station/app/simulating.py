@@ -8,6 +8,7 @@ from pathlib import Path
 from shared.config import Table, load_table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
+from shared.visible import visible
 from station.app.attached import attached_rig, effects_left_out
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table
@@ -31,8 +32,8 @@ def rig_of(reader: RecordingReader, *, path: Path | None = None) -> RigConfig:
         raise UserError(f"Expected a rig file inside {reader.path}, found none; give one with --rig")
     if named := effects_left_out(reader):
         print(
-            f"{reader.path} was made with effects from {', '.join(named)}; nothing that a recording names is loaded. "
-            "To use them, give your own rig file with --rig",
+            f"{reader.path} was made with effects from {visible(', '.join(named))}; nothing that a recording names is "
+            "loaded. To use them, give your own rig file with --rig",
             file=sys.stderr,
         )
     return rig

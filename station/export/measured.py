@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, fields
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,33 @@ UNKNOWN = (math.nan, math.nan)
 SIDE_M = 0.01
 MASS_KG = 0.00785
 """The paper's cube (10 mm of steel): the body that is written where a measurement does not say which it was."""
+
+
+_TEXTS = ("object", "plate", "fixed_in")
+
+
+def _refuse_other(name: str, value: object, default: object) -> None:
+    """Raises UserError if a field's value, from a file of anybody's, is of another kind."""
+    if name in _TEXTS:
+        fits, wanted = isinstance(value, str), "a text"
+    elif name == "remarks":
+        fits, wanted = isinstance(value, tuple) and all(isinstance(one, str) for one in _items(value)), "texts"
+    elif isinstance(default, tuple):
+        fits = isinstance(value, tuple) and len(_items(value)) == 2 and all(map(_is_number, _items(value)))
+        wanted = "two numbers"
+    else:
+        fits, wanted = _is_number(value), "a number"
+    if not fits:
+        raise UserError(f"Expected {wanted} for {name} of a pair, got {value!r}")
+
+
+def _items(value: object) -> tuple[Any, ...]:
+    return cast(tuple[Any, ...], value)
+
+
+def _is_number(value: object) -> bool:
+    """True for what a float can hold."""
+    return isinstance(value, int | float | np.number) and not (isinstance(value, int) and abs(value) >= 2**63)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +80,8 @@ class MeasuredPair:
 
     def __post_init__(self) -> None:
         """Refuses what is no friction and no body."""
+        for spec in fields(self):
+            _refuse_other(spec.name, getattr(self, spec.name), spec.default)
         for name in ("mu_1", "mu_2", "one_way", "other_ratio", "side_m", "mass_kg"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):

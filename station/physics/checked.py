@@ -9,8 +9,16 @@ from typing import Any
 from shared.errors import UserError
 
 
+def a_table(value: object, where: str) -> Mapping[str, Any]:
+    """The value, if it is a table; raises `UserError` otherwise."""
+    if not isinstance(value, Mapping):
+        raise UserError(f"Expected a table for {where}, got {value!r}")
+    return value  # pyright: ignore[reportUnknownVariableType]: what a parsed file holds
+
+
 def only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
-    """Refuses keys that are not `allowed`; raises `UserError`."""
+    """Refuses what is no table, and keys that are not `allowed`; raises `UserError`."""
+    a_table(table, where)
     unknown = sorted(set(table) - allowed)
     if unknown:
         raise UserError(f"Expected only {', '.join(sorted(allowed))} in {where}, got {', '.join(unknown)}")
@@ -18,9 +26,16 @@ def only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
 
 def number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:
     """The value as a float, if it is a number that `valid` accepts; raises `UserError` otherwise."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not valid(float(value)):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not _holds(value, valid):
         raise UserError(f"Expected {expected} for {name}, got {value!r}")
     return float(value)
+
+
+def _holds(value: float, valid: Callable[[float], bool]) -> bool:
+    try:
+        return valid(float(value))
+    except OverflowError:  # a whole number that is larger than any float
+        return False
 
 
 def numbers(values: object, name: str) -> list[float]:

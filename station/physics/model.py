@@ -11,7 +11,7 @@ import numpy as np
 
 from shared.errors import UserError
 from station.physics.catalogue import Catalogue
-from station.physics.checked import number, only
+from station.physics.checked import a_table, number, only
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
 from station.physics.smooth import Unnamed
@@ -139,7 +139,7 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
         raise UserError("Expected mu_s in the table [friction] of the model, found none")
     mu_s = number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
     scatter = number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 … 1")
-    terms = [_term(name, values, known) for name, values in table.get("effects", {}).items()]
+    terms = [_term(name, values, known) for name, values in a_table(table.get("effects", {}), "effects").items()]
     terms += [Term(*each) for each in smooth_of_tables(table.get("smooth", []))]
     return Model(mu_s=mu_s, scatter=scatter, terms=tuple(terms))
 

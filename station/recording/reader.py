@@ -144,6 +144,14 @@ def _check_summary(file: BinaryIO) -> None:
         raise DamageError("the checksum (CRC) of its index is wrong")
 
 
+def _read(file: BinaryIO, length: int) -> bytes:
+    """So many bytes as far as the file goes: an index may claim any length, for which memory would be taken first."""
+    here = file.tell()
+    end = file.seek(0, 2)
+    file.seek(here)
+    return file.read(min(length, max(0, end - here)))
+
+
 def _damaged(path: Path, what: str) -> UserError:
     return UserError(f"{path} is damaged: {what}; station repair {path} saves what can still be read")
 
@@ -261,7 +269,7 @@ class RecordingReader:
             together, size = list[tuple[ChunkIndex, Unpacked]](), 0
             chunks = self._chunks(wanted, low, high)
             for number, index in enumerate(chunks, start=1):
-                together.append((index, Unpacked(self._records(file, index), file.read(index.message_index_length))))
+                together.append((index, Unpacked(self._records(file, index), _read(file, index.message_index_length))))
                 size += len(together[-1][1].records)
                 if size >= _TOGETHER_BYTES or number == len(chunks):
                     for batch in self._batched(together, wanted):
@@ -321,7 +329,7 @@ class RecordingReader:
         """The records of a chunk; the file is then where its message indexes begin."""
         try:
             file.seek(index.chunk_start_offset)
-            content = io.BytesIO(file.read(index.chunk_length)[9:])
+            content = io.BytesIO(_read(file, index.chunk_length)[9:])
             return unpack(Chunk.read(ReadDataStream(content)))
         except _BROKEN as error:
             raise self._damage_at(index, error) from error
@@ -363,7 +371,7 @@ class RecordingReader:
             for index in self._summary.attachment_indexes:
                 file.seek(index.offset)
                 try:
-                    record = attachment_of(file.read(index.length)[9:])
+                    record = attachment_of(_read(file, index.length)[9:])
                 except _BROKEN as error:
                     raise _damaged(self.path, f"attachment '{index.name}' ({error})") from error
                 found[record.name] = record.data

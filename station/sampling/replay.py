@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from itertools import zip_longest
@@ -28,6 +29,22 @@ class Difference:
     number: int
     recorded: Message | None
     replayed: Message | None
+
+    @property
+    def stamp_ns(self) -> int:
+        """When the decision was taken, by the recording if it is there."""
+        return topics.capture_ns(_known(self.recorded or self.replayed))
+
+    @property
+    def changed(self) -> tuple[str, object, object]:
+        """The first field that differs, as recorded and as replayed; without a name if one of them is missing."""
+        if self.recorded is None or self.replayed is None:
+            return "", self.recorded, self.replayed
+        pairs = (
+            (spec.name, getattr(self.recorded, spec.name), getattr(self.replayed, spec.name))
+            for spec in fields(self.recorded)
+        )
+        return next(found for found in pairs if not _same(found[1], found[2]))
 
     def __str__(self) -> str:
         """The difference in one sentence."""
@@ -57,27 +74,56 @@ def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
         machine: built with the plan, seed, reach and specimen of the recording.
         stream: topic, message and receive time (ns) of everything of `INPUTS` and `DECISIONS`, by receive time.
     """
-    # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
-    lanes = {topic: _Lane() for topic in DECISIONS}
-    stopped_ns = None
-    for topic, message, now_ns in stream:
-        if topic in DECISIONS:
-            if _stopped(message):
-                stopped_ns = message.stamp_ns
-                break
-            lanes[topic].recorded.append(message)
-        if topic in INPUTS:
-            for decision in _decisions(machine.handle(message, now_ns=now_ns)):
-                lanes[_TOPIC_OF[type(decision)]].replayed.append(decision)
-    if stopped_ns is not None:
-        lanes["arm/command"].end_at(stopped_ns)
     compared = 0
-    for lane in lanes.values():
+    for lane in _lanes(machine, stream).values():
         count, difference = lane.compare()
         compared += count
         if difference is not None:
             return Verdict(compared, difference)
     return Verdict(compared, None)
+
+
+def replay_whole(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
+    """As `replay`, for a recording that was closed and that may have been forged: a verdict for each topic.
+
+    Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample may follow a stop.
+    """
+    lanes = _lanes(machine, stream, to_the_end=True)
+    return {topic: Verdict(*lane.compare(whole=True)) for topic, lane in lanes.items()}
+
+
+UNRECORDED_S = 1.0
+"""What was decided so shortly before the end may not have reached the recorder. The recorder takes what is sent in the
+same process within milliseconds; a busy machine is given a second."""
+
+
+def _lanes(
+    machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]], *, to_the_end: bool = False
+) -> dict[str, _Lane]:
+    # Each topic by itself: between topics the bus keeps no order, and the receive times of neighbours may swap.
+    lanes = {topic: _Lane() for topic in DECISIONS}
+    stopped_ns, end_ns = None, 0
+    for topic, message, now_ns in stream:
+        if stopped_ns is not None:
+            if isinstance(message, Sample):
+                lanes[topic].recorded.append(message)
+            continue
+        if topic in DECISIONS:
+            if _stopped(message):
+                stopped_ns = message.stamp_ns
+                if to_the_end:
+                    continue
+                break
+            lanes[topic].recorded.append(message)
+        if topic in INPUTS:
+            for decision in _decisions(machine.handle(message, now_ns=now_ns)):
+                lanes[_TOPIC_OF[type(decision)]].decided(decision, now_ns)
+        end_ns = now_ns
+    for lane in lanes.values():
+        lane.end_ns = end_ns
+    if stopped_ns is not None:
+        lanes["arm/command"].end_at(stopped_ns)
+    return lanes
 
 
 @dataclass(slots=True)
@@ -86,22 +132,37 @@ class _Lane:
 
     recorded: list[Message] = field(default_factory=list[Message])
     replayed: list[Message] = field(default_factory=list[Message])
+    decided_ns: list[int] = field(default_factory=list[int])
+    end_ns: int = 0
+
+    def decided(self, decision: Message, now_ns: int) -> None:
+        """Takes a decision of the replay, and when it was taken."""
+        self.replayed.append(decision)
+        self.decided_ns.append(now_ns)
 
     def end_at(self, stopped_ns: int) -> None:
         """Leaves out the commands from that moment on: one may have been received before the event that explains it."""
         before = [message for message in self.recorded if topics.capture_ns(message) < stopped_ns]
         self.recorded = before
 
-    def compare(self) -> tuple[int, Difference | None]:
+    def compare(self, *, whole: bool = False) -> tuple[int, Difference | None]:
         """The number of decisions that agree, and the first that does not.
 
-        A recording may end between an input and the decision that follows from it, but not the other way round.
+        A recording may end between an input and the decision that follows from it, but not the other way round. A
+        `whole` one holds every decision but those of its last moment.
         """
-        pairs = zip_longest(self.recorded, self.replayed[: len(self.recorded)])
+        due_ns = self.end_ns - round(UNRECORDED_S * 1e9)
+        due = bisect_left(self.decided_ns, due_ns) if whole else 0
+        pairs = zip_longest(self.recorded, self.replayed[: max(len(self.recorded), due)])
         for number, (recorded, replayed) in enumerate(pairs, start=1):
             if recorded is None or replayed is None or not _equal(recorded, replayed):
                 return number - 1, Difference(number, recorded, replayed)
         return len(self.recorded), None
+
+
+def _known(message: Message | None) -> Message:
+    assert message is not None, "a difference has a decision on one of its sides"
+    return message
 
 
 def _stopped(message: Message) -> TypeGuard[RunEvent]:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from shared.config import parse
 from shared.errors import UserError
+from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
 from station.recording.reader import RecordingReader, open_recording
@@ -35,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
     verdict = replay(machine_of(reader), stream)
     if verdict.difference is not None:
-        print(f"{verdict.decisions} decisions are the same, then: {verdict.difference}")
+        print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
         return 1
     print(f"All {verdict.decisions} decisions are the same.")
     return 0

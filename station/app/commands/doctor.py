@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from shared.visible import visible
 from station.recording.checkup.report import Report, examine
 from station.recording.checkup.rules import Finding, findings
 from station.recording.checkup.streams import StreamHealth
@@ -60,14 +61,15 @@ def _without_nan(value: Any) -> Any:
 
 def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-    console.print(f"{report.path}: {report.duration_s:.1f} s, {report.mode or 'of unknown origin'}", markup=False)
+    mode = visible(report.mode) or "of unknown origin"
+    console.print(f"{report.path}: {report.duration_s:.1f} s, {mode}", markup=False)
     console.print(_streams_table(report.streams))
     for line in _lines(report):
-        console.print(line, markup=False)
+        console.print(visible(line), markup=False)
     if sha:
         console.print(f"digest  {sha}")
     for finding in broken:
-        console.print(f"✗ {finding.rule}: {finding.sentence}", style="red", markup=False)
+        console.print(visible(f"✗ {finding.rule}: {finding.sentence}"), style="red", markup=False)
     if not broken:
         console.print("✓ no rule broken", style="green")
 
@@ -95,7 +97,7 @@ def _streams_table(streams: tuple[StreamHealth, ...]) -> Table:
         nominal = f"{stream.nominal_hz:g}" if stream.nominal_hz else "–"
         timing = [_figure(value, 2) for value in (stream.latency_p50_ms, stream.latency_p99_ms)]
         table.add_row(
-            escape("/" + stream.topic),
+            escape(visible("/" + stream.topic)),
             str(stream.count),
             _figure(stream.rate_hz, 1),
             nominal,

@@ -25,6 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from shared.errors import UserError
+from shared.visible import visible
 from station.app import exported_model
 from station.app.exporting import tell_unsaid, write_files
 from station.app.sessions import read_session
@@ -73,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     formats = _formats(options.format or "json")
     pairs, refused = _measured(options.files, seed=options.seed)
     for sentence in refused:
-        print(sentence)
+        print(visible(sentence))
     if not pairs:
         raise UserError(f"Expected friction to export in {_listed(options.files)}, but there is none")
     files = {each.NAME: export(pairs, each) for each in formats}
@@ -140,4 +141,4 @@ def _tell_shared(pairs: Sequence[MeasuredPair]) -> None:
         values = ", ".join(f"{name} {mu:.4f}" for name, mu in shared.mu.items())
         degrees = np.degrees(shared.misread_rad)
         off = "exact" if degrees < 0.005 else f"off by {degrees:.2f} degrees for {shared.worst}"
-        print(f"- {rule}: {values} ({off})")
+        print(visible(f"- {rule}: {values} ({off})"))

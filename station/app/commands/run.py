@@ -23,6 +23,7 @@ from rich.console import Console
 
 from shared.clock import SIMULATION_EPOCH_NS, SystemClock
 from shared.errors import UserError
+from shared.installed import missing_said
 from shared.rig import RigConfig
 from station.app import assembly, recordings
 from station.app.claim import claim_arm, session_name
@@ -30,6 +31,7 @@ from station.app.display.choice import Display, display_of
 from station.app.lockstep import Lockstep
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
+from station.app.signature import keys_folder, signature_path
 from station.app.summary import print_summary
 from station.arm.tilter import Tilter
 from station.recording.beside import RecordingBeside, can_write_beside
@@ -129,7 +131,24 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         )
         display.attach(bus)
         fault = session.run(on_tick=lambda: display.tell(session.samples))
-    return _close(path, fault, display, json_lines=options.json_lines)
+    status = _close(path, fault, display, json_lines=options.json_lines)
+    sign_session(path, where=console)
+    return status
+
+
+def sign_session(path: Path, *, where: Console) -> None:
+    """Signs the recording of a session on a rig with keys; a session is not lost because its keys are not in order."""
+    signature_path(path).unlink(missing_ok=True)  # of the recording that this one replaces
+    keys = keys_folder(None)
+    if keys is None or not path.exists():
+        return
+    try:
+        with missing_said():
+            from station.app.signing import sign  # noqa: PLC0415
+
+            where.print(f"Signed: {sign(path, keys, now_ns=time.time_ns())}", markup=False)
+    except UserError as error:
+        where.print(f"The recording is not signed: {error}", markup=False)
 
 
 def _close(path: Path, fault: str, display: Display, *, json_lines: bool) -> int:

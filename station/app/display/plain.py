@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from shared.bus import Bus
+from shared.visible import visible
 from station.app.progress import Told
 
 
@@ -27,7 +28,7 @@ class PlainDisplay:
 
     def line(self, level: str, text: str) -> None:
         """A line of the log."""
-        self._console.print(f"[dim]{level}[/] {escape(text)}")
+        self._console.print(f"[dim]{level}[/] {escape(visible(text))}")
 
     def tell(self, done: int) -> None:
         """`done` samples are there."""

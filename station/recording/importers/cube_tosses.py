@@ -41,6 +41,10 @@ FLAGS = (NO_TILT,)
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 _COLUMNS = ("toss", "frame", *_POSE)
 _REST_M = 1e-3
+MOST_FRAMES = 148 * 3600
+"""A toss lasts seconds; a larger number of a frame is none, and would make hours of messages."""
+MOST_M = 1000.0
+"""No board is larger: a unit is wrong, or the number is none."""
 
 
 def read(source: Path, *, onset: Traced | None = None) -> Imported:  # noqa: ARG001 - nothing tilts
@@ -51,7 +55,8 @@ def read(source: Path, *, onset: Traced | None = None) -> Imported:  # noqa: ARG
     """
     table = _table(source)
     tosses = _split(table, source)
-    extent_m = max(float(np.nanmax(np.abs(poses[:, :2]))) for _, _, poses in tosses)
+    places = np.concatenate([poses[:, :2] for _, _, poses in tosses])
+    extent_m = float(np.nanmax(np.abs(places)))
     return Imported(provenance=_provenance(source, extent_m=extent_m), messages=_messages(tosses))
 
 
@@ -84,6 +89,13 @@ def _split(table: dict[str, Array], source: Path) -> list[Toss]:
         raise UserError(f"Expected at least one toss in {source}, it holds none")
     if not np.all(np.isfinite(table["toss"]) & np.isfinite(table["frame"])):
         raise UserError(f"Expected a toss and a frame number in every row of {source}, some are empty")
+    if not np.all((np.abs(table["toss"]) < 2**53) & (np.abs(table["frame"]) < MOST_FRAMES)):
+        raise UserError(
+            f"Expected tosses of less than an hour (frames below {MOST_FRAMES}) in {source}, got larger ones"
+        )
+    places = np.abs(np.stack([table["x_m"], table["y_m"]]))
+    if not np.any(np.isfinite(places)) or np.any(places > MOST_M):
+        raise UserError(f"Expected places on a board of at most {MOST_M:g} m in {source}, got none, or larger ones")
     order = np.lexsort((table["frame"], table["toss"]))
     number, frame = table["toss"][order], table["frame"][order]
     poses = np.column_stack([table[name] for name in _POSE])[order]

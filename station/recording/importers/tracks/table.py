@@ -69,7 +69,7 @@ def _cells(path: Path) -> dict[str, Sequence[Any]]:
             raise UserError(f"Expected a table of tracks that ends in .csv or .parquet, got '{path.name}'")
         return read(path)
     except OSError as error:
-        why = error.strerror if path.exists() else "there is no such file"
+        why = error.strerror or error if path.exists() else "there is no such file"
         raise UserError(f"Expected a table of tracks at {path}, but it cannot be read: {why}") from error
 
 

@@ -1,0 +1,105 @@
+"""Tracks the pictures of a recording once more: what a check of its corners compares them with.
+
+The package's entry point `repose.picture_tracker` names it, so that the station finds it without importing it. A
+picture is a stranger's: its size is read from its header, and one that is not the rig file's is not unpacked.
+"""
+
+from __future__ import annotations
+
+import struct
+import tomllib
+
+import cv2
+import numpy as np
+
+from pi_agent.calibration.model import Calibration, nominal
+from pi_agent.cameras import CameraInfo, Frame
+from pi_agent.observer import Observer
+from pi_agent.tracking.tone import LINEAR, TONE_CURVES
+from shared.config import Table, parse
+from shared.errors import UserError
+from shared.messages import MarkerCorners
+from shared.rig import RigConfig
+
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+"""JPEG's markers before the size of the picture: start of frame, of whichever coding."""
+MOST_PIXELS = 100_000_000
+"""No camera of a rig has more; the rig file is a stranger's, too."""
+_ALONE = {0x01, *range(0xD0, 0xDA)}
+"""JPEG's markers without a length."""
+
+
+class PictureTracker:
+    """Tracks the mark of one rig through the pictures of one recording, in order of capture."""
+
+    def __init__(self, rig: RigConfig, calibration_toml: str = "") -> None:
+        """Takes rig file and calibration as the recording has them.
+
+        Raises:
+            UserError: if the calibration is none.
+        """
+        self._rig = rig
+        size = {"width_px": rig.camera.width_px, "height_px": rig.camera.height_px}
+        self._calibration = _calibration(calibration_toml) if calibration_toml else nominal(rig, **size)
+        self._observer: Observer | None = None
+        self._capture_ns = 0
+
+    def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
+        """The block's corners in the picture that `like` was seen in; None if it is no picture of the rig's camera.
+
+        Only the capture time, the exposure and the times of the rows are taken from `like`.
+        """
+        size = (self._rig.camera.width_px, self._rig.camera.height_px)
+        if jpeg_size(picture) != size or size[0] * size[1] > MOST_PIXELS:
+            return None
+        image = cv2.imdecode(np.frombuffer(picture, dtype=np.uint8), cv2.IMREAD_GRAYSCALE)
+        if image is None or image.shape != size[::-1]:
+            return None
+        if self._observer is None or like.capture_ns <= self._capture_ns:
+            self._observer = Observer(self._rig, self._info(like), calibration=self._calibration)
+        self._capture_ns = like.capture_ns
+        return self._observer.block(Frame(np.asarray(image, dtype=np.uint8), like.capture_ns, like.seq))
+
+    def _info(self, like: MarkerCorners) -> CameraInfo:
+        camera = self._rig.camera
+        tone = camera.options.values.get("tone", "")
+        return CameraInfo(
+            name="recording",
+            width_px=camera.width_px,
+            height_px=camera.height_px,
+            rate_hz=camera.rate_hz,
+            line_ns=_line_ns(like),
+            exposure_ns=like.exposure_ns,
+            tone=TONE_CURVES.get(str(tone), LINEAR),
+            noiseless=True,  # a packed picture may be the one before again although the camera's was not
+        )
+
+
+def _calibration(text: str) -> Calibration:
+    try:
+        return parse(Calibration, Table(tomllib.loads(text), "calibration.toml in the recording", text))
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"calibration.toml in the recording: expected TOML, got something else: {error}") from error
+
+
+def _line_ns(like: MarkerCorners) -> float:
+    """The time from row to row, by which the mark's corners were exposed one after another."""
+    if not like.corner_dt_ns:
+        return 0.0
+    rows = np.array(like.corners_px[1::2])
+    times = np.array(like.corner_dt_ns, dtype=np.float64)
+    rows, times = rows - rows.mean(), times - times.mean()
+    spread = float(rows @ rows)
+    return max(0.0, float(rows @ times) / spread) if spread > 0 else 0.0
+
+
+def jpeg_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height from the header of a JPEG, without unpacking it; None if it is none."""
+    position = 2
+    while data[:2] == b"\xff\xd8" and position + 9 <= len(data) and data[position] == 0xFF:
+        marker = data[position + 1]
+        if marker in _FRAMES:
+            height, width = struct.unpack_from(">HH", data, position + 5)
+            return width, height
+        position += 2 if marker in _ALONE else 2 + struct.unpack_from(">H", data, position + 2)[0]
+    return None

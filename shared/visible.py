@@ -1,0 +1,25 @@
+"""Texts of strangers for a terminal: what it would obey is shown instead."""
+
+from __future__ import annotations
+
+LONGEST = 1600
+"""Letters of a sentence: twenty lines of a terminal."""
+_SHOWN = (
+    {code: chr(0x2400 + code) for code in range(0x20) if chr(code) not in "\n\t"}
+    | {0x7F: "\u2421"}
+    | dict.fromkeys(range(0x80, 0xA0), "\ufffd")
+)
+
+
+def visible(text: str) -> str:
+    """The text with Unicode's pictures of control characters in their place; new lines and tabs stay.
+
+    A recording, a table or a message may hold sequences that clear a terminal, or make it show what was never said.
+    """
+    return text.translate(_SHOWN)
+
+
+def sentence(text: str) -> str:
+    """A sentence for a terminal: visible, and without its middle where a stranger's words make it long."""
+    shown = visible(text)
+    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST // 2]} … {shown[-LONGEST // 2 :]}"

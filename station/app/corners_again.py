@@ -1,0 +1,115 @@
+"""Compares a recording's corners with those that its pictures show: by the camera agent's tracker, run again.
+
+Pictures are packed (JPEG) and come a few times a second, so the tracker sees less than it saw live, and its corners
+differ by what that makes. A corner that differs by more was not read from this picture.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Protocol
+
+from shared.errors import UserError
+from shared.foxglove import CompressedImage
+from shared.messages import MarkerCorners
+from shared.rig import RigConfig
+from station.recording.reader import RecordingReader
+
+GROUP = "repose.picture_tracker"
+WAITING = 6000
+"""Corners that wait for their picture: more than a minute of them at 90 Hz, where a picture asked for is half a minute
+late at most."""
+SIGMAS = 8.0
+FLOOR_PX = 0.1
+"""A corner agrees with its picture within this many standard deviations of the new reading (the recorded one is a
+stranger's word), or within this many pixels. Pictures packed at the quality of rig files (80) were .02 to .04 px off at
+worst, and up to 2.4 of these deviations; at quality 50 .06 px and 3.1 (n 80 pictures;
+`pytest tests/unit/app/test_verify_corners.py` prints them)."""
+
+
+class PictureTracker(Protocol):
+    """The camera agent's tracker of recorded pictures."""
+
+    def corners(self, picture: bytes, *, like: MarkerCorners) -> MarkerCorners | None:
+        """The corners in the picture in which `like` was seen; None if it is no picture of the rig's camera."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class OtherCorner:
+    """A corner that its picture does not show: which of the eight coordinates, as recorded and as read again."""
+
+    stamp_ns: int
+    number: int
+    recorded_px: float
+    derived_px: float
+
+
+@dataclass
+class CornersAgain:
+    """How many pictures there are, in how many of them the mark was read again, and what differs.
+
+    `unseen`: pictures in which the mark was found then and not now; `worst_px`: the largest difference of a coordinate.
+    """
+
+    pictures: int = 0
+    compared: int = 0
+    unseen: int = 0
+    worst_px: float = 0.0
+    different: int = 0
+    first: OtherCorner | None = None
+
+    def take(self, recorded: MarkerCorners, derived: MarkerCorners | None) -> None:
+        """Compares one picture's corners."""
+        self.pictures += 1
+        if not recorded.found:
+            return
+        if derived is None or not derived.found:
+            self.unseen += 1
+            return
+        self.compared += 1
+        pairs = zip(recorded.corners_px, derived.corners_px, strict=True)
+        size, number = max((abs(one - other), number) for number, (one, other) in enumerate(pairs))
+        self.worst_px = max(self.worst_px, size)
+        if size > allowed_px(derived):
+            self.different += 1
+            self.first = self.first or OtherCorner(
+                recorded.capture_ns, number, recorded.corners_px[number], derived.corners_px[number]
+            )
+
+
+def allowed_px(derived: MarkerCorners) -> float:
+    """By how much a recorded coordinate may differ from the one that was read again."""
+    return max(FLOOR_PX, SIGMAS * derived.sigma_px)
+
+
+def corners_again(reader: RecordingReader, tracker: PictureTracker) -> CornersAgain:
+    """Reads the mark in every recorded picture again and compares it with the corners of the same capture time."""
+    found, waiting = CornersAgain(), OrderedDict[int, MarkerCorners]()
+    for item in reader.messages({"camera/corners", "camera/image"}):
+        message = item.message
+        if isinstance(message, MarkerCorners):
+            waiting[message.capture_ns] = message
+            if len(waiting) > WAITING:
+                waiting.popitem(last=False)
+        elif isinstance(message, CompressedImage) and message.timestamp.ns in waiting:
+            recorded = waiting[message.timestamp.ns]
+            found.take(recorded, tracker.corners(message.data, like=recorded))
+    return found
+
+
+def picture_tracker(rig: RigConfig, calibration_toml: str) -> PictureTracker:
+    """The camera agent's tracker for a recording's rig and calibration.
+
+    Raises:
+        UserError: if the camera agent is not installed here.
+    """
+    found = entry_points(group=GROUP, name="mark")
+    if not found:
+        raise UserError(
+            f"Expected the camera agent installed beside the station (entry point {GROUP}: mark) to read the pictures "
+            "again; install the whole `repose-friction` package"
+        )
+    return next(iter(found)).load()(rig, calibration_toml)

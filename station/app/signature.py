@@ -1,0 +1,49 @@
+"""What a recording's signature says, and where it stands. `signing`, which needs a package, makes and checks it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from shared.bus_keys import VARIABLE
+from shared.errors import UserError
+
+SUFFIX = ".sig"
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """What a signature says. `fault`: why it does not hold; empty if it does. `authority`: whether that was checked."""
+
+    signer: str
+    fingerprint: str
+    signed_ns: int
+    authority: bool = False
+    fault: str = ""
+
+
+def signature_path(recording: Path) -> Path:
+    """Where the signature of a recording stands."""
+    return recording.with_name(recording.name + SUFFIX)
+
+
+def file_sha256(path: Path) -> str:
+    """The SHA-256 of a file's bytes.
+
+    Raises:
+        UserError: if it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
+
+
+def keys_folder(given: Path | None, environment: Mapping[str, str] = os.environ) -> Path | None:
+    """The folder of keys that was given, or that the environment names; None if there is none."""
+    named = environment.get(VARIABLE, "")
+    return given or (Path(named) if named else None)

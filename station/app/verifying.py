@@ -1,0 +1,200 @@
+"""Derives from a recording what it says was derived: corners from pictures, decisions and samples from messages.
+
+Each part is `identical`, `different` or `not derived`. A recording is a stranger's: whoever forged all of it
+consistently, pictures included, is found out by no derivation; only a signature says who made it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from shared.errors import UserError
+from station.app.attached import attached_rig
+from station.app.commands.check import machine_of
+from station.app.corners_again import CornersAgain, corners_again, picture_tracker
+from station.app.signature import Signature, file_sha256, signature_path
+from station.recording.reader import RecordingReader, open_recording
+from station.sampling.machine import INPUTS
+from station.sampling.replay import DECISIONS, Difference, Verdict, replay_whole
+
+State = Literal["identical", "different", "not derived"]
+COMMANDS, EVENTS, SAMPLES = DECISIONS
+
+
+@dataclass(frozen=True, slots=True)
+class Mismatch:
+    """Where a recording differs from what follows from it: topic, stamp (ns), field, and both values.
+
+    `field` is empty, and one value None, where a whole message is missing on one side.
+    """
+
+    topic: str
+    stamp_ns: int
+    field: str
+    recorded: Any
+    derived: Any
+
+    def __str__(self) -> str:
+        """One line."""
+        what = f", {self.field}" if self.field else ""
+        return f"/{self.topic} at {self.stamp_ns} ns{what}: recorded {self.recorded}, derived {self.derived}"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One part: its name, how it came out, how many were compared, in words, and where it differs first."""
+
+    name: str
+    state: State
+    count: int
+    sentence: str
+    mismatch: Mismatch | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Everything that was found about one recording."""
+
+    path: Path
+    sha256: str
+    parts: tuple[Part, ...]
+    signature: Signature | None
+
+    @property
+    def first(self) -> Mismatch | None:
+        """The first difference by its stamp."""
+        found = [part.mismatch for part in self.parts if part.mismatch is not None]
+        return min(found, key=lambda mismatch: mismatch.stamp_ns, default=None)
+
+    @property
+    def holds(self) -> bool:
+        """True if something was derived, or signed, and nothing differs."""
+        states = {part.state for part in self.parts}
+        signed = self.signature is not None and not self.signature.fault
+        said = "identical" in {part.state for part in self.parts if part.name != "content"} or signed
+        return said and "different" not in states and (self.signature is None or signed)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything, for scripts; what JSON cannot say is null."""
+        parts = [_plain(asdict(part)) for part in self.parts]
+        first = None if self.first is None else _plain(asdict(self.first))
+        signature = None if self.signature is None else asdict(self.signature)
+        return {
+            "file": str(self.path),
+            "sha256": self.sha256,
+            "holds": self.holds,
+            "parts": parts,
+            "first_difference": first,
+            "signature": signature,
+        }
+
+
+def verify(path: Path, *, keys: Path | None = None) -> Verification:
+    """Derives a recording's corners, decisions and samples again.
+
+    Raises:
+        UserError: if the file cannot be read, is damaged, or what stands beside it is no signature.
+    """
+    sha256, reader = file_sha256(path), open_recording(path)
+    parts = (_content(reader), _corners(reader), *_decisions(reader))
+    return Verification(path, sha256, parts, _signature(path, sha256, keys))
+
+
+def _signature(path: Path, sha256: str, keys: Path | None) -> Signature | None:
+    if not signature_path(path).exists():
+        return None
+    # Who has no signatures needs no cryptography.
+    from station.app.signing import signature_of  # noqa: PLC0415
+
+    return signature_of(path, sha256=sha256, keys=keys)
+
+
+def _content(reader: RecordingReader) -> Part:
+    """The file's own checksums: of chunks and attachments (a wrong one raises UserError), and of metadata."""
+    names = [name for name, info in reader.topics.items() if info.message and not name.startswith("truth/")]
+    count = sum(len(batch.log_ns) for _, batch in reader.batches(names))
+    attached, changed = len(reader.attachments), reader.changed_metadata
+    if changed:
+        what = f"metadata {', '.join(repr(name) for name in changed)} is not as it was written"
+        return Part("content", "different", count, what, Mismatch("metadata", reader.start_ns, changed[0], "", ""))
+    return Part("content", "identical", count, f"{count} messages and {attached} attached files match their checksums")
+
+
+def _corners(reader: RecordingReader) -> Part:
+    rig = attached_rig(reader)
+    if rig is None or not {"camera/image", "camera/corners"} <= reader.topics.keys():
+        return Part("corners", "not derived", 0, "the recording holds no pictures, or no rig file")
+    try:
+        tracker = picture_tracker(rig, reader.attachments.get("calibration.toml", b"").decode("utf-8", "replace"))
+    except UserError as error:
+        return Part("corners", "not derived", 0, str(error))
+    return _part_of(corners_again(reader, tracker))
+
+
+def _part_of(found: CornersAgain) -> Part:
+    read = f"read again in {found.compared} of {found.pictures} pictures"
+    if not found.compared:
+        return Part("corners", "not derived", 0, f"no picture shows the mark ({found.pictures} pictures)")
+    said = f"{read}, at most {found.worst_px:.3f} px apart" + (
+        f"; in {found.unseen} the mark was found then and not now" if found.unseen else ""
+    )
+    if found.first is None:
+        return Part("corners", "identical", found.compared, said)
+    first = found.first
+    name = f"corners_px[{first.number}]"
+    where = Mismatch("camera/corners", first.stamp_ns, name, first.recorded_px, first.derived_px)
+    return Part("corners", "different", found.compared, f"{read}; {found.different} differ", where)
+
+
+def _decisions(reader: RecordingReader) -> Sequence[Part]:
+    try:
+        machine = machine_of(reader)
+    except UserError as error:
+        return [Part(name, "not derived", 0, str(error)) for name in ("decisions", "samples")]
+    stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
+    verdicts = replay_whole(machine, stream)
+    decided = {topic: verdicts[topic] for topic in (COMMANDS, EVENTS)}
+    return [_compared("decisions", decided), _compared("samples", {SAMPLES: verdicts[SAMPLES]})]
+
+
+def _compared(name: str, verdicts: dict[str, Verdict]) -> Part:
+    count = sum(verdict.decisions for verdict in verdicts.values())
+    found = [_mismatch(topic, verdict.difference) for topic, verdict in verdicts.items() if verdict.difference]
+    if not found:
+        return Part(name, "identical", count, f"all {count} follow from the recorded messages")
+    return Part(name, "different", count, f"after {count} that follow", min(found, key=lambda one: one.stamp_ns))
+
+
+def _mismatch(topic: str, difference: Difference) -> Mismatch:
+    name, recorded, derived = difference.changed
+    return Mismatch(topic, difference.stamp_ns, name, recorded, derived)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def signature_line(signature: Signature | None) -> str:
+    """Who signed a recording, in one line."""
+    if signature is None:
+        return "nobody signed it"
+    who = f"{signature.signer} ({signature.fingerprint[:16]}…), {_date(signature.signed_ns)}"
+    if signature.fault:
+        return f"does not hold: {signature.fault} ({who})"
+    return f"signed by {who}" if signature.authority else f"holds, by {who}; whose that is only the rig's --keys tell"
+
+
+def _date(stamp_ns: int) -> str:
+    try:
+        return f"{datetime.fromtimestamp(stamp_ns / 1e9, UTC):%Y-%m-%d %H:%M:%S} UTC"
+    except (OverflowError, ValueError, OSError):
+        return f"{stamp_ns} ns"

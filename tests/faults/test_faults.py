@@ -1,0 +1,51 @@
+"""The fault table finds its rows, says what is bad, and one row of it runs on real processes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+
+import pytest
+
+from tests.faults.__main__ import is_bad, main
+from tests.faults.row import Row, all_rows
+from tests.faults.trial import Outcome, line_of
+
+GOOD = Outcome("row", 900, 0, 0, 0, True, 0.1, 0.0, 4.0, "the run went on", "gap")
+ROW = Row("row", lambda _lab, _random: None)
+
+
+def test_every_row_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    names = [row.name for row in all_rows()]
+    assert len(names) == len(set(names)) > 40
+    assert main(["--list", "--row", "SIGSTOP"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 16
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"lost": 1}, {"lost": 2, "counted": 1}, {"lost_samples": 1}, {"valid": False}, {"rose_deg": 3.0}],
+)
+def test_what_is_bad_is_said(change: dict[str, float]) -> None:
+    assert not is_bad(ROW, [GOOD])
+    assert is_bad(ROW, [GOOD, replace(GOOD, **change)])  # pyright: ignore[reportArgumentType]
+
+
+def test_what_was_lost_and_told_of_and_a_run_that_goes_on_by_right_are_not_bad() -> None:
+    assert not is_bad(ROW, [replace(GOOD, lost=2, counted=2)])
+    assert not is_bad(replace(ROW, blind=False), [replace(GOOD, rose_deg=20.0)])
+
+
+def test_a_line_says_how_many_did_not_recover() -> None:
+    line = line_of("row", [GOOD, replace(GOOD, recovery_s=nan)], ["trial 2: no"], ROW)
+    assert line["next tilt after s"] == "4 (4), 1 not in 90 s"
+    assert line["n"] == 2
+    assert line["corners lost"] == "0 of 1800"
+    assert line["failed"] == "trial 2: no"
+
+
+@pytest.mark.system
+@pytest.mark.benchmark
+def test_one_row_on_real_processes(capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["--row", "SIGSTOP camera 2", "--times", "1"])
+    assert status == 0, capsys.readouterr().out

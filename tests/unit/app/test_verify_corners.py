@@ -1,0 +1,125 @@
+"""`station verify` reads the corners again from recorded pictures, and finds one that was moved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+from pi_agent.lockstep import PixelCamera
+from pi_agent.tracked_again import PictureTracker, jpeg_size
+from shared.clock import SimulatedClock
+from shared.foxglove import CompressedImage
+from shared.memory_bus import MemoryBus
+from shared.messages import MarkerCorners
+from station.app import assembly
+from station.app.corners_again import GROUP, CornersAgain, allowed_px, corners_again
+from station.app.verifying import verify
+from station.recording.provenance import Provenance
+from station.recording.reader import open_recording
+from station.recording.writer import Recording
+from tests.unit.app.forging import Edit, Item, forged
+from tests.unit.pi_agent.rigs import scene
+
+FRAME_NS = 11_111_111
+FRAMES = 120
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A block that rests and then slides, in pictures of 12 Hz."""
+    rig, clock = assembly.rig_from(None), SimulatedClock()
+    bus = MemoryBus(clock)
+    path = tmp_path_factory.mktemp("pictures") / "session.mcap"
+    with Recording(path, provenance=Provenance(rig_id=rig.id, started_ns=0, rig_toml=rig.text)) as recording:
+        bus.subscribe("**", recording.write)
+        camera = PixelCamera(bus, rig, seed=5)
+        for number in range(FRAMES):
+            now_ns = clock.now_ns() + FRAME_NS
+            clock.advance_to(now_ns)
+            slid_s = max(0.0, number / 90 - 0.5)
+            x_m = -0.012 + min(slid_s * slid_s, 0.024)
+            camera.tick(now_ns, scene(x_m, 0.002, 0.1 + 0.5 * slid_s, stamp_ns=now_ns))
+    return path
+
+
+def again(path: Path) -> CornersAgain:
+    return corners_again(open_recording(path), PictureTracker(assembly.rig_from(None)))
+
+
+def test_the_package_says_where_the_tracker_is() -> None:
+    found = entry_points(group=GROUP, name="mark")
+    if not found:
+        pytest.skip("the installed package is older than its entry point: `make setup` installs it anew")
+    assert next(iter(found)).load() is PictureTracker
+
+
+def test_corners_are_those_of_the_pictures(recorded: Path) -> None:
+    found = again(recorded)
+    print(f"\n{found.compared} of {found.pictures} pictures, at most {found.worst_px:.3f} px apart")
+    assert found.pictures == found.compared >= 14
+    assert found.first is None
+    assert found.worst_px < 0.06
+
+
+def moved(number: int, by_px: float, *, sigma_px: float = 0.01) -> Edit:
+    def edit(items: Iterator[Item]) -> Iterable[Item]:
+        stamps = list[int]()
+        everything = list(items)
+        for item in everything:
+            if isinstance(item.message, CompressedImage):
+                stamps.append(item.message.timestamp.ns)
+        for item in everything:
+            message = item.message
+            if isinstance(message, MarkerCorners) and message.capture_ns == stamps[-3] and message.marker_id == 0:
+                pixels = [*message.corners_px]
+                pixels[number] += by_px
+                changed = replace(message, corners_px=tuple(pixels), sigma_px=sigma_px)
+                yield item.with_message(changed)
+            else:
+                yield item
+
+    return edit
+
+
+@pytest.mark.parametrize(("number", "by_px", "sigma_px"), [(0, 0.2, 0.01), (5, -0.3, 0.01), (7, 1.0, 100.0)])
+def test_a_corner_that_was_moved_is_named(
+    recorded: Path, tmp_path: Path, number: int, by_px: float, sigma_px: float
+) -> None:
+    """A large standard deviation beside it makes it no truer."""
+    path = forged(recorded, tmp_path / "moved.mcap", moved(number, by_px, sigma_px=sigma_px))
+    found = again(path)
+    assert found.different == 1
+    assert found.first is not None
+    assert found.first.number == number
+    assert found.first.recorded_px - found.first.derived_px == pytest.approx(by_px, abs=0.06)
+
+
+def test_the_command_names_it_too(recorded: Path, tmp_path: Path) -> None:
+    if not entry_points(group=GROUP, name="mark"):
+        pytest.skip("the installed package is older than its entry point: `make setup` installs it anew")
+    path = forged(recorded, tmp_path / "moved.mcap", moved(2, 0.5))
+    found = verify(path)
+    assert not found.holds
+    assert found.first is not None
+    assert (found.first.topic, found.first.field) == ("camera/corners", "corners_px[2]")
+    assert verify(recorded).holds
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"\xff\xd8", b"\xff\xd8\xff", b"\xff\xd8\xff\xe0\x00\x00", b"\x89PNG", b"\xff\xd8" + b"\xff\xd0" * 50],
+)
+def test_what_is_no_picture_has_no_size(data: bytes) -> None:
+    assert jpeg_size(data) is None
+
+
+def test_a_picture_of_another_size_is_not_unpacked() -> None:
+    """A header that promises 65 500 x 65 500 pixels would take 4 GB."""
+    bomb = b"\xff\xd8\xff\xc0\x00\x0b\x08\xff\xdc\xff\xdc\x01\x01\x11\x00"
+    assert jpeg_size(bomb) == (65500, 65500)
+    assert PictureTracker(assembly.rig_from(None)).corners(bomb, like=MarkerCorners(capture_ns=1)) is None
+    assert allowed_px(MarkerCorners()) > 0
