@@ -48,7 +48,7 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
     modules: dict[str, ModuleType] = {}
     asked = parser
     for name, path in files.items():
-        sub = choices.add_parser(name, help=_constant(path, "HELP"))
+        sub = choices.add_parser(name, help=help_of(path))
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
@@ -66,6 +66,11 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
 def examples() -> list[str]:
     """The example in each command's help."""
     return [_constant(path, "EXAMPLE") for path in commands().values()]
+
+
+def help_of(path: Path) -> str:
+    """What a command's file says of it in the list of commands."""
+    return _constant(path, "HELP")
 
 
 def commands() -> dict[str, Path]:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from station.app.outputs import without_nan
 from station.recording.checkup.report import Report, examine
 from station.recording.checkup.rules import Finding, findings
 from station.recording.checkup.streams import StreamHealth
@@ -45,17 +46,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _json(report: Report, broken: tuple[Finding, ...], sha: str) -> dict[str, Any]:
-    values = _without_nan(asdict(report))
+    values = without_nan(asdict(report))
     return {**values, "findings": [asdict(finding) for finding in broken], **({"digest": sha} if sha else {})}
-
-
-def _without_nan(value: Any) -> Any:
-    """JSON has no NaN: what cannot be said is null."""
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, list | tuple):
-        return [_without_nan(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:

@@ -46,3 +46,5 @@ class Moment:
     by_direction: tuple[Direction, ...]
     health: tuple[Health, ...]
     lines: tuple[str, ...]
+    paused: bool = False
+    """True while no further run begins."""
