@@ -472,7 +472,7 @@ class SessionPause(Message):
 
 @dataclass(frozen=True, slots=True)
 class SessionStatus(Message):
-    """How far a session is, for whoever looks on.
+    """The progress of a session, for whoever looks on.
 
     A corner counts as moved beyond `slip_base_px` + `slip_per_deg_px` × tilt in degrees; `slip_corners` of them are a
     slip. `recording` is the name of the file.

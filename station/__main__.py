@@ -52,7 +52,7 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
-            sub.epilog = f"Example:\n  {_constant(path, 'EXAMPLE')}"
+            sub.epilog = f"{_statuses(path)}\n\nExample:\n  {_constant(path, 'EXAMPLE')}"
             modules[name].add_arguments(sub)
     options, unknown = parser.parse_known_args(words)
     if unknown:
@@ -68,8 +68,16 @@ def examples() -> list[str]:
     return [_constant(path, "EXAMPLE") for path in commands().values()]
 
 
+def _statuses(path: Path) -> str:
+    """A command's exit statuses; its constant ONE says what 1 means where it has findings to give."""
+    one = _constant(path, "ONE")
+    return (
+        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
+    )
+
+
 def help_of(path: Path) -> str:
-    """What a command's file says of it in the list of commands."""
+    """The words of a command's file for the list of commands."""
     return _constant(path, "HELP")
 
 

@@ -34,7 +34,7 @@ class ToneCurve:
 
     @property
     def is_linear(self) -> bool:
-        """Whether pixel values are already proportional to light."""
+        """True if pixel values are already proportional to light."""
         return self.light == self.value
 
     def to_value(self, light: NDArray[np.float32]) -> NDArray[np.float64]:

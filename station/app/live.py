@@ -82,7 +82,7 @@ class LiveSession:
 
     @property
     def samples(self) -> int:
-        """How many runs have given a sample."""
+        """The number of runs that have given a sample."""
         return self._session.machine.samples
 
     def run(self, *, on_tick: Callable[[], None] = lambda: None) -> str:
@@ -124,7 +124,7 @@ class LiveSession:
             self._settled = asked
 
     def _listen_on(self) -> None:
-        """What was sent last is still on its way to the recorder."""
+        """Listens on, as the last messages are still on their way to the recorder."""
         end = time.monotonic() + _LAST_S
         while time.monotonic() < end:
             self._turn()

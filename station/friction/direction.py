@@ -82,7 +82,7 @@ def yaw_of(corners: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class MarkShape:
-    """Which of the mark's axes is its short one, and whether there is one at all."""
+    """The short axis of the mark; a square one has none."""
 
     short_is_y: bool
     square: bool

@@ -1,4 +1,4 @@
-"""How every figure of a surface pair looks, and how it becomes a file."""
+"""Gives every figure of a surface pair its look, and makes a file of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from station.friction.slides import Slides
 KEPT = "0.25"
 FLAGGED = "#d62728"
 DIRECTION_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
-"""Of the four tilting directions; told apart by colour-blind readers, too (Okabe and Ito)."""
+"""The colours of the four tilting directions, which colour-blind readers can tell apart, too (Okabe and Ito)."""
 DOTS_PER_INCH = 200
 _RINGS = 4
 _STYLE: dict[str, Any] = {

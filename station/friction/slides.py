@@ -67,7 +67,7 @@ class Slides:
 
     @property
     def distance_px(self) -> Array:
-        """How far the corners moved, on average over the four (n)."""
+        """The displacement of the corners (n), px, on average over the four."""
         return np.linalg.norm(self.post_px - self.pre_px, axis=2).mean(axis=1)
 
     @property

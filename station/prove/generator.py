@@ -77,7 +77,7 @@ def make_tier(protocol: Protocol, tier: str, *, jobs: int, tell: Tell) -> str | 
 
 
 def _is_made(protocol: Protocol, tier: str) -> bool:
-    """Whether all cases that are asked for are there, with the key that was sealed."""
+    """True if all cases that are asked for are there, with the key that was sealed."""
     key = protocol.key(tier) / "key.json"
     if not (protocol.seals.exists() and key.exists()):
         return False

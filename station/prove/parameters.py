@@ -24,7 +24,7 @@ def _as_told(_told: Values, _truth: Truth, _rig: RigConfig) -> float:
 
 @dataclass(frozen=True)
 class Map:
-    """How an effect's parameters are called and scaled in the tool; None where this case has no exact map.
+    """The names and scales of an effect's parameters in the tool; None where this case has no exact map.
 
     `scale`: what the tool's values are times before they are compared, by all of its values of the effect.
     """
@@ -137,7 +137,7 @@ class Pull:
 
 
 def pulls_of(truth: Truth, said: Said, rig: RigConfig) -> tuple[list[Pull], dict[str, str]]:
-    """Of every rightly named effect of a case; and of those left out the reason."""
+    """The parameters of every rightly named effect of a case; and of those left out the reason."""
     listed, left = list[Pull](), dict[str, str]()
     claimed = {effect["id"]: effect for effect in said.claimed}
     for effect in truth.effects:

@@ -36,7 +36,7 @@ def draw_all(cases: Sequence[Scored], folder: Path) -> list[Path]:
 
 
 def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
-    """How often a truth (an effect, `none`, `other`) got a first name; singles at 2 × limit or more, nulls, outside."""
+    """The counts of first names by truth (an effect, `none`, `other`); singles at 2 × limit or more, nulls, outside."""
     counts = Counter[tuple[str, str]]()
     for case in nulls(cases):
         counts["none", case.said.first] += 1
@@ -73,7 +73,7 @@ def _last(name: str) -> tuple[bool, str]:
 
 
 def reliability_curve(cases: Sequence[Scored]) -> Figure | None:
-    """Of what was said with a probability, the share that was right, with Wilson intervals."""
+    """The share that was right of what was said with a probability, with Wilson intervals."""
     rows = np.array([(said, right) for one in cases for said, right in one.statements()], dtype=np.float64)
     if not len(rows):
         return None

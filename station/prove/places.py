@@ -1,4 +1,4 @@
-"""Whether the right place was found: run × phase × covariate, as the area under a ROC curve.
+"""Scores the places that were found: run × phase × covariate, as the area under a ROC curve.
 
 Generator and tool have words of their own for phases and covariates. A cell (run, phase, covariate) is scored by the
 tool with −log10 p of its located place, in full for the runs that it lists there and half for the others. The places
@@ -76,7 +76,7 @@ def truly(effect: Concealed) -> frozenset[Cell]:
 
 
 def place_right(said: Said, effect: Concealed) -> bool:
-    """Whether any of the effect's places is among the located ones."""
+    """True if any of the effect's places is among the located ones."""
     return bool(truly(effect) & found_places(said).keys())
 
 
@@ -121,7 +121,7 @@ def _score(found: Mapping[Cell, Mapping[str, Any]], place: Cell, run: int) -> fl
 
 
 def auc(positive: Sequence[float], negative: Sequence[float]) -> float:
-    """Of a positive and a negative drawn at random, how often the positive is scored higher; ties are half."""
+    """The share of pairs of a positive and a negative in which the positive is scored higher; ties are half."""
     if not positive or not negative:
         return math.nan
     ranks: Array = rankdata(np.concatenate([positive, negative]))

@@ -1,4 +1,4 @@
-"""How much of the gap could be closed at all: the true effects, refitted on the same runs, beside tool and rivals.
+"""Measures how much of the gap could be closed at all: the true effects, refitted, beside tool and rivals.
 
 This runs after the key is open and never before. All are judged by the tool's own likelihood, each run by a fit that
 has not seen it, with the same folds.
@@ -133,6 +133,6 @@ def gain(log_run: Array, base: Array) -> dict[str, float]:
 
 
 def mean(values: Array) -> float:
-    """Of what is known."""
+    """The mean of what is known."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else math.nan

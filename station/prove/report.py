@@ -51,7 +51,7 @@ def interval(gate: Gate) -> str:
 
 
 def verdict(gate: Gate) -> str:
-    """Whether it is met, and whether so few cases can tell."""
+    """The words that say if it is met, and if so few cases can tell."""
     if not gate.asked:
         return ""
     if gate.met is None:

@@ -37,37 +37,37 @@ class Scored:
 
     @property
     def strong(self) -> bool:
-        """Whether every concealed effect is at twice its limit or more."""
+        """True if every concealed effect is at twice its limit or more."""
         return bool(self.truth.effects) and self.truth.weakest >= STRONG
 
     @property
     def alarmed(self) -> bool:
-        """Whether anything is claimed; a fault of the tool is no silence and counts as an alarm."""
+        """True if anything is claimed; a fault of the tool is no silence and counts as an alarm."""
         return self.said.fault is not None or bool(self.said.claimed)
 
     @property
     def significant(self) -> bool:
-        """Whether the global p is below 5 %."""
+        """True if the global p is below 5 %."""
         return number(self.said.answer.get("global_p")) < 0.05
 
     @property
     def right_first(self) -> bool:
-        """Whether the first name is a true one."""
+        """True if the first name is a true one."""
         return self.said.first in self.truth.ids
 
     @property
     def right_class(self) -> bool:
-        """Whether every truth stands in some claimed class."""
+        """True if every truth stands in some claimed class."""
         return self.truth.ids <= self.said.within
 
     @property
     def both(self) -> bool:
-        """Whether every truth is a name of its own."""
+        """True if every truth is a name of its own."""
         return self.truth.ids <= set(self.said.names)
 
     @property
     def wrongly_confident(self) -> bool:
-        """Whether a name that is no truth is said without doubt: supported, alone in its class, at 0.9 or more."""
+        """True if a name that is no truth is said without doubt: supported, alone in its class, at 0.9 or more."""
         sure = {effect["id"] for effect in self.said.claimed if number(effect["probability"]) >= CONFIDENT}
         return any(name not in self.truth.ids and name in sure for name in self.said.confident)
 
@@ -78,17 +78,17 @@ class Scored:
 
     @property
     def located(self) -> bool:
-        """Whether a place of any concealed effect was found."""
+        """True if a place of any concealed effect was found."""
         return any(place_right(self.said, effect) for effect in self.truth.effects)
 
     @property
     def advised(self) -> bool:
-        """Whether the next experiment would split what the design confounds."""
+        """True if the next experiment would split what the design confounds."""
         return advice_right(self.truth, self.said)
 
     @property
     def explained(self) -> bool:
-        """Whether it is said that the concealed effect cannot be tested, and what that takes."""
+        """True if it is said that the concealed effect cannot be tested, and what that takes."""
         return reason_right(self.truth, self.said)
 
     @property
@@ -117,7 +117,7 @@ class Scored:
         return gain / number(oracle["gain"])
 
     def aucs(self) -> list[float]:
-        """Of each concealed effect."""
+        """The area under the curve for each concealed effect's place."""
         effects = self.truth.effects
         return [place_auc(self.said, effect, others=_without(effects, effect)) for effect in effects]
 

@@ -42,7 +42,7 @@ _FOLDS = tuple(
 
 
 class Payloads(NamedTuple):
-    """Where n payloads are: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
+    """The places of n payloads: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
 
     data: Bytes
     begin: Integers

@@ -45,6 +45,7 @@ from station.simulators.mujoco.twin import Twin
 NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
 EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
+ONE = "the comparison ended early"
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0
@@ -187,7 +188,7 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
 
 @dataclass(slots=True)
 class _End:
-    """Whether to end early, and why."""
+    """The reason to end early; empty while there is none."""
 
     stopped: threading.Event
     reason: str = "stopped by the user"

@@ -3,8 +3,7 @@
 The generator (tests/concealed, in a checkout) is another process and writes recordings in the real format; the hash of
 its key is printed and stored before the tool sees a recording. The tool gets recording and rig file and nothing else,
 once. Then the key is opened and every gate is scored. The command may be broken off and called again: it goes on where
-it was. Into the folder of --out go cases, keys, results, prove.json, prove.md and the figures. Exit status: 0 when
-every gate that has cases is met, 1 when not, 2 for a mistake in what was asked.
+it was. Into the folder of --out go cases, keys, results, prove.json, prove.md and the figures.
 """
 
 from __future__ import annotations
@@ -34,6 +33,7 @@ from station.prove.workers import write_json
 NAME = "prove"
 HELP = "prove the diagnosis on recordings with concealed effects"
 EXAMPLE = "station prove"
+ONE = "a gate is missed"
 
 RIVALLED = 12
 """Nulls, singles and pairs that the rivals answer, of each so many: all of them would take longer than the rest."""
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def diagnosis_of(path: Path, *, rig: Path, seed: int) -> Diagnosis:
-    """What `station diagnose` says of a file."""
+    """The answer of `station diagnose` for a file."""
     return diagnose_file(path, rig=rig, seed=seed).diagnosis
 
 

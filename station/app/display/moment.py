@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Health:
-    """How one part is doing: `text` says it in a few words, `well` is False where somebody should look."""
+    """The health of one part: `text` says it in a few words, `well` is False where somebody should look."""
 
     part: str
     well: bool

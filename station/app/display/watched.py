@@ -148,7 +148,7 @@ class Watched:
         return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
     def _moved_px(self) -> float | None:
-        """How far the corner has moved with which the slip rule would be fulfilled."""
+        """The displacement (px) of the corner with which the slip rule would be fulfilled."""
         corners, reference = self._newest.get(MarkerCorners), self._reference.corners_px
         if reference is None or not isinstance(corners, MarkerCorners) or not corners.found:
             return None

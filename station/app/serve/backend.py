@@ -37,7 +37,7 @@ class Backend:
         }
 
     def state(self) -> dict[str, Any]:
-        """What changes all the time."""
+        """Everything that changes all the time."""
         own = {"job": self.jobs.told(), "own": self.sessions.told(), "view": self.viewers.told}
         return {"rig": self._rig.id, **self.follower.state(), **own}
 

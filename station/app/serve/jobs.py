@@ -79,7 +79,7 @@ class Program:
             self.process.wait()
 
     def told(self) -> dict[str, Any]:
-        """What a page shows of it; `status` is None while it runs."""
+        """Its state for the page; `status` is None while it runs."""
         status = None if self.process is None else self.process.poll()
         done = status in (0, _FINDINGS)
         return {

@@ -49,7 +49,7 @@ class Shelf:
         raise UserError(f"Expected a recording in {self.folder}, found none called '{name}'; load the list again")
 
     def page(self, recording: Path, kind: str) -> Path:
-        """Where the page of that kind, made from a recording, lies."""
+        """The path of the page of that kind that is made from a recording."""
         stem = recording.with_suffix("")
         return (
             (stem.with_name(f"{stem.name}-report") / "report.html") if kind == REPORT else Path(f"{stem}-{kind}.html")

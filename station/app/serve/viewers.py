@@ -26,7 +26,7 @@ class Viewers:
         self._asked = 0
         self._processes: list[subprocess.Popen[bytes]] = []
         self.told: dict[str, Any] | None = None
-        """What a page shows: `of` (a recording's name, or nothing for the session), `url` or `fault`."""
+        """The state for the page: `of` (a recording's name, or nothing for the session), `url` or `fault`."""
 
     def show(self, name: str, recording: Path | None) -> None:
         """Shows a recording, or the session that runs, instead of whatever was shown; drawing takes a while.

@@ -83,7 +83,7 @@ class Evaluator:
 
 
 _TURNED = np.power.outer(-1j * np.arange(ORDER + 1), np.arange(4)).T
-"""What a coefficient is multiplied by for each derivative (4, ORDER + 1)."""
+"""The factors of a coefficient for each derivative (4, ORDER + 1)."""
 
 
 def _waves(phi: Array, order: NDArray[np.intp]) -> Array:

@@ -4,6 +4,11 @@
 const byId = (id) => document.getElementById(id);
 const token = document.querySelector("meta[name=repose-token]").content;
 const SHOWN_RUNS = 200;
+const PHASES = {
+  START: "waiting for camera and arm", SYNC: "a small tilt that sets the clocks", LEVEL: "levelling", DWELL: "resting",
+  REFERENCE: "reading the place before the tilt", TILT: "tilting", SLIP: "it slips", SETTLE: "coming to rest",
+  RETURN: "back to level", DONE: "reading the place after the slide", ABORTED: "given up, levelling",
+};
 let session = 0, state = null, viewed = "";
 
 // --- helpers -------------------------------------------------------------------------------------------------------
@@ -46,7 +51,7 @@ function phaseOf(now) {
   const starting = now.own && now.own.running;
   if (!now.running) return starting ? "starting" : now.done ? `ended with ${now.done} samples` : "no session";
   const waiting = now.paused && (now.phase === "DONE" || now.phase === "ABORTED" || now.phase === "START");
-  return waiting ? "paused, the plate is level" : `run ${now.run}: ${now.phase}${now.paused ? ", pausing after it" : ""}`;
+  return waiting ? "paused, the plate is level" : `run ${now.run}: ${PHASES[now.phase] || now.phase}${now.paused ? ", pausing after it" : ""}`;
 }
 
 function showSession(now) {
@@ -63,13 +68,20 @@ function showSession(now) {
   const left = now.left_s === null || !now.running || now.total === null ? "" : `, about ${timeOf(now.left_s)} left`;
   byId("done").textContent = `${now.done}${now.total === null ? "" : ` of ${now.total}`}${left}`;
   const own = now.own ? now.own.lines : [];
-  byId("log").textContent = [...own.slice(-12), ...now.lines.slice(-30)].join("\n");
+  showLines("log", [...own.slice(-12), ...now.lines.slice(-30)]);
   showHealth(now);
   const busy = now.running || (now.own !== null && now.own.running);
   byId("start").disabled = byId("samples").disabled = byId("seed").disabled = busy;
   byId("pause").disabled = !now.running;
   byId("pause").textContent = now.paused ? "Go on" : "Pause";
   byId("stop").disabled = !busy;
+}
+
+function showLines(id, lines) {
+  const text = lines.join("\n"), where = byId(id);
+  if (where.textContent === text) return;
+  where.textContent = text;
+  where.scrollTop = where.scrollHeight;
 }
 
 function showHealth(now) {
@@ -179,7 +191,7 @@ function showJob(job) {
   const words = job.running ? "running" : job.status === 0 ? "done" : job.status === 1 ? "done, with findings" : "failed";
   byId("job-title").textContent = `${job.kind} of ${job.recording}: ${words}`;
   byId("job-end").hidden = !job.running;
-  byId("job-lines").textContent = job.lines.join("\n");
+  showLines("job-lines", job.lines);
 }
 
 function showViewer(view) {
