@@ -93,7 +93,7 @@ class _Integrals:
         return np.where(passed > 0, what.at_frames - from_start, 0.0)
 
     def tilt(self, t: ArrayLike) -> Array:
-        """θ at each t (...)."""
+        """θ (...), rad, at each t (...), s."""
         return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
     def tilt_sigma_rad(self, t: float) -> float:

@@ -81,7 +81,7 @@ class Slides:
         return np.round(self.azimuth_rad / (math.pi / 2)).astype(np.int64) % 4
 
     def where(self, chosen: Bools) -> Slides:
-        """The rows that are chosen."""
+        """The rows that are chosen (n,)."""
         return Slides(**{name: getattr(self, name)[chosen] for name in _COLUMNS}, shape=self.shape)
 
 

@@ -38,7 +38,7 @@ class Batch(NamedTuple):
     payloads: Payloads
 
     def select(self, chosen: NDArray[Any]) -> Batch:
-        """Some of them."""
+        """The messages that are chosen (n,)."""
         return Batch(self.channel[chosen], self.log_ns[chosen], self.publish_ns[chosen], self.payloads.select(chosen))
 
 

@@ -49,7 +49,7 @@ class Payloads(NamedTuple):
     end: Integers
 
     def select(self, chosen: NDArray[Any]) -> Payloads:
-        """Some of them."""
+        """The payloads that are chosen (n,)."""
         return Payloads(self.data, self.begin[chosen], self.end[chosen])
 
     def bytes(self, number: int) -> bytes:

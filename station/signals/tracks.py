@@ -28,7 +28,7 @@ class Track:
         return len(self.time_ns)
 
     def select(self: T, chosen: slice | Booleans | Integers) -> T:
-        """The chosen moments; a slice gives views, not copies."""
+        """The chosen moments (n,); a slice gives views, not copies."""
         return type(self)(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
     def between(self: T, from_ns: int, to_ns: int) -> T:

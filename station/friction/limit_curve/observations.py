@@ -71,7 +71,7 @@ class Observations:
         return self.towards_plate_rad - self.towards_object_rad
 
     def where(self, chosen: Bools | NDArray[np.intp]) -> Observations:
-        """The rows that are chosen."""
+        """The rows that are chosen (n,)."""
         return Observations(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
 

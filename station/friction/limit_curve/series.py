@@ -103,7 +103,7 @@ def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
 
 
 def evaluate(series: Complex, phi: ArrayLike) -> Local:
-    """A series (ORDER + 1) at the directions phi (any shape)."""
+    """A series (ORDER + 1,) at the directions phi (…), rad."""
     angles = np.asarray(phi, dtype=np.float64)
     return Local(*Evaluator([series])(angles.ravel())[:, 0].reshape(4, *angles.shape))
 

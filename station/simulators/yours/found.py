@@ -64,7 +64,7 @@ class Found:
         return pushed if np.ndim(state["t_s"]) else pushed[0]
 
     def angular_acceleration(self, *, friction_m_s2: ArrayLike, **state: Unpack[State]) -> Array | float:
-        """The angular acceleration, rad/s², of a sliding block about the normal; `friction_m_s2` is its friction per mass."""
+        """Angular acceleration (n,), rad/s², of a sliding block; `friction_m_s2` (n,): friction per mass."""
         if not (self._model.acting("spin") or self._model.acting("lever")):
             return _as_asked(np.zeros(np.shape(state["t_s"])), state["t_s"])
         contact = self._contact(state)
