@@ -1,8 +1,8 @@
 """Analyses recordings or tables of samples: filters, results by surface pair, tests of anisotropy, figures, a report.
 
 Every file may hold any surface pairs; what has the same object and plate is put together. Into the folder of --out go
-report.html (self-contained), the figures as PNG and PDF, figures.rrd with the paper's Figs. 7 to 9 for Rerun (--rerun
-opens it), samples.csv and samples.parquet with every sample and the names of the filters that flagged it, and
+report.html (self-contained), the figures as PNG, SVG and PDF, figures.rrd with the paper's Figs. 7 to 9 for Rerun
+(--rerun opens it), samples.csv and samples.parquet with every sample and the names of the filters that flagged it, and
 limit_curves.json with the fitted limit curves and distributions.
 """
 
