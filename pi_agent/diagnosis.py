@@ -43,7 +43,7 @@ class Diagnosis:
 
 
 def light_fault(image: Image) -> str:
-    """Whether there is too little or too much light to see anything, from a sample of the pixels."""
+    """True if there is too little or too much light to see anything, from a sample of the pixels."""
     sample = image[::STRIDE, ::STRIDE]
     level = float(sample.mean())
     dark = np.count_nonzero(sample <= BLACK) / sample.size

@@ -1,4 +1,4 @@
-"""How the process and its machine are: systemd's watchdog, processor time, temperature, version."""
+"""Watches the process and its machine: systemd's watchdog, processor time, temperature, version."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from shared.rig import RigConfig
 
 BLOCK = 0
 SIDE_TOLERANCE = (0.72, 1.35)
-"""How much smaller or larger than expected a mark may look: the nominal view is only roughly known."""
+"""The factor by which a mark may look smaller or larger than expected: the nominal view is only roughly known."""
 FIDUCIAL_ROOM = 0.9
 """Room around a fiducial in which it is looked for, in its sides."""
 
@@ -40,7 +40,7 @@ class Observer:
         self._plate_due_ns: list[int] = []
         self._repeats, self.repeated = Repeats(info), False
         self.identity = ""
-        """How the block's corners were told apart in the last frame: see `Observation.identity`."""
+        """The way in which the block's corners were told apart in the last frame: see `Observation.identity`."""
 
     def _config(
         self, mark: Mark, known: Calibration, *, height_m: float = 0.0, region: tuple[int, int, int, int] | None = None

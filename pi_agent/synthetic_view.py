@@ -139,7 +139,7 @@ def seen_pose(scene: TwinScene, capture_ns: int, *, before: Scenes = (), block_h
 
 
 def _velocity(before: TwinScene, scene: TwinScene, block_height_m: float) -> Floats | None:
-    """Of the mark, from one scene to the next: mm/s and rad/s (3,); None where it was not seen in both."""
+    """The mark's velocity from one scene to the next: mm/s and rad/s (3,); None where it was not seen in both."""
     step_ns = scene.stamp_ns - before.stamp_ns
     last, here = _mark_of(before, block_height_m), _mark_of(scene, block_height_m)
     if last is None or here is None or not 0 < step_ns <= LONGEST_STEP_NS:

@@ -30,6 +30,11 @@ class Parser(argparse.ArgumentParser):
         ours: dict[str, Any] = {"formatter_class": WithDefaults, "allow_abbrev": False}
         super().__init__(**(ours | options))
 
+    @property
+    def actions(self) -> tuple[argparse.Action, ...]:
+        """Everything that it takes, in the order of declaration."""
+        return tuple(self._actions)
+
     def refuse(self, words: Iterable[str]) -> NoReturn:
         """Ends the program (2) over words that no option takes; names the nearest options."""
         known = [name for action in self._actions for name in action.option_strings]

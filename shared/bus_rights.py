@@ -14,7 +14,7 @@ from shared.rig import PROCESSES
 from shared.topics import ANGLE_PREFIX, SERVICES, TOPICS
 
 OBSERVER = "observer"
-"""Who looks on: recorder, viewer, angle sensors, the emergency stop from a shell."""
+"""The role of those who look on: recorder, viewer, angle sensors, the emergency stop from a shell."""
 
 ROLES = (*PROCESSES, OBSERVER)
 

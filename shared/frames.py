@@ -114,7 +114,7 @@ def camera_transform(
     K: ArrayLike | None = None,
     stamp_ns: int | None = None,
 ) -> foxglove.FrameTransform:
-    """The transform platform > camera; without K the camera is taken to look straight down (`pinhole_of`)."""
+    """The transform platform > camera; without K (3, 3) the camera is taken to look straight down (`pinhole_of`)."""
     rotation, place = camera_pose(geometry, K=pinhole_of(geometry) if K is None else K)
     return transform(
         parent=PLATFORM,
@@ -198,7 +198,7 @@ def calibration(
     distortion: Sequence[float] = (),
     stamp_ns: int,
 ) -> foxglove.CameraCalibration:
-    """The message of topic `camera/calibration`; `distortion` is OpenCV's k1 k2 p1 p2 k3, empty for none."""
+    """The message `camera/calibration`; K is (3, 3); `distortion` is OpenCV's k1 k2 p1 p2 k3, empty for none."""
     k = np.reshape(np.asarray(K, dtype=float), (3, 3))
     return foxglove.CameraCalibration(
         timestamp=foxglove.Timestamp.from_ns(stamp_ns),

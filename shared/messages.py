@@ -460,3 +460,50 @@ class ArmLease(Message):
 
     stamp_ns: int = 0
     owner: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionPause(Message):
+    """While `paused`, a session begins no further run; the run under way comes to its end, and the plate is level."""
+
+    stamp_ns: int = 0
+    paused: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class SessionStatus(Message):
+    """The progress of a session, for whoever looks on.
+
+    A corner counts as moved beyond `slip_base_px` + `slip_per_deg_px` × tilt in degrees; `slip_corners` of them are a
+    slip. `recording` is the name of the file.
+    """
+
+    stamp_ns: int = 0
+    owner: str = ""
+    recording: str = ""
+    samples: int = 0
+    total: int = 0
+    paused: bool = False
+    slip_base_px: float = 0.0
+    slip_per_deg_px: float = 0.0
+    slip_corners: int = 0
+    started_ns: int = 0
+
+
+SESSION_ACTIONS = ("pause", "resume", "stop")
+
+
+@dataclass(frozen=True, slots=True)
+class SessionRequest(Message):
+    """Asks the session for one of `SESSION_ACTIONS`; `stop` brings the plate back to level and ends the session."""
+
+    stamp_ns: int = 0
+    action: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionReply(Message):
+    """The session's answer; `reason` says in a sentence why a request was refused."""
+
+    accepted: bool = False
+    reason: str = ""

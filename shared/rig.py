@@ -152,7 +152,7 @@ class RigConfig:
 
     id: str
     planted: str = ""
-    """What a simulated rig conceals on purpose, in a sentence, which the diagnosis of its recordings repeats."""
+    """The effect that a simulated rig conceals on purpose, in a sentence that diagnoses of its recordings repeat."""
     bus: BusConfig = field(default_factory=BusConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     mark: MarkConfig = field(default_factory=MarkConfig)

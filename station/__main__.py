@@ -48,11 +48,11 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
     modules: dict[str, ModuleType] = {}
     asked = parser
     for name, path in files.items():
-        sub = choices.add_parser(name, help=_constant(path, "HELP"))
+        sub = choices.add_parser(name, help=help_of(path))
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
-            sub.epilog = f"Example:\n  {_constant(path, 'EXAMPLE')}"
+            sub.epilog = f"{_statuses(path)}\n\nExample:\n  {_constant(path, 'EXAMPLE')}"
             modules[name].add_arguments(sub)
     options, unknown = parser.parse_known_args(words)
     if unknown:
@@ -66,6 +66,19 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
 def examples() -> list[str]:
     """The example in each command's help."""
     return [_constant(path, "EXAMPLE") for path in commands().values()]
+
+
+def _statuses(path: Path) -> str:
+    """A command's exit statuses; its constant ONE says what 1 means where it has findings to give."""
+    one = _constant(path, "ONE")
+    return (
+        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
+    )
+
+
+def help_of(path: Path) -> str:
+    """The words of a command's file for the list of commands."""
+    return _constant(path, "HELP")
 
 
 def commands() -> dict[str, Path]:

@@ -1,4 +1,4 @@
-"""How much a resting corner scatters (the paper's "estimated variance"), and what an exposure costs in motion blur."""
+"""Measures a resting corner's scatter (the paper's "estimated variance"), and an exposure's cost in motion blur."""
 
 from __future__ import annotations
 

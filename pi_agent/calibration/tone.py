@@ -49,7 +49,7 @@ class ToneFit:
 
     @property
     def is_linear(self) -> bool:
-        """Whether nothing needs to be undone."""
+        """True if nothing needs to be undone."""
         return self.bend < LINEAR_WITHIN
 
 

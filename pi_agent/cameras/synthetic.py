@@ -21,7 +21,7 @@ from shared.errors import UserError
 from shared.messages import TwinScene
 
 PATIENCE_S = 0.008
-"""How long a frame waits for the scene after its moment, before the block is moved on from the last one."""
+"""The time that a frame waits for the scene after its moment, before the block is moved on from the last one."""
 LATE_FRAMES = 3
 """Frames that are this late are still drawn, one after another, as a camera's buffers would hold them; a reader that is
 later gets the newest. A scheduler's hiccup of 30 ms then costs no frame, and nothing piles up."""

@@ -1,4 +1,4 @@
-"""How the camera's picture comes about: exact for tests and benchmarks, fast for the synthetic camera."""
+"""Renders the camera's picture: exact for tests and benchmarks, fast for the synthetic camera."""
 
 from pi_agent.rendering.exact import ExactRenderer, render
 from pi_agent.rendering.fast import FastRenderer

@@ -1,4 +1,4 @@
-"""How a mark is painted: layers of polygons of one reflectance each, in the mark's frame (mm)."""
+"""Describes a mark as it is painted: layers of polygons of one reflectance each, in the mark's frame (mm)."""
 
 from dataclasses import dataclass
 

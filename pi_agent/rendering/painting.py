@@ -75,7 +75,7 @@ def _mark_edges(mark: Mark, ink: Ink, bent: bool) -> Edges:
 
 @dataclass(frozen=True)
 class Quality:
-    """How finely a picture is painted.
+    """The resolution with which a picture is painted.
 
     `fine`: sub-pixels a pixel and axis; `instants`: at most so many points in time within an exposure, `step_px` of
     motion from one to the next.
@@ -116,7 +116,7 @@ def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
 
 
 def fast_quality(instants: Floats) -> Quality:
-    """How finely a live picture is painted: with sub-pixels where no motion within the exposure blurs it."""
+    """The resolution of a live picture: with sub-pixels where no motion within the exposure blurs it."""
     return FAST if len(instants) > 1 else FAST_AT_REST
 
 

@@ -42,7 +42,7 @@ class Pose:
 
     @property
     def is_still(self) -> bool:
-        """Whether all rows of a frame see the same pose."""
+        """True if all rows of a frame see the same pose."""
         return self.vx_mm_s == 0 and self.vy_mm_s == 0 and self.yaw_rate_rad_s == 0 and not any(self.gain)
 
 

@@ -84,7 +84,7 @@ def _area(corners: Floats) -> float:
 
 
 def clockwise(corners: Floats) -> Floats:
-    """The same corners, clockwise as seen (y down)."""
+    """The same corners (4, 2), px, clockwise as seen (y down)."""
     x, y = corners[:, 0], corners[:, 1]
     turn = float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     return corners if turn > 0 else corners[::-1].copy()

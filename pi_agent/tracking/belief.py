@@ -154,7 +154,7 @@ def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
 
 
 def readable(found: edges.Profiles) -> Floats | float:
-    """How many profiles of each edge could have agreed: saturated ones say nothing, up to half of an edge."""
+    """The number of profiles of each edge that could have agreed: saturated ones say nothing, up to half of an edge."""
     count = found.offset.shape[1]
     if found.saturated is None:
         return float(count)

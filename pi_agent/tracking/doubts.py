@@ -86,7 +86,7 @@ def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, grain_px: Floats) -> bool:
-    """Whether neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
+    """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
 
     `grain_px` (4,): how wide each edge is by blur and smear beside a textured plate, else 0.
     """
@@ -114,7 +114,7 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, grain_px:
 
 
 def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """Whether an edge that is seen in part has another contrast than the others, beside a textured plate.
+    """True if an edge that is seen in part has another contrast than the others, beside a textured plate.
 
     It is that of what covers the edge, unless the dark differs as much: that makes a shadow. `agreeing` (4,): how many
     profiles agree with their line; `contrast`, `dark` (4, n): of the profiles.
@@ -127,7 +127,7 @@ def another(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: 
 
 
 def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark: Matrix) -> bool:
-    """Whether an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
+    """True if an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
 
     What covers an edge along it has an edge of its own, as straight. A shadow changes the dark as it changes the
     contrast, and a highlight makes the margin as much lighter.
@@ -145,7 +145,7 @@ def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark:
 
 
 def _beside_usual(line: lines.LineFit, values: Matrix) -> Floats:
-    """How far the mean of each edge (4,) lies from that of the middle two, in shares."""
+    """The distance of each edge's mean (4,) from that of the middle two, in shares."""
     own = np.add.reduce(line.weight * values, axis=1) / line.moments[:, 0]
     return np.abs(own / max(_middle_two(own), 0.5) - 1.0)
 
@@ -200,7 +200,7 @@ def out_of_shadow(
 
 
 def _light_differs(contrast: Matrix, weight: Floats) -> bool:
-    """Whether the halves of the edges are not in the same light."""
+    """True if the halves of the edges are not in the same light."""
     halves = np.add.reduce((weight * contrast).reshape(8, -1), axis=1)
     light = halves / np.maximum(np.add.reduce(weight.reshape(8, -1), axis=1), 1.0)
     return float(light.min()) < (1.0 - IN_SHADOW) * float(light.max())

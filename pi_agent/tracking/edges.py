@@ -67,7 +67,7 @@ def measure(reader: PixelReader, edges: Edges, *, blur_px: Floats, count: int, m
 
 
 def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Light:
-    """How much wider a step seems at each place (4, n), in shares of its blur, than where it is read on the average.
+    """The share of its blur by which a step seems wider at each place (4, n) than where it is read on the average.
 
     Light between two pixels is that of a line between them, which cuts off a curve's bow: by half its second derivative
     times f (1 − f), where f is the share of the way. Along an edge at 0° or 45° all profiles have the same f.
@@ -86,7 +86,7 @@ def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Li
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:
-    """How far profiles (4, n, m) depart from what `matrix` leaves nothing of (4, n), RMS."""
+    """The departure (4, n), RMS, of profiles (4, n, m) from what `matrix` leaves nothing of."""
     return _root_of_squares(_times(light, matrix))
 
 

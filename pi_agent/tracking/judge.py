@@ -1,4 +1,4 @@
-"""Whether what was fitted can be the mark, lying flat: the last word before corners are believed."""
+"""Judges if what was fitted can be the mark, lying flat: the last word before corners are believed."""
 
 from dataclasses import dataclass
 from math import acos, degrees, sqrt
@@ -101,7 +101,7 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
 
 
 def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> Verdict:
-    """Whether a mark of known shape lies flat or leans; `unsteady`: the shear by a speed that may be another one."""
+    """True if a mark of known shape lies flat or leans; `unsteady`: the shear by a speed that may be another one."""
     flat = 1.0 - TIPPED - unsteady
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
     stretch = foreshortening(sides, None)
@@ -115,7 +115,7 @@ def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> 
 
 
 def _askew(corners: Points, *, stretch: float) -> bool:
-    """Whether opposite sides converge by more than the lean explains that foreshortening tells: an edge is not its."""
+    """True if opposite sides converge by more than the lean explains that foreshortening tells: an edge is not its."""
     a, b, c, d = corners.tolist()
     diagonal = abs(c - a)
     lean = sqrt(max(1.0 - stretch * stretch, 0.0))

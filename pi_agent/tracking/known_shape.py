@@ -47,7 +47,7 @@ class Settled(NamedTuple):
 
 
 class _Match(NamedTuple):
-    """How a shape fits what is seen: tangent and length of the edges, and how far those are to move out.
+    """The fit of a shape to what is seen: tangent and length of the edges, and how far those are to move out.
 
     `spread`: variances of edges and shape together; `towards`: shares of the way to the shape; `odds`: sum of the
     squared deviations.
@@ -176,7 +176,7 @@ class KnownShape:
 
 
 def _way_px(corners: Four, others: Four) -> float:
-    """How far the corners have gone, by moving and turning."""
+    """The way that the corners have gone, by moving and turning."""
     return sum(abs(b - a) for a, b in zip(corners, others, strict=True)) / 4
 
 
@@ -213,7 +213,7 @@ def _edges(corners: Four) -> list[tuple[complex, float]]:
 
 
 def _apart(edges: list[tuple[complex, float]], seen: Four, shape: Four) -> list[tuple[float, float]]:
-    """How far out the shape's edges lie from those seen, at the middle, and how much further at the end."""
+    """The distances of the shape's edges outside those seen, at the middle, and by how much they grow to the end."""
     gaps = [b - a for a, b in zip(seen, shape, strict=True)]
     apart = []
     for k, (tangent, _) in enumerate(edges):
@@ -238,7 +238,7 @@ def _laid(shape: Four, seen: Four, *, edges: list[tuple[complex, float]], spread
 
 
 def _corner_moves(edges: list[tuple[complex, float]], moves: list[tuple[float, float]]) -> Four:
-    """How far each corner moves when its two edges move out so far, at the middle, and rise so much further."""
+    """The displacement of each corner when its two edges move out so far, at the middle, and rise so much further."""
     corners = []
     for k in range(4):
         (tangent, _), (before, _) = edges[k], edges[k - 1]

@@ -225,7 +225,7 @@ def point_variance(fit: LineFit) -> Floats:
 
 
 def _inflation(fit: LineFit) -> float:
-    """How much larger the variance of a mean is than that of as many independent points (at least 1)."""
+    """The ratio of a mean's variance to that of as many independent points (at least 1)."""
     share = fit.residual * np.sqrt(fit.weight)
     power = float(np.vdot(share, share)) + 1e-12
     factor = 1.0

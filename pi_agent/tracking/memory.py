@@ -24,7 +24,7 @@ MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a
 
 
 class Memory:
-    """Of one mark, from frame to frame. `blur_px`: the lens's, `shape`: the mark's when it lay flat (see `judge`)."""
+    """The memory of one mark between frames: the lens's `blur_px`, and its `shape` when it lay flat (see `judge`)."""
 
     def __init__(self, config: TrackerConfig) -> None:
         self._config, self._line_s = config, config.shutter.line_s
@@ -110,7 +110,7 @@ class Memory:
             self._learn_blur(fit, LEARNING)  # another lens may be at work
 
     def _way_known(self, corners: Points, way: Way | None) -> bool:
-        """Whether what the rolling shutter makes of the outline is known."""
+        """True if what the rolling shutter makes of the outline is known."""
         return self._line_s == 0.0 or (way is not None and self.unsteady_px(corners, way) < STEADY_PX)
 
     def _learn_shape(self, alone: Fit, way: Way) -> None:

@@ -19,7 +19,7 @@ LEAST_GAIN_PX = 0.4  # a change of the step from frame to frame that is expected
 
 @dataclass(frozen=True)
 class Way:
-    """How the mark moves: its centre's velocity and its yaw rate.
+    """The motion of the mark: its centre's velocity and its yaw rate.
 
     `gained_px_s` and `turned_rad_s`: the parts of them that were gained since the middle of the way that told them;
     `unsteady_px_s`: by how much the velocity may be another one, if it is not gained as steadily as before.
@@ -86,11 +86,11 @@ class Motion:
         self._asked = None
 
     def gains(self, time_s: float) -> bool:
-        """Whether corners at this time tell of a velocity: the last ones are not too long ago."""
+        """True if corners at this time tell of a velocity: the last ones are not too long ago."""
         return self.corners is not None and 0.0 < time_s - self.time_s < LONGEST_GAP_S
 
     def way_to(self, corners: Points, time_s: float) -> Way:
-        """How the mark moves at these corners, by the way from the last ones and by that before."""
+        """The motion of the mark at these corners, by the way from the last ones and by that before."""
         asked = self._asked
         if asked is None or asked[0] is not corners or asked[1] != time_s:
             asked = self._asked = corners, time_s, self._way_to(corners, time_s)
@@ -120,7 +120,7 @@ class Motion:
         return Way(velocity + gained, yaw_rate + turned, gained, turned, unsteady)
 
     def expected_way(self, time_s: float) -> Way:
-        """How the mark will move at a time."""
+        """The motion of the mark that is expected at a time."""
         if not self.gains(time_s):
             return self.way
         return replace(self.way, velocity_px_s=self.way.velocity_px_s + self._gain_px_s2 * (time_s - self.time_s))

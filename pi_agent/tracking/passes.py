@@ -51,7 +51,7 @@ class Task:
 
     @property
     def even(self) -> bool:
-        """Whether the mark lies in an even margin."""
+        """True if the mark lies in an even margin."""
         return self.known is self.model
 
     def estimator(self, *, known_blur: bool, contrast: float) -> steps.StepModel:
@@ -173,7 +173,7 @@ def within(values: Floats, low: float, high: float) -> Floats:
 def blur_change(
     found: edges.Profiles, line: lines.LineFit, look: Look, *, shared_blur: bool
 ) -> tuple[Floats, Floats, float]:
-    """How much wider (4,) each edge seems, and by how much its blur is to be changed; both in shares of the blur.
+    """The shares of the blur by which each edge (4,) seems wider, and by which its blur is to be changed.
 
     Told by the profiles on which no highlight lies: a few among many that tell nothing count as much as if they were
     alone. Their share is the third answer.

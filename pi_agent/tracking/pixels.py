@@ -17,7 +17,7 @@ REACH = 1  # pixels beyond a place that its light is read from
 
 @lru_cache(maxsize=1)
 def remap_is_exact() -> bool:
-    """Whether cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
+    """True if cv2.remap reads at the very places: before OpenCV 5 it rounds them to 1/32 px."""
     ramp = np.arange(4, dtype=np.float32)[None].repeat(4, axis=0)
     x, y = np.full((1, 1), 1.01, dtype=np.float32), np.ones((1, 1), dtype=np.float32)
     return abs(float(_remapped(ramp, x, y)[0, 0]) - 1.01) < 1e-4

@@ -135,7 +135,7 @@ def _bent(step: Step, look: Look, *, even: bool) -> bool:
 
 
 def _goes_on(step: Step) -> bool:
-    """Whether it is as dark outside the last profiles of an edge as inside: what was fitted there covers the mark."""
+    """True if it is as dark outside the last profiles of an edge as inside: what was fitted there covers the mark."""
     dark, outside = step.found.dark[:, _LAST], step.found.light[:, _LAST, -1]
     alike = DARK_BEYOND[0] * step.contrast
     none = (outside - dark < alike) & (outside < DARK_BEYOND[1] * dark)

@@ -103,7 +103,7 @@ class FirstSight:
 
 
 def inside(corners: Points, reader: PixelReader, *, clear_px: int = 2) -> bool:
-    """Whether the corners (4,) lie in the frame, `clear_px` clear of its border."""
+    """True if the corners (4,) lie in the frame, `clear_px` clear of its border."""
     x, y = corners.real.tolist(), corners.imag.tolist()
     right, bottom = reader.width - 1 - clear_px, reader.height - 1 - clear_px
     return bool(min(x) > clear_px and min(y) > clear_px and max(x) < right and max(y) < bottom)

@@ -247,7 +247,7 @@ def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
 
 
 def _widening(steps: Floats, contrast: Floats, blur: Floats, smear: float) -> float:
-    """How much wider a step seems to the estimator of the blur, by the square of how far away it lies."""
+    """The share by which a step seems wider to the estimator of the blur, by the square of how far away it lies."""
     seen = [_step(steps - place, smear) for place in (-FAR, FAR)]
     return float(np.mean([(step @ blur) / (step @ contrast) for step in seen])) / FAR**2
 

@@ -84,7 +84,7 @@ class Tracker:
         return self._accept(fit, verdict, capture_ns)
 
     def _speed_unsure(self, fit: Fit) -> bool:
-        """Whether grain is read through a smear of which one step alone tells how long it is."""
+        """True if grain is read through a smear of which one step alone tells how long it is."""
         return not self._task.even and not self._motion.has_velocity and fit.path_px > judge.SMEARED_PX
 
     def _largest_lean(self, time_s: float) -> float:
@@ -161,7 +161,7 @@ class Tracker:
         return path_px if path_px >= STILL_PX[self._task.even] else 0.0
 
     def _doubtful(self, time_s: float) -> bool:
-        """Whether continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
+        """True if continuity alone does not tell which corner is which: after a gap, or before the mark was read."""
         unread = self.config.mark.feature != "none" and self._identity != "marked"
         return unread or time_s - self._motion.time_s > SURE_S
 
@@ -205,7 +205,7 @@ class Tracker:
         )
 
     def _known_way(self) -> Way | None:
-        """How the mark moved in the last frame; None at first sight."""
+        """The motion of the mark in the last frame; None at first sight."""
         return self._motion.way if self._motion.has_velocity else None
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
@@ -228,7 +228,7 @@ def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
 
 
 def _near(fit: Fit | None, verdict: judge.Verdict) -> bool:
-    """Whether an attempt began near enough to the mark to have ended on it.
+    """True if an attempt began near enough to the mark to have ended on it.
 
     From two blurs away, where a block that has just begun to slide may lie, a fit can settle on the way there: what it
     takes for the edge is nothing like one, and its sigma says so.

@@ -67,23 +67,25 @@ def ask_to_end(process: subprocess.Popen[bytes]) -> None:
 
 
 def start(
-    words: Sequence[str], *, quiet: bool = False, env: Mapping[str, str] | None = None
+    words: Sequence[str], *, quiet: bool = False, piped: bool = False, env: Mapping[str, str] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Starts a program that Ctrl-C in this terminal does not reach; `quiet` throws away what it prints.
+    """Starts a program that Ctrl-C in this terminal does not reach.
+
+    `quiet` throws away what it prints; `piped` gives it, errors as well, to whoever reads the process's `stdout`.
 
     One that calls `follow_parent` ends when this process does, however that ends.
 
     Raises:
         OSError: if it cannot be run.
     """
-    prints = subprocess.DEVNULL if quiet else None
+    prints = subprocess.PIPE if piped else subprocess.DEVNULL if quiet else None
     environment = {**(os.environ if env is None else env), _FOLLOWS: "1"}
     return subprocess.Popen(
         words,
         env=environment,
         stdin=_my_life(),
         stdout=prints,
-        stderr=prints,
+        stderr=subprocess.STDOUT if piped else prints,
         start_new_session=NEW_SESSION,
         creationflags=NEW_GROUP,
     )

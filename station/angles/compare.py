@@ -235,7 +235,7 @@ def _noise(series: Sequence[Series]) -> float:
 
 
 def _suspect(series: Sequence[Series]) -> int:
-    """How many readings lie more than eight robust standard deviations from their stop's median.
+    """The number of readings that lie more than eight robust standard deviations from their stop's median.
 
     The deviation is that of all stops together, so that a quiet stop of a coarse gauge makes nothing suspect.
     """

@@ -44,7 +44,7 @@ class Conductor:
 
     @property
     def finished(self) -> bool:
-        """Whether the comparison is over, for good or bad."""
+        """True if the comparison is over, for good or bad."""
         return self._procedure.phase in (Phase.DONE, Phase.FAILED)
 
     def _on_reading(self, received: Received) -> None:
@@ -57,7 +57,7 @@ class Conductor:
             self._procedure.on_motion(received.message, now_ns=self._clock.now_ns())
 
     def tick(self) -> None:
-        """What is due now."""
+        """Does what is due now."""
         now_ns = self._clock.now_ns()
         if now_ns - self._beat_ns >= HEARTBEAT_NS:
             self._beat_ns = now_ns

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from shared.errors import UserError
@@ -23,6 +25,23 @@ def write_figure(comparison: Comparison, path: Path) -> None:
     Raises:
         UserError: if the kind is unknown or the file cannot be written.
     """
+    figure = _drawn(comparison)
+    try:
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise UserError(f"Expected to write the figure to {path} as png, svg or pdf, but: {error}") from error
+
+
+def drawn_svg(comparison: Comparison) -> str:
+    """The figure as an <svg> element."""
+    made = io.StringIO()
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "station"}):
+        _drawn(comparison).savefig(made, format="svg", metadata={"Date": None, "Creator": None})
+    drawing = made.getvalue()
+    return drawing[drawing.index("<svg") :]
+
+
+def _drawn(comparison: Comparison) -> Figure:
     figure = Figure(figsize=(9.0, 5.5), layout="constrained")
     axes: Any = figure.add_subplot()
     for index, fit in enumerate(comparison.fits):
@@ -32,10 +51,7 @@ def write_figure(comparison: Comparison, path: Path) -> None:
     axes.set_ylabel("measured − reference (degrees)")
     axes.set_title("Mean and standard deviation per angle; lines: fitted offset and gain", fontsize=10)
     figure.legend(loc="outside lower center", fontsize=8, ncols=max(1, len(comparison.fits)))
-    try:
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise UserError(f"Expected to write the figure to {path} as png, svg or pdf, but: {error}") from error
+    return figure
 
 
 def _draw_source(axes: Any, comparison: Comparison, fit: SourceFit, index: int) -> None:

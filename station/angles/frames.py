@@ -56,7 +56,7 @@ def gravity_of_motive(qx: float, qy: float, qz: float, qw: float, *, up_axis: st
 
 
 def on_plate(gravity: Vector, *, plate_from_sensor: Array) -> Vector:
-    """Gravity in the plate frame from gravity in the sensor's."""
+    """Gravity's unit vector (3,) in the plate frame, from the one in the sensor's and plate_from_sensor (3, 3)."""
     return _vector(plate_from_sensor @ np.array(gravity))
 
 

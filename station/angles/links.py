@@ -17,7 +17,7 @@ class ByteLink(Protocol):
     """Bytes to and from a sensor; faults are OSErrors."""
 
     def read(self) -> bytes:
-        """What has arrived; nothing when nothing has."""
+        """Returns the bytes that have arrived; none when nothing has."""
         ...
 
     def write(self, data: bytes) -> None:

@@ -11,7 +11,7 @@ DONE_PHASE, READ_PHASE = "DONE", "DWELL"
 
 @dataclass(frozen=True, kw_only=True)
 class ComparisonPlan:
-    """How the plate is moved and read.
+    """The way in which the plate is moved and read.
 
     A stop is read for `readings` readings of every source, `settle_s` after the arm came to rest. With `way_back` the
     plate also stops on its way down: without it there is no hysteresis to be seen. A source that has said nothing for

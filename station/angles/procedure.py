@@ -23,7 +23,7 @@ _MOTION_SLACK_S = 20.0
 
 
 class Phase(Enum):
-    """Where the comparison is."""
+    """The stage of the comparison."""
 
     WAITING = "waiting for the sources"
     COMMANDED = "commanded"
@@ -36,7 +36,7 @@ class Phase(Enum):
 
 @dataclass(slots=True)
 class _Heard:
-    """What a source has said at the present stop."""
+    """The readings of a source at the present stop."""
 
     on_demand: bool
     count: int = 0
@@ -63,15 +63,15 @@ class Procedure:
         self._heard = {source.name: _Heard(source.on_demand) for source in sources}
         self._state = _State()
         self.failure = ""
-        """Why it ended early, in one sentence; else nothing."""
+        """The reason of an early end, in one sentence; else nothing."""
 
     @property
     def phase(self) -> Phase:
-        """Where the comparison is."""
+        """The stage of the comparison."""
         return self._state.phase
 
     def take_outputs(self) -> list[Output]:
-        """What is to be sent since the last call."""
+        """Returns the messages that are to be sent since the last call."""
         outputs, self._state.outputs = self._state.outputs, []
         return outputs
 
@@ -175,7 +175,7 @@ class Procedure:
         self._event(READ_PHASE, now_ns, f"at {math.degrees(stop.angle_rad):.2f} degrees")
 
     def _satisfied(self, heard: _Heard, now_ns: int) -> bool:
-        """Whether a source need not be waited for any longer at this stop."""
+        """True if a source need not be waited for any longer at this stop."""
         wanted = 1 if heard.on_demand else self._plan.readings
         patience_s = self._plan.answer_s if heard.on_demand else self._plan.patience_s
         return heard.count >= wanted or (now_ns - heard.last_ns) * 1e-9 > patience_s

@@ -13,7 +13,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What a sensor said at `stamp_ns` (the station's clock).
+    """The reading of a sensor at `stamp_ns` (the station's clock).
 
     `angle_rad` is the tilt against level: signed for a sensor with one axis, never negative for one that knows the
     direction of gravity. `gravity` is the unit vector of gravity in the plate frame, None where the sensor cannot
@@ -29,7 +29,7 @@ class Reading:
 
     @property
     def finite(self) -> bool:
-        """Whether all of it are numbers."""
+        """True if all of it are numbers."""
         return all(math.isfinite(value) for value in (self.angle_rad, self.sigma_rad, *(self.gravity or ())))
 
 

@@ -18,7 +18,9 @@ _FIT_COLUMNS = (
 
 def text_of(comparison: Comparison) -> str:
     """Table I and the fits, ready to print."""
-    return "\n\n".join((_table_one(comparison), _fit_table(comparison), *_remarks(comparison)))
+    remarks = remarks_of(comparison)
+    parts = [_table_one(comparison), _fit_table(comparison), *(["\n".join(remarks)] if remarks else [])]
+    return "\n\n".join(parts)
 
 
 def _table_one(comparison: Comparison) -> str:
@@ -52,7 +54,8 @@ def _fit_table(comparison: Comparison) -> str:
     return f"{title}\n{_grid(rows)}"
 
 
-def _remarks(comparison: Comparison) -> list[str]:
+def remarks_of(comparison: Comparison) -> list[str]:
+    """Sentences about readings far outside a source's noise, and about stops that a source has not seen."""
     remarks = [
         f"{fit.source}: {fit.suspect} of {fit.readings} readings lie far outside its noise: it jumped, or was touched."
         for fit in comparison.fits
@@ -64,7 +67,7 @@ def _remarks(comparison: Comparison) -> list[str]:
         for fit in comparison.fits
         if fit.stops < max(most, comparison.stops)
     ]
-    return ["\n".join(remarks)] if remarks else []
+    return remarks
 
 
 def _interval(estimate: Estimate | None, *, degrees: bool) -> str:

@@ -18,7 +18,7 @@ from station.angles.watch import INFO, WARNING, Note, Watch
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """What one look at a source gave."""
+    """The result of one look at a source."""
 
     source: str
     readings: tuple[Reading, ...] = ()

@@ -10,7 +10,7 @@ from shared.config import Table, parse
 
 @dataclass(frozen=True, kw_only=True)
 class SourceSettings:
-    """What every angle source may set.
+    """The settings that every angle source has.
 
     `kind` is a file in station/angles/sources (by default the table's own name), `sigma_deg` one reading's standard
     deviation as the maker states it. A source that says nothing for `silent_s` is reported and opened anew every

@@ -19,7 +19,7 @@ _SAME_RAD = math.radians(1e-3)
 
 
 def is_needed(topic: str) -> bool:
-    """Whether a comparison is computed from messages of this topic."""
+    """True if a comparison is computed from messages of this topic."""
     return topic in ("arm/command", "session/event") or topic.startswith(ANGLE_PREFIX)
 
 

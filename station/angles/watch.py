@@ -37,7 +37,7 @@ class Watch:
         self._last: Reading | None = None
         self._jumps, self._garbage = _Episode(), _Episode()
         self.silent = False
-        """Whether the source has said nothing for longer than it may."""
+        """True if the source has said nothing for longer than it may."""
 
     def opened(self, now_ns: int) -> None:
         """The source was opened (again): unless it is known to be silent, it has its time to speak from now on."""
@@ -45,7 +45,7 @@ class Watch:
             self._heard_ns = now_ns
 
     def take(self, readings: Sequence[Reading], *, now_ns: int) -> list[Note]:
-        """What there is to say about new readings."""
+        """The sentences about new readings."""
         notes: list[Note] = []
         if readings and self.silent:
             silent_s = (now_ns - (self._heard_ns or now_ns)) * 1e-9
@@ -83,7 +83,7 @@ class Watch:
         return [Note(WARNING, text)] if episode.count == 1 else []
 
     def look(self, now_ns: int) -> list[Note]:
-        """What there is to say because time has passed."""
+        """The sentences that are due because time has passed."""
         notes = [
             *self._end(self._jumps, "jumped", now_ns),
             *self._end(self._garbage, "gave no reading", now_ns),

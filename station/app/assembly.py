@@ -66,7 +66,7 @@ def arm_settings(rig: RigConfig) -> ArmSettings:
 
 
 def specimen(rig: RigConfig) -> Specimen:
-    """What the samples say of block and plate."""
+    """The facts about block and plate that the samples carry."""
     length, width, _ = rig.block.size_m
     return Specimen(
         object=rig.block.name,
@@ -94,7 +94,7 @@ def nominal_geometry(rig: RigConfig, *, stamp_ns: int = 0) -> CameraGeometry:
 
 
 def reach_of(rig: RigConfig, *, tilter: Tilter | None = None) -> Reach:
-    """How far the rig's arm can tilt at an azimuth, by its kinematics and limits.
+    """The largest tilt (rad) of the rig's arm at an azimuth, by its kinematics and limits.
 
     A path is the arm's own property, so the paths that a `tilter` of the same rig has solved need no second solving.
     """
@@ -125,7 +125,7 @@ def require_reachable(rig: RigConfig, plan: Plan) -> Tilter:
 
 
 def _reaches(tilter: Tilter, plan: Plan) -> bool:
-    """Whether every direction of the plan is surely within reach; if not, somebody else says why."""
+    """True if every direction of the plan is surely within reach; if not, somebody else says why."""
     try:
         return all(tilter.path(azimuth_of_direction(n)).reach_rad >= plan.max_rad for n in plan.direction.some)
     except UserError:

@@ -42,7 +42,7 @@ def attached_rig(reader: RecordingReader) -> RigConfig | None:
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:
-    """What the rig file inside a recording would load if it were one's own: its folders of effects, as it names them.
+    """The folders of effects that the rig file inside a recording would load if it were one's own, as it names them.
 
     Raises:
         UserError: if it is not TOML, or its `[physics]` is no table.

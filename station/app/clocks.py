@@ -1,4 +1,4 @@
-"""How far the agents' clocks are from the station's, by round trips; only the quickest of them count.
+"""Measures the offsets of the agents' clocks from the station's by round trips, of which only the quickest count.
 
 The answer comes in the middle of the round trip at best, so the error is at most half of it: 20 µs on the best 5 % of
 round trips, milliseconds on the others.

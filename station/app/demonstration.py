@@ -97,14 +97,14 @@ def _session(rig: RigConfig, path: Path, *, samples: int, seed: int, on_sample: 
 
 @dataclass(frozen=True, kw_only=True)
 class Revealed:
-    """Whether the concealed effect was named first, or in a class that cannot be told apart; in sentences."""
+    """Says in sentences if the concealed effect was named first, or in a class that cannot be told apart."""
 
     right: bool
     lines: tuple[str, ...]
 
 
 def reveal(concealed: Concealed, found: Diagnosis, known: Catalogue) -> Revealed:
-    """What was concealed, what was found, and how much better unseen runs are predicted."""
+    """Tells what was concealed, what was found, and how much better unseen runs are predicted."""
     (term,) = concealed.model.terms
     said = [one for one in found.effects if one.id in found.names]
     named = bool(said) and term.effect.id in said[0].class_ids

@@ -1,4 +1,4 @@
-"""What every export does with its files: it writes them, and says what they cannot."""
+"""Writes the files of an export, and says what they cannot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the blocks of a recording lay from the plate's foam before their runs, for tables without the rig."""
+"""Measures how far the blocks of a recording lay from the foam before their runs, for tables without the rig."""
 
 from __future__ import annotations
 

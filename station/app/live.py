@@ -13,6 +13,7 @@ from shared.messages import ArmReply, MotionReport, TiltCommand
 from shared.rig import RigConfig
 from station.app import assembly
 from station.app.clocks import ClockKeeper
+from station.app.control import SessionControl
 from station.app.processes import StopRequest
 from station.app.session import Session
 from station.recording.recorder import Recorder
@@ -73,6 +74,7 @@ class LiveSession:
             owner=owner,
         )
         self._clocks = ClockKeeper(bus, clock=clock, agents=("camera", "arm"))
+        self._control = SessionControl(bus, plan, stop=stop, owner=owner, recording=recording.path.name)
         self._settled: TiltCommand | None = None
         self._arm_there = True
         bus.subscribe("arm/motion", self._on_outcome)
@@ -80,7 +82,7 @@ class LiveSession:
 
     @property
     def samples(self) -> int:
-        """How many runs have given a sample."""
+        """The number of runs that have given a sample."""
         return self._session.machine.samples
 
     def run(self, *, on_tick: Callable[[], None] = lambda: None) -> str:
@@ -104,6 +106,7 @@ class LiveSession:
         now_ns = self._clock.now_ns()
         self._session.tick(now_ns)
         self._clocks.tick(now_ns)
+        self._control.tick(now_ns, samples=self.samples)
         self._watch_arm()
 
     def _watch_arm(self) -> None:
@@ -121,7 +124,7 @@ class LiveSession:
             self._settled = asked
 
     def _listen_on(self) -> None:
-        """What was sent last is still on its way to the recorder."""
+        """Listens on, as the last messages are still on their way to the recorder."""
         end = time.monotonic() + _LAST_S
         while time.monotonic() < end:
             self._turn()

@@ -34,7 +34,7 @@ ARM_NS = 10_000_000
 SESSION_NS = 16_666_667
 SECOND_NS = 1_000_000_000
 ARM, CAMERA, SESSION, CLOCK = range(4)
-"""Who comes first of those that are due at the same moment."""
+"""The order of those that are due at the same moment."""
 
 
 class LockstepCamera(Protocol):
@@ -59,7 +59,7 @@ class WorldBuilder(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a session ended: `fault` is empty or says why it stopped; `simulated_s` is the rig's own time."""
+    """The end of a session: `fault` is empty or says why it stopped; `simulated_s` is the rig's own time."""
 
     samples: int
     simulated_s: float

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 from shared.errors import UserError
 
@@ -32,6 +34,15 @@ def write_text(path: Path, text: str, *, what: str) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise _unwritable(path, what, error) from error
+
+
+def without_nan(value: Any) -> Any:
+    """The value with None for every number that is not finite, at any depth: JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: without_nan(item) for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, list | tuple):
+        return [without_nan(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _unwritable(path: Path, what: str, error: OSError) -> UserError:

@@ -13,10 +13,10 @@ from station.view.rrd import write_rrd
 from station.view.setup import Setup
 
 _BEFORE_S, _AFTER_S = 40.0, 5.0
-"""What a picture shows of the frequent topics: a run takes some 13 s, so the curves begin with the run before."""
+"""The stretch of frequent topics that a picture shows: a run takes some 13 s, so the curves begin one run earlier."""
 
 _FREQUENT_HZ = 5.0
-"""Of topics that come oftener a picture shows what is near its moment, of the others the whole session."""
+"""A picture shows what is near its moment of topics that come oftener, and the whole session of the others."""
 
 _AFTER_SLIP_S = 0.2
 

@@ -1,4 +1,4 @@
-"""What every long-running process of the station does alike: keep a pace, and end cleanly when asked to."""
+"""Keeps a long-running process at its pace, and ends it cleanly when it is asked to."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def until_stopped() -> Generator[threading.Event]:
 
 @dataclass(slots=True)
 class StopRequest:
-    """Why a session should end early, set by a signal or by the recorder."""
+    """The reason of an early end of a session, set by a signal or by the recorder."""
 
     reason: str = ""
     times: int = 0

@@ -1,4 +1,4 @@
-"""Where recordings go, and what they say about their origin."""
+"""Names new recordings, and tells their origin."""
 
 from __future__ import annotations
 

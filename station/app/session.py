@@ -50,7 +50,7 @@ class Session:
         self._seen: dict[type[Message], Message] = {}
         self.finished = False
         self.armed = True
-        """Whether the heartbeat asks the arm to go on obeying; kept until the plate is level again."""
+        """True if the heartbeat asks the arm to go on obeying; kept until the plate is level again."""
         self.fault = ""
         self.asked: TiltCommand | None = None
         """The last command."""
@@ -132,7 +132,7 @@ class Session:
     # --- time --------------------------------------------------------------------------------------------------------
 
     def tick(self, now_ns: int) -> None:
-        """What is due at `now_ns`; call it at least 30 times a second."""
+        """Does what is due at `now_ns`; call it at least 30 times a second."""
         self._now_ns = max(self._now_ns, now_ns)
         if now_ns >= self._heartbeat_ns:
             self._heartbeat_ns = now_ns + HEARTBEAT_NS

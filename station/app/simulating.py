@@ -1,4 +1,4 @@
-"""What the commands that simulate share: the rig of a recording, a model from its file, a simulator by its name."""
+"""Opens what commands that simulate share: the rig of a recording, a model from its file, a simulator by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can stand after `--simulate`, or be passed as a simulation: a name, a file of the user's own, a function."""
+"""Opens what can stand after `--simulate`, or be passed as a simulation: a name, a user's file, a function."""
 
 from __future__ import annotations
 

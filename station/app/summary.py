@@ -1,4 +1,4 @@
-"""What the terminal shows when a session is over."""
+"""Prints what the terminal shows when a session is over."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class DirectWire:
         self._world.set_target(position_rad, velocity_rad_s, stamp_ns=now_ns)
 
     def read(self) -> JointReading:
-        """What the joints' sensors read at the world's time."""
+        """The reading of the joints' sensors at the world's time."""
         return JointReading(self._world.time_ns, self._names, *self._world.joint_arrays())
 
     def fault(self) -> str:

@@ -69,7 +69,7 @@ def home_poses(
 def evaluate(
     model: ArmModel, poses: tuple[Array, Array, Array], *, azimuths_rad: Array, max_angle_rad: float
 ) -> Candidates:
-    """The reach of each pose at each azimuth, measured in the plate's frame."""
+    """The reach of each pose (m, joints) at each azimuth (n,), rad, measured in the plate's frame."""
     joints, pivots, turns = poses
     reach = np.zeros((len(joints), len(azimuths_rad)))
     margin = _margin(model, joints)

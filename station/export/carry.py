@@ -153,7 +153,7 @@ def _alias(what: str, name: str) -> str:
 
 
 def _end_of(found: Import) -> Place:
-    """Where what an import takes from our modules is defined."""
+    """The module that defines what an import takes from ours."""
     further = source_of(found.module).find(found.name)
     return _end_of(further) if isinstance(further, Import) and further.ours else (found.module, found.name)
 
@@ -201,7 +201,7 @@ def _renamed(source: Source, one: Definition, names: Mapping[Place, str]) -> lis
 
 
 def _own_name(source: Source, one: Definition) -> Iterator[tuple[int, int, str]]:
-    """Where a function or class has its own name, which the syntax tree does not say."""
+    """The place of a function's or class's own name, which the syntax tree does not say."""
     node = one.nodes[0]
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
         line = source.lines[node.lineno - 1]

@@ -1,4 +1,4 @@
-"""How far an exported file's block, in its engine, is from our own simulation of the same model.
+"""Measures how far an exported file's block, in its engine, is from our own simulation of the same model.
 
 The file is imported by a Python of its own, in which this package cannot be imported. Both tilt the plate at 2°/s from
 2° below the onset until 0.6 s after it; the onset is where the block has gone 0.1 mm, and paths are compared a quarter

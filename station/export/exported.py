@@ -1,4 +1,4 @@
-"""What an exporter gives: named pairs in, files out; and the words that every format writes about a measurement."""
+"""Defines what an exporter takes and gives, and the words that every format writes about a measurement."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def named(pairs: Sequence[MeasuredPair]) -> tuple[NamedPair, ...]:
 
 
 def measured_lines(pair: MeasuredPair) -> list[str]:
-    """What was measured, as comment lines."""
+    """The measurement as comment lines."""
     lines = [f"Static friction of {pair.name}, measured with a tilting plate ({_count(pair)})."]
     if pair.isotropic:
         lines.append(f"mu {pair.mu_1:.4f}{_interval(pair.mu_1_interval)} in every direction: {_degrees(pair.mu_1)}.")

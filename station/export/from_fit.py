@@ -61,7 +61,7 @@ def _alone(curve: LimitCurve, fixed_in: FixedIn) -> LimitCurve:
 
 
 def _interval(fit: LimitCurveFit, *names: str) -> tuple[float, float]:
-    """Of the first of these estimates that there is: a circle has its level alone."""
+    """The interval of the first of these estimates that there is: a circle has its level alone."""
     for name in names:
         if estimate := fit.estimates.get(name):
             return estimate.low, estimate.high

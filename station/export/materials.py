@@ -1,4 +1,4 @@
-"""How engines combine two materials' coefficients, and the materials from which they read a measured pair back.
+"""Combines two materials' coefficients as engines do, and finds materials from which they read a measured pair back.
 
 | rule | of a and b | engines |
 |---|---|---|
@@ -25,7 +25,7 @@ _LEAST_MU = 1e-3
 
 
 def combine(rule: Rule, a: float, b: float) -> float:
-    """What an engine makes of two materials' coefficients."""
+    """The coefficient that an engine makes of two materials'."""
     match rule:
         case "max":
             return max(a, b)

@@ -1,4 +1,4 @@
-"""What a measurement says of a surface pair, in the terms in which simulators speak of friction."""
+"""Tells a measurement of a surface pair in the terms in which simulators speak of friction."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class MeasuredPair:
 
     @property
     def isotropic(self) -> bool:
-        """Whether the limit curve is a circle."""
+        """True if the limit curve is a circle."""
         return self.mu_1 == self.mu_2
 
     @property
@@ -105,7 +105,7 @@ class MeasuredPair:
         return math.sqrt(self.mu_1 * self.mu_2)
 
     def force(self, phi_rad: ArrayLike) -> Array:
-        """What the contact holds, over the normal force, against pulls in the directions phi (n): the ellipse's radius.
+        """The tangential force that the contact holds, over the normal force, against pulls in the directions phi (n).
 
         Directions are against x of the frame `fixed_in`.
         """

@@ -1,4 +1,4 @@
-"""Where MuJoCo lays the tangents of a contact, and how far an ellipse turns with it.
+"""Computes how MuJoCo lays the tangents of a contact, and how far an ellipse turns with it.
 
 `mju_makeFrame` (MuJoCo 4.0) has only the contact's normal n to go by. The first tangent is the world's y axis laid into
 the contact's plane; where |n_y| >= 1/2 it is the world's z axis instead. It follows neither body. A pair's first
@@ -25,7 +25,7 @@ def first_tangent(normal: Array) -> Array:
 
 
 def ellipse_turn_rad(tilt_rad: float, azimuth_rad: float) -> float:
-    """How far (−90° to 90°) the ellipse has turned on a plate that was tilted by `tilt_rad` about a level axis.
+    """The turn (−90° to 90°) of the ellipse on a plate that was tilted by `tilt_rad` about a level axis.
 
     The axis of the tilt is at the azimuth from the world's x; level, the ellipse's first axis is the world's y.
     """

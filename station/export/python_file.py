@@ -25,7 +25,7 @@ _OFFERED = (
     tilt_test.Ramp,
     tilt_test.show,
 )
-"""What every file offers beside its engine."""
+"""The names that every file offers beside its engine."""
 
 _HEAD = (
     "MODEL.friction(contact(rest_s=[1, 10, 100])) is the coefficient, MODEL.push(…) the force per mass (m/s², in the "
@@ -43,7 +43,7 @@ _CORNERS = (
     "even sole: it starts at another tilt (by up to 0.8 degrees where that was tried), and turns otherwise"
 )
 CORNERS: Mapping[str, str] = MappingProxyType({"spin": _CORNERS, "lever": _CORNERS})
-"""What an engine makes of a turning block that touches its plate by four corners (ρ = L / √2, not L / √12)."""
+"""The engines' model of a turning block that touches its plate by four corners (ρ = L / √2, not L / √12)."""
 
 _MET_CORNERS = (
     "it starts as it should, but the four corners of a box resist turning 2.6 times as much as an even sole: it turns "

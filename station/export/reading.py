@@ -14,7 +14,7 @@ from station.export.measured import MeasuredPair
 from station.friction.limit_curve.curve import LimitCurveFit
 
 PAIRS_FORMAT = "friction pairs"
-"""What friction_pairs.json says of itself."""
+"""The words of friction_pairs.json about itself."""
 
 
 @dataclass(frozen=True, slots=True)

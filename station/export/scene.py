@@ -26,7 +26,7 @@ class Scene:
 
     @property
     def inertia_kg_m2(self) -> float:
-        """Of a solid cube about any axis through its middle."""
+        """The moment of inertia of a solid cube about any axis through its middle."""
         return self.mass_kg * self.side_m**2 / 6
 
 

@@ -80,7 +80,7 @@ class Source:
         self._by_name = {name: one for one in self.definitions for name in one.names}
 
     def find(self, name: str) -> Definition | Import | None:
-        """What binds a name at the top level; None for what Python itself has.
+        """The statement that binds a name at the top level; None for what Python itself has.
 
         Raises:
             UserError: if the name is a module of ours, which no single file can hold.

@@ -1,4 +1,4 @@
-"""What a measurement says and a format cannot, as sentences: for the file's comment and for the terminal."""
+"""Tells in sentences what a measurement says and a format cannot: for the file's comment and for the terminal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _CIRCLE: Array = np.linspace(0, 2 * math.pi, 361)
 
 
 def always_unsaid(pair: MeasuredPair) -> list[str]:
-    """What no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter; and the remarks."""
+    """The facts that no rigid-body format says: one-way friction, a second ellipse, other shapes, scatter, remarks."""
     said: list[str] = []
     if pair.one_way != 1.0:
         worst = math.degrees(abs(math.atan(pair.mu * math.sqrt(pair.one_way)) - math.atan(pair.mu)))
@@ -59,7 +59,7 @@ def no_anisotropy(pair: MeasuredPair, *, engine: str) -> list[str]:
 
 
 def pyramid_excess_rad(pair: MeasuredPair) -> float:
-    """How much later a friction pyramid (|f_1| ≤ mu_1 N, |f_2| ≤ mu_2 N) lets go than the ellipse, at worst."""
+    """The tilt by which a friction pyramid (|f_1| ≤ mu_1 N, |f_2| ≤ mu_2 N) lets go after the ellipse, at worst."""
     along = _CIRCLE - pair.axis_rad
     with np.errstate(divide="ignore"):
         corner = np.minimum(pair.mu_1 / np.abs(np.cos(along)), pair.mu_2 / np.abs(np.sin(along)))

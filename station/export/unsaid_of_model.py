@@ -1,4 +1,4 @@
-"""What a model says and an engine cannot, as sentences: for the file's comment and for the terminal."""
+"""Tells in sentences what a model says and an engine cannot: for the file's comment and for the terminal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEFT_OUT = {
     "mass": "its place of the block's mass",
     "shaking": "its random push, drawn anew for each run",
 }
-"""What is missing where the method of that name cannot be said."""
+"""The part that is missing where the method of that name cannot be said."""
 
 
 def unsaid_of_model(model: Model, *, engine: str, says: frozenset[str], doubts: Mapping[str, str]) -> list[str]:

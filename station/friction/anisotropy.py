@@ -61,7 +61,7 @@ class Harmonics:
 
     @property
     def p_value(self) -> float:
-        """Of the F test."""
+        """The p-value of the F test."""
         return float(fdtrc(self.df, self.df_rest, self.f))
 
     @property
@@ -94,7 +94,7 @@ class AnisotropyTest:
 
 
 def resultant(direction_rad: Array) -> float:
-    """Length, 0 to 1, of the mean of the unit vectors at twice the directions: 1 if all lie on one line."""
+    """Length, 0 to 1, of the mean of the unit vectors at twice the directions (n,), rad: 1 if all lie on one line."""
     known = direction_rad[np.isfinite(direction_rad)]
     return float(abs(np.exp(2j * known).mean())) if len(known) else 1.0
 
@@ -105,7 +105,7 @@ def directions_of(slides: Slides, relation: Relation) -> Array:
 
 
 def can_test(slides: Slides, relation: Relation) -> bool:
-    """Whether there are enough slides, in more than one direction."""
+    """True if there are enough slides, in more than one direction."""
     known = slides.where(np.isfinite(slides.object_rad) & (slides.mu > 0))
     return len(known) >= LEAST_SAMPLES and resultant(directions_of(known, relation)) < ONE_DIRECTION
 

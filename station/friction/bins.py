@@ -25,7 +25,7 @@ class Bins:
 
 
 def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.pi, bins: int = BINS) -> Bins:
-    """Mean and standard deviation of the values by direction, in `bins` equal parts of [0, span)."""
+    """Mean and standard deviation (bins,) of values (n,) by direction (n,), rad, in equal parts of [0, span)."""
     known = np.isfinite(direction_rad) & np.isfinite(values)
     place = np.minimum((direction_rad[known] % span_rad / span_rad * bins).astype(np.int64), bins - 1)
     count = np.bincount(place, minlength=bins)

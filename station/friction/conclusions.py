@@ -1,4 +1,4 @@
-"""What can and what cannot be concluded from a pair's samples, one sentence each."""
+"""Concludes what can be concluded from a pair's samples, and says what cannot, one sentence each."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def _calibration(result: PairResult) -> list[Note]:
 
 
 def _among(without: Sequence[str], number: int) -> str:
-    """Which of several files have no calibration."""
+    """The note on files that have no calibration."""
     names = ", ".join(without[:_NAMED]) + (" …" if len(without) > _NAMED else "")
     verb = "has" if len(without) == 1 else "have"
     return f"{len(without)} of {number} files {verb} no calibration ({names})"

@@ -53,7 +53,7 @@ def angle_of_repose(slide_rad: ArrayLike, *, tilt_rad: ArrayLike, azimuth_rad: A
 
 
 def friction_coefficient(theta_rad: ArrayLike) -> Array:
-    """Mu = tan theta, for every theta in radians."""
+    """Mu = tan theta (n,), for every theta (n,) in radians."""
     return np.tan(np.asarray(theta_rad, dtype=float))
 
 
@@ -82,7 +82,7 @@ def yaw_of(corners: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class MarkShape:
-    """Which of the mark's axes is its short one, and whether there is one at all."""
+    """The short axis of the mark; a square one has none."""
 
     short_is_y: bool
     square: bool
@@ -123,5 +123,5 @@ def paper_direction(slide_rad: ArrayLike, *, x_axis_rad: ArrayLike) -> Array:
 
 
 def turn(angle_rad: ArrayLike) -> Array:
-    """Angles brought to [0°, 360°), in radians."""
+    """Angles (n,) brought to [0°, 360°), in radians."""
     return np.asarray(angle_rad, dtype=float) % FULL_TURN

@@ -1,4 +1,4 @@
-"""How every figure of a surface pair looks, and how it becomes a file."""
+"""Gives every figure of a surface pair its look, and makes a file of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from station.friction.slides import Slides
 KEPT = "0.25"
 FLAGGED = "#d62728"
 DIRECTION_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
-"""Of the four tilting directions; told apart by colour-blind readers, too (Okabe and Ito)."""
+"""The colours of the four tilting directions, which colour-blind readers can tell apart, too (Okabe and Ito)."""
 DOTS_PER_INCH = 200
 _RINGS = 4
 _STYLE: dict[str, Any] = {
@@ -33,6 +33,8 @@ _STYLE: dict[str, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.2,
     "pdf.fonttype": 42,
+    "svg.fonttype": "none",  # text stays text: it can be searched, and the file is small
+    "svg.hashsalt": "station",  # the same figure gives the same bytes
     "savefig.dpi": DOTS_PER_INCH,
 }
 Draw = Callable[[Pair], Figure]
@@ -45,7 +47,7 @@ def picture(draw: Draw, pair: Pair) -> bytes:
 
 
 def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
-    """Writes a figure as STEM.png and STEM.pdf; gives the PNG's bytes.
+    """Writes a figure as STEM.png, STEM.svg and STEM.pdf; gives the PNG's bytes.
 
     Raises:
         UserError: if the folder cannot be written to.
@@ -58,6 +60,7 @@ def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
         try:
             (folder / f"{stem}.png").write_bytes(png)
             # Without the date, so that equal data give equal files.
+            figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
             figure.savefig(folder / f"{stem}.pdf", metadata={"CreationDate": None})
         except OSError as error:
             raise UserError(f"Expected to write figures to {folder}, but that failed: {error.strerror}") from error

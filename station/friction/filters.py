@@ -46,7 +46,7 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class Flags:
-    """What each filter flagged, (n) each, and which slides (n) it could judge at all."""
+    """The slides (n) that each filter flagged, and those (n) that it could judge at all."""
 
     by_filter: Mapping[str, Bools]
     judged: Mapping[str, Bools]

@@ -41,7 +41,7 @@ the slide looks like 1 %."""
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """When (ns) and at what tilt the slide began, with standard errors, and the friction while sliding."""
+    """The moment (ns) and the tilt at which the slide began, with standard errors, and the friction while sliding."""
 
     slip_ns: int
     angle_rad: float
@@ -93,11 +93,11 @@ class _Integrals:
         return np.where(passed > 0, what.at_frames - from_start, 0.0)
 
     def tilt(self, t: ArrayLike) -> Array:
-        """θ at each t (...)."""
+        """θ (...), rad, at each t (...), s."""
         return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
     def tilt_sigma_rad(self, t: float) -> float:
-        """How far the true tilt may be from the curve through its readings: from how abruptly that bends there.
+        """The error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
 
         A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
         that; where the bend changes little the curve is right.

@@ -6,44 +6,18 @@ import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from string import Template
 
 from station.friction.conclusions import Note, conclusions
 from station.friction.figures import FigureKind
 from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult
+from station.pages.page import whole_page
 
-_PAGE = Template("""\
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>$title</title>
-<style>
-body { font: 15px/1.5 system-ui, sans-serif; color: #1a1a1a; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.2rem; margin-top: 2.5rem; } h3 { font-size: 1rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .85rem; }
-caption { text-align: left; font-weight: 600; padding: 1rem 0 .3rem; }
-th, td { padding: .2rem .6rem; text-align: right; white-space: nowrap; }
-th { border-bottom: 1px solid #888; } td { border-bottom: 1px solid #e4e4e4; }
-th:first-child, td:first-child { text-align: left; }
-.note, figcaption, footer { color: #555; font-size: .85rem; max-width: 46rem; }
-li.finding { color: #a3161a; }
-figure { margin: 1.5rem 0; } img { max-width: 100%; height: auto; }
-</style>
-</head>
-<body>
-<h1>$title</h1>
-<p>$lead</p>
-$body
+_STYLE = "th, td { text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }"
+_FOOTER = """\
 <footer><p>θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Runs that ended
 without a slide are in no mean. Flagged samples are left out of the means and stay in samples.csv with the names of
-their filters.</p></footer>
-</body>
-</html>
-""")
+their filters.</p><p>Made by <code>$command</code></p></footer>"""
 
 _CLASS = {True: "finding", False: "said"}
 
@@ -71,11 +45,10 @@ def html_report(
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]
     parts += [_figures(result.pair.name, pictures.get(result.pair.name, ())) for result in results]
-    return _PAGE.substitute(
-        title="Static friction by direction",
-        lead=escape(lead + ", ".join(sources) + "."),
-        body="\n".join(parts),
-    )
+    title, command = "Static friction by direction", escape(f"station analyze {' '.join(sources)}")
+    lead = escape(f"{lead}{', '.join(sources)}.")
+    body = [f"<h1>{title}</h1>", f"<p>{lead}</p>", *parts, _FOOTER.replace("$command", command)]
+    return whole_page(title=title, body="\n".join(body), style=_STYLE)
 
 
 def html_conclusions(name: str, notes: Sequence[Note]) -> str:

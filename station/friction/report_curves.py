@@ -124,7 +124,7 @@ def _scatter_table(fits: Sequence[tuple[str, LimitCurveFit]]) -> ReportTable:
 
 
 def curve_sentences(result: PairResult) -> tuple[str, ...]:
-    """What the limit curve comes to, in sentences; why there is none."""
+    """Tells the limit curve in sentences, or why there is none."""
     fit = result.limit_curve
     if fit is None:
         return (result.no_limit_curve,) if result.no_limit_curve else ()

@@ -1,4 +1,4 @@
-"""What a table of the report is."""
+"""Defines a table of the report."""
 
 from __future__ import annotations
 

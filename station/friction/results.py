@@ -1,4 +1,4 @@
-"""What the samples of each surface pair come to: numbers, tests and sentences."""
+"""Computes the results of each surface pair: numbers, tests and sentences."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Summary:
 
     @property
     def standard_error_rad(self) -> float:
-        """Of the mean theta."""
+        """The standard error of the mean theta."""
         return self.theta_sd_rad / math.sqrt(self.samples) if self.samples else math.nan
 
 
@@ -127,7 +127,7 @@ def _limit_curve(pair: Pair, rng: np.random.Generator) -> tuple[LimitCurveFit | 
 
 
 def limit_curve_table(results: Sequence[PairResult]) -> dict[str, Any]:
-    """What `limit_curves.json` holds: for each pair its fit (`LimitCurveFit.as_dict`), or why there is none."""
+    """The contents of `limit_curves.json`: for each pair its fit (`LimitCurveFit.as_dict`), or why there is none."""
     return {
         "version": 1,
         "pairs": [

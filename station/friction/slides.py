@@ -67,7 +67,7 @@ class Slides:
 
     @property
     def distance_px(self) -> Array:
-        """How far the corners moved, on average over the four (n)."""
+        """The displacement of the corners (n), px, on average over the four."""
         return np.linalg.norm(self.post_px - self.pre_px, axis=2).mean(axis=1)
 
     @property
@@ -81,7 +81,7 @@ class Slides:
         return np.round(self.azimuth_rad / (math.pi / 2)).astype(np.int64) % 4
 
     def where(self, chosen: Bools) -> Slides:
-        """The rows that are chosen."""
+        """The rows that are chosen (n,)."""
         return Slides(**{name: getattr(self, name)[chosen] for name in _COLUMNS}, shape=self.shape)
 
 

@@ -1,4 +1,4 @@
-"""What a recording has more than a simulation of it: a model that changes the simulation's friction, push and picture.
+"""Builds what a recording has more than a simulation: a model that changes its friction, push and picture.
 
 Both are fitted with the same kinds of effects. Where the recording's friction is h and the simulation's is k, a
 simulator whose friction is multiplied by h / k has the recording's; pushes, turns and shifts of the image are added as

@@ -81,7 +81,7 @@ class Model:
         return _sum((term.effect.creep(contact, term.values) for term in creeping), (len(contact), 2))
 
     def _spare_m_s2(self, contact: Contact) -> Array:
-        """What the model's friction holds beyond gravity and pushes (n,), m/s², on a plate that does not move."""
+        """The reserve (n,), m/s², of the model's friction beyond gravity and pushes, on a plate that does not move."""
         push = self.push(contact)
         pull = GRAVITY_M_S2 * np.sin(contact.tilt_rad) + np.cos(contact.down_rad) * push[:, 0]
         pull = pull + np.sin(contact.down_rad) * push[:, 1]

@@ -97,7 +97,7 @@ def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iter
 
 
 class _Collected:
-    """What has been read so far."""
+    """The arrays of what has been read so far."""
 
     def __init__(self, reader: RecordingReader) -> None:
         self._reader = reader

@@ -38,7 +38,7 @@ class Batch(NamedTuple):
     payloads: Payloads
 
     def select(self, chosen: NDArray[Any]) -> Batch:
-        """Some of them."""
+        """The messages that are chosen (n,)."""
         return Batch(self.channel[chosen], self.log_ns[chosen], self.publish_ns[chosen], self.payloads.select(chosen))
 
 
@@ -91,7 +91,7 @@ def batch_by_walking(records: bytes, *, wanted: Container[int]) -> Batch:
 
 
 def _begins(indexes: bytes) -> Integers | None:
-    """Where a chunk's messages begin; None if the indexes cannot be right."""
+    """The offsets of a chunk's messages; None if the indexes cannot be right."""
     found, position = list[NDArray[np.int64]](), 0
     while position < len(indexes):
         if position + _INDEX.size > len(indexes):
@@ -106,7 +106,7 @@ def _begins(indexes: bytes) -> Integers | None:
 
 
 def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
-    """Whether the messages, with other records between them, fill the first `size` bytes without a gap."""
+    """True if the messages, with other records between them, fill the first `size` bytes without a gap."""
     length = header["length"]
     if not np.all((header["opcode"] == Opcode.MESSAGE) & (length >= _HEADER.itemsize - _PREFIX) & (length <= size)):
         return False
@@ -117,7 +117,7 @@ def _tiles(records: bytes, size: int, begin: Integers, header: Any) -> bool:
 
 
 def _others(records: bytes, position: int, end: int) -> bool:
-    """Whether a stretch is records other than messages."""
+    """True if a stretch is records other than messages."""
     while position + _RECORD.size <= end:
         opcode, length = _RECORD.unpack_from(records, position)
         if opcode == Opcode.MESSAGE:

@@ -30,9 +30,9 @@ BATCH = 128
 """Messages that cross the pipe together: a third of a second of a session, few enough for a processor's cache."""
 _OVER = b""
 Make = Callable[..., Message]
-"""What makes a message: its class, or the function of a recipe."""
+"""The maker of a message: its class, or the function of a recipe."""
 Read = Callable[[Message], tuple[Any, ...]]
-"""What takes a message apart."""
+"""The function that takes a message apart."""
 Apart = tuple[int, tuple[Any, ...] | None]
 """A message within a recipe: the number of its class and its fields, or none of them where the newest one is meant."""
 Values = tuple[Any, ...]
@@ -42,7 +42,7 @@ Row = tuple[str, int, int, Values]
 
 
 def can_write_beside() -> bool:
-    """Whether there is a second processor, and a system on which a process can be split in two safely."""
+    """True if there is a second processor, and a system on which a process can be split in two safely."""
     return CAN_SPLIT and usable_processors() > 1
 
 
@@ -55,7 +55,7 @@ class RecordingBeside:
     def __init__(self, recording: Recording) -> None:
         self.path: Path = recording.path
         self.stopped = ""
-        """Why the recording had to stop (disk full), or nothing."""
+        """The reason why the recording had to stop (disk full), or nothing."""
         context = multiprocessing.get_context("fork")
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=_write_all, args=(theirs, self._pipe, recording), daemon=True)

@@ -19,14 +19,14 @@ MAX_CHUNK_BYTES = 256 * 1024 * 1024
 MAX_MESSAGES = 1_000_000
 """In one chunk. Ours hold some thousands; a million takes some 300 MB beside its bytes."""
 HELD_BYTES = 256
-"""What a message takes in memory beside its payload: a tuple and its numbers."""
+"""The memory of a message beside its payload: a tuple and its numbers."""
 
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 
 
 class DamageError(Exception):
-    """What stands in the file cannot have been written so; the text says what is wrong with it."""
+    """The file's contents cannot have been written so; the text says what is wrong with it."""
 
 
 class RawMessage(NamedTuple):

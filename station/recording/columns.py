@@ -53,7 +53,7 @@ _NAMES: Mapping[type[Message], Mapping[str, int]] = {
 
 
 class Columns:
-    """What is wanted of the messages of one class, chunk by chunk."""
+    """Takes what is wanted of the messages of one class, chunk by chunk."""
 
     def __init__(self, cls: type[Message]) -> None:
         self._cls, self._names = cls, _NAMES[cls]
@@ -204,7 +204,7 @@ def angle_track(columns: Columns) -> AngleTrack:
 
 
 def command_track(columns: Columns) -> CommandTrack:
-    """What the arm was asked for."""
+    """The commands to the arm."""
     rows = columns.sorted()
     return CommandTrack(
         time_ns=_whole(rows["publish_ns"]),

@@ -18,17 +18,17 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 
 
 def reserve_path(path: Path) -> Path:
-    """Where the room kept back for `path` lies: a hidden file beside it, gone when the file is closed."""
+    """The place of the room kept back for `path`: a hidden file beside it, gone when the file is closed."""
     return path.with_name(f".{path.name}.reserve")
 
 
 def free_bytes(folder: Path) -> int:
-    """What is left on the disk of a folder."""
+    """The room that is left on the disk of a folder."""
     return shutil.disk_usage(folder).free
 
 
 def being_written(path: Path) -> bool:
-    """Whether a process is writing this file now."""
+    """True if a process is writing this file now."""
     with path.open("rb", buffering=0) as file:
         return locked(file)
 

@@ -1,4 +1,4 @@
-"""What a recording holds for viewers alone, so that plain `rerun FILE.mcap` shows a session from the file itself.
+"""Makes what a recording holds for viewers alone, so that plain `rerun FILE.mcap` shows a session from the file itself.
 
 | topic | what | when |
 |---|---|---|
@@ -54,7 +54,7 @@ class Extra:
 
 
 def for_viewers(rig_toml: str) -> ForViewers | None:
-    """What a recording with this rig file holds for viewers; None without one, or with one that describes no arm."""
+    """The topics for viewers of a recording with this rig file; None without one, or with one that describes no arm."""
     if not rig_toml:
         return None
     try:
@@ -77,7 +77,7 @@ class ForViewers:
         self._state = State()
 
     def follow(self, message: Message, *, stamp_ns: int) -> Iterable[Extra]:
-        """What viewers are to get with a recorded message of a topic in `TAKES`, which happened at `stamp_ns`.
+        """The messages that viewers get with a recorded message of a topic in `TAKES`, which happened at `stamp_ns`.
 
         Raises:
             ArithmeticError: if its numbers make no sense.
@@ -128,7 +128,7 @@ class ForViewers:
 
 
 class State:
-    """What the session does, in words."""
+    """The session's state in words."""
 
     def __init__(self) -> None:
         self._run, self._phase, self._direction = 0, "", ""

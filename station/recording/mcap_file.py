@@ -48,7 +48,7 @@ _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
 
 
 class Stream(Protocol):
-    """Where the bytes go."""
+    """The file that takes the bytes."""
 
     def write(self, data: bytes, /) -> int:
         """Appends bytes."""

@@ -1,4 +1,4 @@
-"""Where a recording comes from: versions, rig file, plan, seed, calibration."""
+"""Tells the origin of a recording: versions, rig file, plan, seed, calibration."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Attachment:
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """What a recording says about its own making.
+    """The words of a recording about its own making.
 
     `rig_toml` and `plan_toml` are the files word by word; `calibration` is the calibration file, if there is one.
     `mode` says what produced the data. `extra` holds further lines, `attachments` further files (a licence, say).

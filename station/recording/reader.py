@@ -47,11 +47,11 @@ _CLASSES = {wire.schema_name(line.message): line.message for line in topics.TOPI
 }
 _FOOTER_BYTES = 9 + 20
 MAX_HELD_BYTES = 256 * 1024 * 1024
-"""Of messages that wait until no later chunk can hold an earlier one. Of our own recordings at most one chunk waits."""
+"""The size of messages that wait until no later chunk can hold an earlier one: one chunk of our own recordings."""
 _TOGETHER_BYTES = 1 << 20
 """Chunks smaller than this are read together, where whole columns are wanted."""
 _BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexError, EOFError, MemoryError)
-"""What the library raises when the bytes are not what they should be (its EndOfFile is a McapError)."""
+"""The errors of the library when the bytes are not what they should be (its EndOfFile is a McapError)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +188,7 @@ class RecordingReader:
 
     @property
     def compressions(self) -> tuple[str, ...]:
-        """How the chunks are packed: every name that occurs."""
+        """The names of the chunks' compressions that occur."""
         return tuple(sorted({index.compression for index in self._summary.chunk_indexes}))
 
     @property

@@ -47,7 +47,7 @@ class Counts:
 
 
 class Sink(Protocol):
-    """What takes messages one by one: a `Recording`, or one that is written by another process."""
+    """A taker of messages one by one: a `Recording`, or one that is written by another process."""
 
     stopped: str
 
@@ -231,7 +231,7 @@ class Recorder:
 
     @property
     def counts(self) -> Counts:
-        """What was recorded and what was not, so far."""
+        """The counts of what was recorded and what was not, so far."""
         with self._lock:
             dropped = dict(self._dropped)
         return Counts(

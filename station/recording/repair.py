@@ -18,7 +18,7 @@ from station.recording.writer import PARTIAL
 
 @dataclass(frozen=True, slots=True)
 class Repaired:
-    """What came out of a repair."""
+    """The outcome of a repair."""
 
     source: Path
     path: Path

@@ -26,14 +26,14 @@ _BROKEN = (McapError, DamageError, struct.error, ValueError, KeyError, IndexErro
 
 @dataclass(slots=True)
 class Findings:
-    """What a salvage could and could not read."""
+    """The counts of what a salvage could and could not read."""
 
     messages: int = 0
     bad_records: int = 0
     unknown_messages: int = 0
     """Messages whose topic was defined in a part that cannot be read."""
     lost_bytes: int = 0
-    """What follows the last whole record."""
+    """The bytes after the last whole record."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a session's samples say at a glance: mean and spread of the onset angle by direction."""
+"""Summarises a session's samples: mean and spread of the onset angle by direction."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class DirectionSummary:
 
 
 def is_kept(sample: Sample) -> bool:
-    """Whether a sample counts in a mean: it slipped, and no filter rejected it."""
+    """True if a sample counts in a mean: it slipped, and no filter rejected it."""
     return not sample.censored and not sample.flags
 
 

@@ -21,7 +21,7 @@ from shared.messages import Floats, Sample, Strings
 from station.recording.reader import open_recording
 
 LENGTHS = {"euler_rad": 3, "reference_corners_px": 8, "corner_variance_px2": 8, "post_corners_px": 8}
-"""How many columns of a CSV file a vector gets at least."""
+"""The least number of columns of a CSV file that a vector gets."""
 REQUIRED = "onset_angle_rad"
 _FLAG_SEPARATOR = "|"
 _SHOWN = 40

@@ -42,14 +42,14 @@ _FOLDS = tuple(
 
 
 class Payloads(NamedTuple):
-    """Where n payloads are: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
+    """The places of n payloads: `data` (m,) with `PADDING` behind them, from `begin` (n,) to before `end` (n,)."""
 
     data: Bytes
     begin: Integers
     end: Integers
 
     def select(self, chosen: NDArray[Any]) -> Payloads:
-        """Some of them."""
+        """The payloads that are chosen (n,)."""
         return Payloads(self.data, self.begin[chosen], self.end[chosen])
 
     def bytes(self, number: int) -> bytes:

@@ -86,7 +86,7 @@ class ArmModel:
 
     @cached_property
     def flange_from_plate(self) -> Array:
-        """Where the plate's centre is on the flange, (4, 4)."""
+        """The transform (4, 4) from the plate's centre to the flange."""
         return transform(self.plate_xyz_m, self.plate_rpy_rad)
 
     @cached_property

@@ -94,5 +94,5 @@ class ArmSettings:
 
     @property
     def may_arm(self) -> bool:
-        """Whether the rig lets the arm move; the twin may always."""
+        """True if the rig lets the arm move; the twin may always."""
         return self.driver == "simulated" if self.armed is None else self.armed

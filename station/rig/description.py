@@ -18,7 +18,7 @@ from station.rig.placed_arm import BASE, PlacedArm
 
 _ORIGIN = (0.0, 0.0, 0.0)
 _MARK_SHARE = 0.9
-"""Of the block's side, so that the block's rim is seen around its mark."""
+"""The share of the block's side that its mark takes, so that the block's rim is seen around it."""
 
 
 def description(rig: RigConfig, arm: PlacedArm) -> str:

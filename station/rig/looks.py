@@ -1,4 +1,4 @@
-"""How a rig looks where it is drawn: the colours of its parts, and the sizes that no rig file tells."""
+"""Describes the looks of a rig: the colours of its parts, and the sizes that no rig file tells."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ from shared.messages import (
     Message,
     MotionReport,
     PlatformState,
+    SessionPause,
 )
 from station.sampling.actions import Action
 from station.sampling.outage import Outage
@@ -35,7 +36,7 @@ from station.sampling.timeouts import not_begun, overdue
 
 INPUTS = (
     *("camera/corners", "camera/geometry", "camera/calibration", "arm/platform", "arm/motion", "arm/reply"),
-    *("session/heartbeat", "clock", "environment", "arm/lease"),
+    *("session/heartbeat", "session/pause", "clock", "environment", "arm/lease"),
 )
 """The topics that the machine listens to; nothing else may influence it."""
 
@@ -71,11 +72,12 @@ class SamplingMachine:
             CameraGeometry: self._on_geometry,
             CameraCalibration: self._on_lens,
             Environment: self._on_environment,
+            SessionPause: self._on_pause,
         }
 
     @property
     def phase(self) -> str:
-        """The current phase: START, one of shared.messages.PHASES, or FINISHED."""
+        """The current phase: START, one of shared.messages.PHASES, PAUSED between two runs, or FINISHED."""
         return self._state.phase
 
     @property
@@ -121,6 +123,13 @@ class SamplingMachine:
 
     def _on_environment(self, message: Environment) -> None:
         self._phases.environment = message
+
+    def _on_pause(self, message: SessionPause) -> None:
+        """Holds back the next run, or lets it begin at the next tick."""
+        state = self._state
+        if message.paused != state.paused:
+            state.paused = message.paused
+            state.say("info", "pausing: no further run begins" if state.paused else "going on")
 
     def _on_attitude(self, message: PlatformState) -> None:
         self._tracks.take_attitude(message)
@@ -207,7 +216,7 @@ class SamplingMachine:
     def _moved_by_itself(self, message: MotionReport) -> bool:
         """True if the arm held or levelled on its own order during this very run."""
         begin_ns = self._tracks.by_station_ns(message.begin_ns, agent="arm")
-        running = self._state.phase not in ("START", "ABORTED")
+        running = self._state.phase not in ("START", "ABORTED", "PAUSED")
         return running and begin_ns is not None and begin_ns > self._state.run.start_ns
 
     def _of_an_earlier_session(self, message: MotionReport) -> bool:
@@ -230,13 +239,15 @@ class SamplingMachine:
             state.run.disturb("cut")
         if state.phase == "START":
             self._begin()
+        elif state.phase == "PAUSED":
+            self._phases.next_run()
         elif state.phase == "ABORTED" and state.outage:
             if self._outage.over():
-                self._phases.level()
+                self._phases.next_run()
         elif state.phase == "ABORTED":
             # Longer after each fault in a row: who died may be started again meanwhile.
             if state.waited(_PAUSE_S * 2 ** min(state.faults - 1, 4)):
-                self._phases.level()
+                self._phases.next_run()
         elif fault := overdue(state):
             state.abort(fault)
         elif (

@@ -53,7 +53,18 @@ class Phases:
             angle = min(_SYNC_RAD, self._reach(0.0)) if self._sync == 1 else 0.0
             self.state.tilt(angle, rate_deg_s=self._plan.tilt.rate_deg_s)
         else:
+            self.next_run()
+
+    def next_run(self) -> None:
+        """Begins the next run; a session that is paused waits with a level plate instead."""
+        state = self.state
+        if not state.paused:
             self.level()
+        elif state.phase != "PAUSED":
+            aborted = state.phase == "ABORTED"  # somewhere in its tilt; other runs have brought the plate back
+            state.enter_silently("PAUSED")
+            if aborted:
+                state.level()
 
     def level(self) -> None:
         """Begins the next run: the plate goes to level, and the dwell is drawn."""
@@ -183,7 +194,7 @@ class Phases:
         if state.samples >= self._plan.samples:
             state.finish("")
         else:
-            self.level()
+            self.next_run()
 
     def arrived(self) -> None:
         """Goes on once the requested motion has ended."""

@@ -45,6 +45,8 @@ class State:
         self.outage = ""
         """The network's fault that ended the run, if any; the session waits until everybody is heard again."""
         self.samples = 0
+        self.paused = False
+        """True while no further run may begin."""
 
     def begin(self, now_ns: int) -> None:
         """Clears the actions: a message has come, and nothing follows from it yet."""

@@ -22,7 +22,7 @@ from station.signals.tracks import (
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Signals:
-    """What a session measured. `geometry` (None: no calibration was recorded) turns pixels into places.
+    """The measurements of a session. `geometry` (None: no calibration was recorded) turns pixels into places.
 
     `corners` is the block's marker, `fiducials` the plate's by marker id, `block` the block by another tracker,
     `angles` the other angle sensors by source.

@@ -28,7 +28,7 @@ class Track:
         return len(self.time_ns)
 
     def select(self: T, chosen: slice | Booleans | Integers) -> T:
-        """The chosen moments; a slice gives views, not copies."""
+        """The chosen moments (n,); a slice gives views, not copies."""
         return type(self)(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
     def between(self: T, from_ns: int, to_ns: int) -> T:
@@ -55,7 +55,7 @@ class CornerTrack(Track):
 
     @property
     def corner_time_ns(self) -> Integers:
-        """When each corner was seen (n, 4): with a rolling shutter not all at once."""
+        """The moments (n, 4) at which each corner was seen: with a rolling shutter not all at once."""
         return self.time_ns[:, None] + self.corner_dt_ns
 
     def seen(self) -> CornerTrack:
@@ -155,7 +155,7 @@ class AngleTrack(Track):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CommandTrack(Track):
-    """What the arm was asked for."""
+    """The commands to the arm."""
 
     run: Integers
     direction: Integers
@@ -185,7 +185,7 @@ class EventTrack(Track):
     reason: Texts
 
     def first(self, phase: str, *, run: int) -> int | None:
-        """When a phase of a run first began; None if it never did."""
+        """The moment at which a phase of a run first began; None if it never did."""
         found = np.flatnonzero((self.run == run) & (self.phase == phase))
         return int(self.time_ns[found[0]]) if len(found) else None
 

@@ -59,7 +59,7 @@ class _Moments:
         self._count = 0
 
     def run_of(self, time_ns: Integers) -> Integers:
-        """The run that each moment belongs to; −1 before the first one."""
+        """The run (n,) that each moment (n,), ns, belongs to; −1 before the first one."""
         return np.searchsorted(self._begin, time_ns, side="right") - 1
 
     def ask(self, time_ns: Integers, *, later_s: float = 0.0) -> slice:

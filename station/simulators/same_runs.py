@@ -44,7 +44,7 @@ def refuse_other_runs(recorded: Signals, simulated: Signals, *, name: str) -> No
 
 
 def _difference(mine: RecordedRun, theirs: RecordedRun, tilt_rad: float, their_tilt_rad: float) -> str:
-    """What differs between both runs, in words; empty: nothing."""
+    """The differences between both runs in words; empty: none."""
     away = float(np.hypot(*(theirs.start - mine.start)[:2]))
     if not away < BESIDE_M:
         return f"the block lies {1e3 * away:.3g} mm from where it was recorded"

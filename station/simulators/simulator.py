@@ -58,7 +58,7 @@ class Refinable(OwnFriction):
     """A simulator with a friction of its own whose numerical settings can be refined."""
 
     def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
-        """What the settings do to the recorded tilts, and the simulator with the ones that cure it (else itself).
+        """The effects of the settings on the recorded tilts, and the simulator with those that cure it (else itself).
 
         Each thing is a dict of id, size, unit, cured_by, before and after.
 
@@ -69,7 +69,7 @@ class Refinable(OwnFriction):
 
 
 AS_IT_IS = Model(mu_s=1.0)
-"""What a simulator with a friction of its own is told before anything is found: nothing is to be changed."""
+"""The correction that a simulator with a friction of its own gets before anything is found: none."""
 
 
 class Elsewhere(OwnFriction):

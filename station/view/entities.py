@@ -1,4 +1,4 @@
-"""Where and when everything stands in the Rerun recording."""
+"""Names the entities and timelines of the Rerun recording."""
 
 from __future__ import annotations
 

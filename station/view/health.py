@@ -1,4 +1,4 @@
-"""How the rig is doing: frame rate, dropped frames, clocks, air."""
+"""Draws the rig's health: frame rate, dropped frames, clocks, air."""
 
 from __future__ import annotations
 

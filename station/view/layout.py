@@ -1,4 +1,4 @@
-"""Where everything stands on the screen. Views that would stay empty are left out."""
+"""Lays everything out on the screen. Views that would stay empty are left out."""
 
 from __future__ import annotations
 

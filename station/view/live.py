@@ -37,7 +37,7 @@ _CLOSE_S = 2.0
 
 
 class StationTime:
-    """When a message happened, on the station's clock: agents' stamps are moved by their measured offsets."""
+    """The moments of messages on the station's clock: agents' stamps are moved by their measured offsets."""
 
     def __init__(self) -> None:
         self._offsets_ns: dict[str, int] = {}
@@ -117,7 +117,7 @@ class LiveView:
 
     @property
     def how_to_look(self) -> str:
-        """What to do to see it, here or from another machine."""
+        """The instructions for seeing it, here or from another machine."""
         port = self.uri.rsplit(":", 1)[-1].split("/")[0]
         return (
             f"Look with: {how_to_call('rerun')} --connect {self.uri}\n"

@@ -25,7 +25,7 @@ _QUIET = "quiet"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Path:
-    """Where a block is: `time_ns` (n,) on the recording's clock, `pose` (n, 3) x, y (m) and yaw (rad) on the plate."""
+    """The path of a block: `time_ns` (n,) on the recording's clock, `pose` (n, 3) x, y (m), yaw (rad) on the plate."""
 
     time_ns: Times
     pose: Array
@@ -58,7 +58,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Overlay:
-    """What is drawn over a session. `words` is a text in Markdown; `runs` are the runs' first and last moments."""
+    """An overlay over a session. `words` is a text in Markdown; `runs` are the runs' first and last moments."""
 
     recorded: Path
     ghosts: tuple[Ghost, ...] = ()

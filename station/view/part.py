@@ -25,7 +25,7 @@ class Part(Protocol):
     """Draws what its topics say."""
 
     def handlers(self) -> Mapping[str, Handler]:
-        """Which topics it takes; a name that ends in `/` stands for every topic that begins so."""
+        """The handlers of the topics that it takes; a name that ends in `/` stands for every topic that begins so."""
         ...
 
 

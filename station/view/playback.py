@@ -28,7 +28,7 @@ class Recorded(Protocol):
 
     @property
     def log_ns(self) -> int:
-        """When the station received it."""
+        """The moment at which the station received it."""
         ...
 
     @property
@@ -39,7 +39,7 @@ class Recorded(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Endpoints:
-    """Where a playback listens and connects."""
+    """The endpoints on which a playback listens and to which it connects."""
 
     listen: tuple[str, ...]
     connect: tuple[str, ...]

@@ -69,7 +69,7 @@ class TiltPart:
 
 
 class DisplacementPart:
-    """How far each corner is from its reference, in pixels, and the threshold l = 10 + θ° that it must not pass."""
+    """The distance (px) of each corner from its reference, and the threshold l = 10 + θ° that it must not pass."""
 
     def __init__(self, canvas: Canvas, setup: Setup, rates: Rates) -> None:
         del rates

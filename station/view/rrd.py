@@ -23,7 +23,7 @@ _GATHER_S = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn:
-    """How many messages were looked at, where the timeline `elapsed` begins, and what made no sense, by topic."""
+    """The number of messages, the beginning of the timeline `elapsed`, and what made no sense, by topic."""
 
     count: int
     start_ns: int

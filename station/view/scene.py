@@ -34,6 +34,8 @@ NOT_SHOWN = frozenset(
     {
         "camera/image/overlay",  # the corners are drawn from the measurement itself
         "arm/lease",  # which session has the arm: it says nothing of block or plate
+        "session/pause",  # the log has a line of it
+        "session/status",  # how far a session is, for those who look on while it runs
         "twin/target",  # what the twin is told and does: arm/joints shows it as any arm's
         "twin/joints",
         "truth/scene",  # a view shows what was measured, never the truth
@@ -71,7 +73,7 @@ class SceneLogger:
                     self._exact[topic].append(handler)
 
     def wants(self, topic: str) -> bool:
-        """Whether any part draws this topic: whoever feeds the logger need not decode the others."""
+        """True if any part draws this topic: whoever feeds the logger need not decode the others."""
         return topic in self._exact or any(topic.startswith(prefix) for prefix, _ in self._prefixes)
 
     def log(self, topic: str, message: Message, stamp_ns: int) -> None:
@@ -87,7 +89,7 @@ class SceneLogger:
 
     @property
     def start_ns(self) -> int:
-        """Where the timeline `elapsed` begins: the first message's time."""
+        """The beginning of the timeline `elapsed`: the first message's time."""
         return self._canvas.start_ns or 0
 
     def flush(self) -> None:

@@ -1,4 +1,4 @@
-"""What the session does: the phases as lanes, the log, and the table of its runs."""
+"""Draws what the session does: the phases as lanes, the log, and the table of its runs."""
 
 from __future__ import annotations
 

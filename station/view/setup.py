@@ -1,4 +1,4 @@
-"""What a view must know about the rig beyond the messages: the arm, the plate, the block, the threshold."""
+"""Holds what a view must know about the rig beyond the messages: the arm, the plate, the block, the threshold."""
 
 from __future__ import annotations
 

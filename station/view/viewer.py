@@ -29,7 +29,7 @@ _PICTURE_TRIES = 6
 
 
 def can_draw_headless() -> bool:
-    """Whether pictures can be drawn without a display: by Mesa's software renderer, or what VK_ICD_FILENAMES names."""
+    """True if pictures can be drawn without a display: by Mesa's software renderer, or what VK_ICD_FILENAMES names."""
     return bool(_software_renderer()) or "VK_ICD_FILENAMES" in os.environ
 
 
@@ -144,7 +144,7 @@ def _loaded(state: Any) -> bool:
 
 
 def picture_of(client: ViewerClient, view_id: str | None = None) -> bytes:
-    """What the viewer shows as a PNG: the whole window, or one view.
+    """The viewer's picture as a PNG: the whole window, or one view.
 
     Raises:
         UserError: if it does not draw in time, asked again and again.

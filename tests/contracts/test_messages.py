@@ -196,4 +196,9 @@ FROZEN = {
     "TwinScene": "stamp_ns qw qx qy qz px py pz block_x_m block_y_m block_z_m block_qw block_qx block_qy block_qz mu",
     "CameraGeometry": "stamp_ns plate_from_pixel mm_per_px marker_side_m marker_aspect mark_height_m camera_x_m"
     " camera_y_m camera_height_m corner_sigma_px source",
+    "SessionPause": "stamp_ns paused",
+    "SessionStatus": "stamp_ns owner recording samples total paused slip_base_px slip_per_deg_px slip_corners"
+    " started_ns",
+    "SessionRequest": "stamp_ns action",
+    "SessionReply": "accepted reason",
 }

@@ -1,4 +1,4 @@
-"""Whether the advised next experiment would split what could not be split.
+"""Judges if the advised next experiment would split what could not be split.
 
 The key says which features of a protocol would; the tool's plan and its reason say in words what to vary.
 """
@@ -35,13 +35,13 @@ def features(plan: Mapping[str, Any] | None) -> frozenset[str]:
 
 
 def advice_right(truth: Truth, said: Said) -> bool:
-    """Whether the plan has all words of one of the key's entries."""
+    """True if the plan has all words of one of the key's entries."""
     varied = features(said.answer.get("next_experiment"))
     return any(set(words) <= varied for words in truth.next)
 
 
 def reason_right(truth: Truth, said: Said) -> bool:
-    """Whether the concealed effect is said to be untestable, and what it takes is named."""
+    """True if the concealed effect is said to be untestable, and what it takes is named."""
     told = " ".join(reason for name, reason in said.untestable.items() if name in truth.ids)
     varied = features({"plan": "", "why": told}) if told else frozenset[str]()
     return any(set(words) <= varied for words in truth.next)

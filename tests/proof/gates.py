@@ -15,7 +15,7 @@ from tests.proof.said import number
 from tests.proof.scoring import Scored, of_kind
 
 SEED = 7
-"""Of the bootstrap."""
+"""The seed of the bootstrap."""
 
 MOST_ALARMS = 0.05
 BINS = 10
@@ -43,14 +43,14 @@ class Gate:
 
     @property
     def met(self) -> bool | None:
-        """Whether the value lies within what is asked; None without a gate or without cases."""
+        """True if the value lies within what is asked; None without a gate or without cases."""
         if not self.asked or not math.isfinite(self.value):
             return None
         return not (self.value < self.least or self.value > self.most)
 
     @property
     def sure(self) -> bool:
-        """Whether the whole interval is on the value's side of the gate."""
+        """True if the whole interval is on the value's side of the gate."""
         return all(
             not (math.isfinite(bound) and self.low < bound < self.high) for bound in (self.least, self.most)
         ) and math.isfinite(self.low)
@@ -255,7 +255,7 @@ def calibration_error(rows: Array) -> float:
 
 
 def reliability(rows: Array) -> list[tuple[float, float, float]]:
-    """Of each bin that has any: mean probability, share that is right, share of all statements."""
+    """The mean probability of each bin that has any, its share that is right, and its share of all statements."""
     number = np.clip((rows[:, 0] * BINS).astype(int), 0, BINS - 1)
     return [
         (float(mine[:, 0].mean()), float(mine[:, 1].mean()), len(mine) / len(rows))

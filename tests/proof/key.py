@@ -57,7 +57,7 @@ class Truth:
     answer: str
     effects: tuple[Concealed, ...]
     members: tuple[str, ...]
-    """Of the class that the design cannot split; empty in other tiers."""
+    """The ids of the class that the design cannot split; empty in other tiers."""
     next: tuple[tuple[str, ...], ...]
     """Features of a protocol, any of which splits it; all words of one entry are needed together."""
     design: Mapping[str, Any]

@@ -66,7 +66,7 @@ class Said:
 
     @property
     def runs(self) -> int:
-        """How many runs were used."""
+        """The number of runs that were used."""
         return int(self.answer.get("runs", {}).get("used", 0))
 
 

@@ -40,6 +40,7 @@ ELSEWHERE = {
     "station run --rig": "needs the other processes of a rig: tests/system/test_rig.py",
     "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
+    "station serve": "runs until it is stopped: tests/system/test_page.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",
     "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
     "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",

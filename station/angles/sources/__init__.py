@@ -25,7 +25,7 @@ def _say_nothing(_: str) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class SourceLink:
-    """What a source may use: its name, the bus, the station's clock, its own options.
+    """The things that a source may use: its name, the bus, the station's clock, its own options.
 
     `complain` takes one sentence about something unreadable that was left out; it may be called from any thread.
     """
@@ -54,7 +54,7 @@ class AngleSource(Protocol):
 
 
 class SourceModule(Protocol):
-    """What a file in this folder has."""
+    """The contents of a file in this folder."""
 
     ON_DEMAND: bool
 

@@ -143,7 +143,7 @@ def nmea_checksum(payload: str) -> int:
 
 
 def _checked(line: str) -> str | None:
-    """What stands between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
+    """The text between `$` and `*` if the two hexadecimal digits behind it agree, else nothing."""
     found = re.fullmatch(r".*?\$?([^$*]*)\*([0-9A-Fa-f]{2})", line)
     if found is None or nmea_checksum(found.group(1)) != int(found.group(2), 16):
         return None

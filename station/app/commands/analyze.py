@@ -1,10 +1,9 @@
 """Analyses recordings or tables of samples: filters, results by surface pair, tests of anisotropy, figures, a report.
 
 Every file may hold any surface pairs; what has the same object and plate is put together. Into the folder of --out go
-report.html (self-contained), the figures as PNG and PDF, figures.rrd with the paper's Figs. 7 to 9 for Rerun (--rerun
-opens it), samples.csv and samples.parquet with every sample and the names of the filters that flagged it, and
-limit_curves.json with the fitted limit curves and distributions. Exit status: 0; 1 when something asked of the data
-cannot be concluded (a sentence says what and why); 2 for a mistake in what was asked.
+report.html (self-contained), the figures as PNG, SVG and PDF, figures.rrd with the paper's Figs. 7 to 9 for Rerun
+(--rerun opens it), samples.csv and samples.parquet with every sample and the names of the filters that flagged it, and
+limit_curves.json with the fitted limit curves and distributions.
 """
 
 from __future__ import annotations
@@ -25,6 +24,7 @@ from station.view import viewer
 NAME = "analyze"
 HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
 EXAMPLE = "station analyze sim.mcap --out report"
+ONE = "something that was asked of the data cannot be concluded"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -24,6 +24,7 @@ from station.rig.tilt import DIRECTIONS, azimuth_of_direction
 NAME = "arm plan"
 HELP = "how far can the arm tilt in each direction, and where would it stand better?"
 EXAMPLE = "station arm plan --rig rig.toml"
+ONE = "in some direction the arm does not reach 67.5 degrees"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,7 +101,7 @@ def _search(settings: ArmSettings, *, four: bool) -> list[Pose]:
 
 
 def _spherical(name: str) -> bool:
-    """Whether the last joint turns the plate on the spot, so that its turn need not be searched."""
+    """True if the last joint turns the plate on the spot, so that its turn need not be searched."""
     return "s6" in name
 
 

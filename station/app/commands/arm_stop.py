@@ -1,7 +1,6 @@
 """Stops the arm at once, from any shell and on any system: it is held where it is until the station arms again.
 
 This is the emergency stop of software: it asks the arm agent over the bus. It is no substitute for the red button.
-Exit status: 0 when the arm agent has stopped the arm; 1 when it did not answer.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from station.app import assembly
 NAME = "arm stop"
 HELP = "emergency stop of the arm, over the bus"
 EXAMPLE = "station arm stop --rig rig.toml"
+ONE = "the arm agent did not answer: press the red button"
 _ANSWER_S = 3.0
 """In which the agent has to be found and to answer: it takes milliseconds when it is there."""
 

@@ -23,6 +23,7 @@ from station.sampling.replay import DECISIONS, replay
 NAME = "check"
 HELP = "replay a recording's messages: does the logic take the same decisions?"
 EXAMPLE = "station check sim.mcap"
+ONE = "the sampling logic takes other decisions than were recorded"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

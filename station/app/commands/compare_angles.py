@@ -45,6 +45,7 @@ from station.simulators.mujoco.twin import Twin
 NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
 EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
+ONE = "the comparison ended early"
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0
@@ -77,6 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fits", type=Path, metavar="FILE.csv", help="write offset, gain and hysteresis of each source"
     )
     parser.add_argument("--figure", type=Path, metavar="FILE.png", help="draw Fig. 3 (png, svg or pdf)")
+    parser.add_argument("--report", type=Path, metavar="FILE.html", help="write it all as one page")
     for spec in fields(ComparisonPlan):
         if spec.name in _HELP:
             kind = int if isinstance(spec.default, int) else float
@@ -187,7 +189,7 @@ def _live(args: argparse.Namespace, rig: RigConfig, plan: ComparisonPlan) -> str
 
 @dataclass(slots=True)
 class _End:
-    """Whether to end early, and why."""
+    """The reason to end early; empty while there is none."""
 
     stopped: threading.Event
     reason: str = "stopped by the user"
@@ -256,6 +258,10 @@ def _present(args: argparse.Namespace, path: Path) -> None:
         from station.angles.figure import write_figure  # noqa: PLC0415
 
         write_figure(result, args.figure)
+    if args.report is not None:
+        from station.angles.page import comparison_page  # noqa: PLC0415  # as above
+
+        _write(args.report, comparison_page(result, source=str(path)))
 
 
 def _needed(recording: RecordingReader) -> list[str]:

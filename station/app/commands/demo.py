@@ -1,8 +1,7 @@
 """Shows the diagnosis at work: a session with a concealed effect, its diagnosis, the reveal, and the report.
 
 The effect is drawn at random, or planted with --effect. What was drawn is sealed: the hash of the key file is printed
-before the diagnosis begins, and the diagnosis gets the recording alone. Right or wrong, it is said. Exit status: 0 when
-the effect was named, 1 when it was not, 2 for a mistake in what was asked.
+before the diagnosis begins, and the diagnosis gets the recording alone. Right or wrong, it is said.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from station.physics.model import Model
 NAME = "demo"
 HELP = "conceal an effect in a simulated session, diagnose it, and reveal what it was"
 EXAMPLE = "station demo --effect kinetic_drop=0.3"
+ONE = "the concealed effect was not named"
 SAMPLES = 60
 """Runs of the session: enough for strong effects, and half a minute of simulation on two cores."""
 

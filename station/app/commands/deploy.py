@@ -21,6 +21,7 @@ from station.app.deploy.wheels import fetch, wheel_folder
 NAME = "deploy"
 HELP = "put the camera agent onto a Pi over ssh, or take it off"
 EXAMPLE = "station deploy pi@raspberrypi --rig rig.toml"
+ONE = "with --status: no camera agent runs on the Pi"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -3,7 +3,6 @@
 A recording (.mcap) is judged by its onsets, its slides and its marks; a table (.csv, .parquet) by its onsets or its
 coefficients of friction, with whatever covariates it has (the columns of `station samples --csv`, and those of
 tribometers; only onset_angle_rad, friction_coefficient or friction_force_n must be there).
-Exit status: 0; 2 for a mistake in what was asked.
 """
 
 from __future__ import annotations

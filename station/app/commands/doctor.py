@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from shared.visible import visible
+from station.app.outputs import without_nan
 from station.recording.checkup.report import Report, examine
 from station.recording.checkup.rules import Finding, findings
 from station.recording.checkup.streams import StreamHealth
@@ -23,6 +24,7 @@ from station.recording.reader import digest, open_recording
 NAME = "doctor"
 HELP = "check a recording: rates, gaps, latency, losses, clocks, phases; exit status 1 when a rule is broken"
 EXAMPLE = "station doctor sim.mcap"
+ONE = "a rule of the format or of a good session is broken"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,17 +48,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _json(report: Report, broken: tuple[Finding, ...], sha: str) -> dict[str, Any]:
-    values = _without_nan(asdict(report))
+    values = without_nan(asdict(report))
     return {**values, "findings": [asdict(finding) for finding in broken], **({"digest": sha} if sha else {})}
-
-
-def _without_nan(value: Any) -> Any:
-    """JSON has no NaN: what cannot be said is null."""
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, list | tuple):
-        return [_without_nan(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:

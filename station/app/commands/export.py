@@ -11,9 +11,6 @@ is printed. station/export/README.md has the figures: how far each simulator's t
 A model (model.toml, as `station diagnose --model` writes it) becomes a file of Python that runs it in an engine without
 this package: numpy, mujoco-python, pybullet, drake. Where friction by direction is all that it says, the scenes above
 say it, too. With --compare each file is run in its engine, and its distance from our own simulation is printed.
-
-Exit status: 0; 1 when a pair could not be exported, or a model not in all
-formats that --format all stands for (a sentence says why); 2 for a mistake in what was asked.
 """
 
 from __future__ import annotations
@@ -39,6 +36,7 @@ from station.friction.pairs import pairs_of
 NAME = "export"
 HELP = "write measured friction, or a model, for MuJoCo, Gazebo, Bullet, Drake, USD, NumPy, JSON or CSV"
 EXAMPLE = "station export sim.mcap --format all --out models"
+ONE = "a pair could not be exported, or a model not in all formats"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

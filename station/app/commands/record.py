@@ -20,6 +20,7 @@ from station.recording.writer import Recording
 NAME = "record"
 HELP = "record what is on the bus, without running a session"
 EXAMPLE = "station record --rig rig.toml"
+ONE = "recording stopped by itself: the disk is full, or a write failed"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -42,6 +42,7 @@ from station.sampling.plan import Plan
 NAME = "run"
 HELP = "run a session and record it"
 EXAMPLE = "station run --lockstep --samples 500 --seed 1 --out sim.mcap"
+ONE = "the session ended before its plan was carried out; the recording is whole"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,8 +4,7 @@ The sessions run in lockstep with all cores, one process each; their recordings 
 breaks the study off, the same command goes on with the sessions that are not whole. Then it does what `station analyze`
 does (report.html, figures, samples, limit_curves.json) and writes study.json: every number that the paper prints, the
 simulated one, and the difference in standard errors. A recording takes about 0.5 MB a sample: it
-leaves out what nothing that measures reads (station/app/study/essentials.py). Exit status: 0; 2 for a
-mistake in what was asked, or a session that could not be carried out.
+leaves out what nothing that measures reads (station/app/study/essentials.py).
 """
 
 from __future__ import annotations

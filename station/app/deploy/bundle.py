@@ -22,7 +22,7 @@ from station.app.deploy.systems import DEPLOY
 PACKAGES = ("pi_agent", "shared")
 KEYS = ("ca.pem", "cert.pem", "key.pem")
 RIGHTS = "rights.toml"
-"""Which keys count as which process's: `station keys new` writes it, other makers of keys do not."""
+"""The file that says which keys count as which process's: `station keys new` writes it, other makers of keys do not."""
 UNIT = "pi-agent.service"
 
 

@@ -1,4 +1,4 @@
-"""What the target is, and whether the agent can be put onto it."""
+"""Finds out what the target is, and if the agent can be put onto it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CLOCK_S = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Facts:
-    """What `probe.sh` prints; empty where the target did not know."""
+    """The output of `probe.sh`; empty where the target did not know."""
 
     system: str = ""
     codename: str = ""

@@ -23,7 +23,7 @@ from station.app.deploy.systems import System
 
 @dataclass(frozen=True, kw_only=True)
 class Wishes:
-    """What the user asked for; see the command's help. Empty strings mean: find it out."""
+    """The user's wishes; see the command's help. Empty strings mean: find it out."""
 
     rig_path: Path = Path("rig.toml")
     root: str = "/"
@@ -76,7 +76,7 @@ class Deployment:
     # --- other actions -----------------------------------------------------------------------------------------------
 
     def status(self) -> dict[str, Any]:
-        """What is installed."""
+        """Tells what is installed."""
         return self._tool("status", "--root", self.wishes.root, "--supervisor", self.supervisor)
 
     def roll_back(self) -> str:

@@ -18,7 +18,7 @@ from station.app.clocks import RoundTrip, best_of
 
 @dataclass(frozen=True, kw_only=True)
 class Arrival:
-    """What came in `seconds`: corners by capture time, latency from capture to this computer's handler.
+    """The messages that came in `seconds`: corners by capture time, latency from capture to this computer's handler.
 
     `offset_ms` is this clock less the agent's, `sigma_ms` its standard error; NaN where nothing came.
     """

@@ -18,7 +18,7 @@ CACHE = Path.home() / ".cache" / "repose" / "wheels"
 
 
 def wheel_folder(system: System) -> Path:
-    """Where the wheels for a system are kept on this laptop."""
+    """The folder of a system's wheels on this laptop."""
     return CACHE / system.codename
 
 
@@ -100,7 +100,7 @@ def unpack(wheels: list[Path], site: Path) -> None:
 
 
 def _place_in_site(name: str) -> str | None:
-    """Where a wheel's member goes; None for scripts, headers and data."""
+    """The place of a wheel's member; None for scripts, headers and data."""
     first, _, rest = name.partition("/")
     if not first.endswith(".data"):
         return name

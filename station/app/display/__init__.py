@@ -1,1 +1,1 @@
-"""What a terminal or a script gets to see of a session while it runs."""
+"""Shows a session to a terminal or a script while it runs."""

@@ -1,4 +1,4 @@
-"""Which display a session has: a panel on a terminal, plain lines elsewhere, JSON lines where they are asked for."""
+"""Chooses a session's display: a panel on a terminal, plain lines elsewhere, JSON lines where they are asked for."""
 
 from __future__ import annotations
 

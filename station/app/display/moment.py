@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Health:
-    """How one part is doing: `text` says it in a few words, `well` is False where somebody should look."""
+    """The health of one part: `text` says it in a few words, `well` is False where somebody should look."""
 
     part: str
     well: bool
@@ -46,3 +46,5 @@ class Moment:
     by_direction: tuple[Direction, ...]
     health: tuple[Health, ...]
     lines: tuple[str, ...]
+    paused: bool = False
+    """True while no further run begins."""

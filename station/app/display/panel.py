@@ -68,7 +68,12 @@ def rendered(moment: Moment) -> RenderableType:
     parts: list[RenderableType] = [now, Text(), _directions(moment.by_direction), Text(), health]
     if moment.lines:
         parts += [Text(), *(Text(line, style="dim", no_wrap=True, overflow="ellipsis") for line in moment.lines)]
-    return Panel(Group(*parts), title=f"run {moment.run}: {moment.phase}", title_align="left", width=78)
+    return Panel(Group(*parts), title=_title(moment), title_align="left", width=78)
+
+
+def _title(moment: Moment) -> str:
+    paused = ", pausing" * moment.paused
+    return f"run {moment.run}: {moment.phase}{paused}"
 
 
 def _now(moment: Moment) -> list[tuple[str, RenderableType]]:

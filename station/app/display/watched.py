@@ -7,6 +7,7 @@ import shutil
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,8 @@ from shared.messages import (
     PlatformState,
     RunEvent,
     Sample,
+    SessionPause,
+    SessionStatus,
     TiltCommand,
 )
 from station.app.display.moment import Direction, Health, Moment
@@ -32,13 +35,15 @@ from station.view.reference import ReferenceTracker
 
 TOPICS = (
     *("camera/corners", "camera/status", "arm/platform", "arm/command", "arm/motion"),
-    *("session/event", "session/sample", "clock"),
+    *("session/event", "session/sample", "session/pause", "session/status", "clock"),
 )
 SILENT_S = 2.0
 """A part that was not heard for longer is said to be silent: camera and arm report many times a second."""
 _SOON_FULL = 10
 """Times the room at which a recording stops: from here on the disk needs a look."""
 _LINES = 4
+_CORNERS = 4
+"""The corners of a mark."""
 _WITHIN_A_PHASE = frozenset({"STEP_BEGIN", "STEP_END", "SYNC"})
 
 
@@ -53,6 +58,7 @@ class Watched:
         self._clocks: dict[str, ClockOffset] = {}
         self._onsets_deg: dict[int, list[float]] = {number: [] for number in range(-1, 4)}
         self._event, self._direction, self._done, self._arm_fault = RunEvent(), None, 0, ""
+        self._paused = False
         self._reference = ReferenceTracker()
         self._lines: deque[str] = deque(maxlen=_LINES)
 
@@ -80,6 +86,10 @@ class Watched:
             self._direction = message.direction if message.angle_rad > 0 else self._direction
         elif isinstance(message, ClockOffset):
             self._clocks[message.agent] = message
+        elif isinstance(message, SessionPause):
+            self._paused = message.paused
+        elif isinstance(message, SessionStatus):
+            self._on_status(message)
         elif isinstance(message, MotionReport):
             self._arm_fault = "" if message.fault == REPLACED else message.fault
 
@@ -94,6 +104,20 @@ class Watched:
         self._done += 1
         if not sample.censored and not sample.flags:
             self._onsets_deg[sample.direction].append(math.degrees(sample.onset_angle_rad))
+
+    def _on_status(self, status: SessionStatus) -> None:
+        """Learns of a session that was begun elsewhere what its own display knows beforehand."""
+        plan, slip = self._plan, self._plan.slip
+        if 1 <= status.slip_corners <= _CORNERS and status.slip_base_px > 0 and status.slip_per_deg_px >= 0:
+            slip = replace(
+                slip, base_px=status.slip_base_px, per_deg_px=status.slip_per_deg_px, corners=status.slip_corners
+            )
+        self._plan = replace(plan, samples=max(status.total, 1), slip=slip)
+        self._paused = status.paused
+        if status.recording:
+            self._path = self._path.with_name(Path(status.recording).name)
+        if status.started_ns:
+            self._begin = self._seconds() - 1e-9 * (status.stamp_ns - status.started_ns)
 
     def moment(self) -> Moment:
         """The session now."""
@@ -114,6 +138,7 @@ class Watched:
             by_direction=tuple(_spread(number, onsets) for number, onsets in self._onsets_deg.items() if onsets),
             health=tuple(self._health()),
             lines=tuple(self._lines.copy()),
+            paused=self._paused,
         )
 
     def _tilt_deg(self) -> float | None:
@@ -123,7 +148,7 @@ class Watched:
         return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
 
     def _moved_px(self) -> float | None:
-        """How far the corner has moved with which the slip rule would be fulfilled."""
+        """The displacement (px) of the corner with which the slip rule would be fulfilled."""
         corners, reference = self._newest.get(MarkerCorners), self._reference.corners_px
         if reference is None or not isinstance(corners, MarkerCorners) or not corners.found:
             return None

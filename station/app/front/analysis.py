@@ -92,7 +92,7 @@ class Analysed:
 
     @property
     def sentences(self) -> dict[str, tuple[str, ...]]:
-        """What can and what cannot be concluded, by the pair's name ("steel on wood")."""
+        """The conclusions that can and cannot be drawn, by the pair's name ("steel on wood")."""
         return {result.pair.name: tuple(note.text for note in conclusions(result)) for result in self.results}
 
     @property
@@ -127,7 +127,7 @@ class Analysed:
         return analysing.in_words(self.results, self.sessions)
 
     def __repr__(self) -> str:
-        """What `station analyze` prints."""
+        """The words that `station analyze` prints."""
         return as_text(self.in_words())
 
     def _repr_html_(self) -> str:

@@ -105,7 +105,7 @@ class Diagnosed(Examined):
 
     @property
     def model(self) -> dict[str, Any]:
-        """What was found, as the tables of a model.toml; `station.simulate` takes it."""
+        """The findings as the tables of a model.toml; `station.simulate` takes it."""
         return dict(self.diagnosis.model)
 
     def to_dict(self) -> dict[str, Any]:
@@ -133,7 +133,7 @@ class Diagnosed(Examined):
         write_text(Path(path), tomli_w.dumps(self.model), what="model")
 
     def __repr__(self) -> str:
-        """What `station diagnose` prints."""
+        """The words that `station diagnose` prints."""
         return as_text([summary(self.diagnosis)])
 
     def _repr_html_(self) -> str:

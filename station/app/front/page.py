@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: a piece of HTML with its own style, which fetches nothing and runs nothing."""
+"""Shows an object in a notebook: a piece of HTML with its own style, which fetches nothing and runs nothing."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ class Recording:
     # --- what it shows ------------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
-        """What was recorded, and the onsets by direction."""
+        """The recording in words, and the onsets by direction."""
         return as_text(self._shown())
 
     def _shown(self) -> Sequence[RenderableType]:

@@ -1,4 +1,4 @@
-"""What an object prints: the words of its command, without colours."""
+"""Prints an object: the words of its command, without colours."""
 
 from __future__ import annotations
 

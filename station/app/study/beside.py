@@ -38,7 +38,7 @@ BELIEVED = {
         "10 % for both together."
     ),
 }
-"""Why we believe that a row differs, by how its name begins; printed with the rows that do."""
+"""Our explanations of rows that differ, by the beginning of their names; printed with the rows that do."""
 
 
 def tables_of(

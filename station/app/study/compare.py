@@ -52,13 +52,13 @@ class Row:
 
     @property
     def agrees(self) -> bool:
-        """Whether printing and scatter explain the difference."""
+        """True if printing and scatter explain the difference."""
         return abs(self.difference) <= self.printed_to + SIGMAS * self.standard_error
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Whether a pair's friction depends on the direction: what the paper says, and what the test does."""
+    """The answers of the paper and of the test to the question if a pair's friction depends on the direction."""
 
     pair: str
     paper: bool
@@ -66,12 +66,12 @@ class Verdict:
 
     @property
     def found(self) -> bool | None:
-        """Whether the test finds it; None if it could not be made."""
+        """True if the test finds it; None if it could not be made."""
         return None if self.test is None else self.test.p_adjusted < ALPHA
 
     @property
     def agrees(self) -> bool | None:
-        """Whether the test says what the paper says."""
+        """True if the test says what the paper says."""
         return None if self.found is None else self.found == self.paper
 
 
@@ -89,7 +89,7 @@ def rows_of(results: Sequence[PairResult]) -> tuple[Row, ...]:
 
 
 def pace_row(sessions: Sequence[Session]) -> Row:
-    """How long a sample takes on the simulated rig, from one run's start to the next one's, beside the paper's 22 s."""
+    """The time that a sample takes on the simulated rig, from one run's start to the next, beside the paper's 22 s."""
     means: list[float] = []
     for session in sessions:
         starts_s = [1e-9 * sample.start_ns for sample in session.samples]

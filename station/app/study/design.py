@@ -1,4 +1,4 @@
-"""How the study is divided: pairs into sessions, each with a seed, a rig file and a recording of its own.
+"""Divides the study: pairs into sessions, each with a seed, a rig file and a recording of its own.
 
 Every session is one process's work of a minute or two, which is what breaking the study off costs, and some two hours
 and a half of the simulated rig's time. It narrows its range of tilts only after 25 samples of a direction, as the
@@ -47,7 +47,7 @@ class Part:
 
     @property
     def unfinished_path(self) -> Path:
-        """Where the recording grows: a session that was broken off never looks like a whole one."""
+        """The path of the growing recording: a session that was broken off never looks like a whole one."""
         return self.path.parent / "unfinished" / self.path.name
 
 
@@ -88,6 +88,6 @@ def plan_of(part: Part) -> Plan:
 
 
 def place_of(part: Part) -> tuple[float, float]:
-    """Where on the plate (m) the block is laid down: by chance, and the same whenever it is asked."""
+    """The place on the plate (m) where the block is laid down: by chance, and the same whenever it is asked."""
     x_m, y_m = np.random.default_rng([part.seed, 1]).uniform(-START_WITHIN_M, START_WITHIN_M, 2).tolist()
     return x_m, y_m

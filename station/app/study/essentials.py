@@ -1,4 +1,4 @@
-"""What a session of the study records: all that measuring, replaying and checking read, and no more.
+"""Chooses what a session of the study records: all that measuring, replaying and checking read, and no more.
 
 The arm's joints, the transforms for viewers and the simulation's truth are half of a session's bytes and nothing that
 measures reads them: the plate's attitude and the marks say the same. What is left out stands in the recording's

@@ -1,4 +1,4 @@
-"""What the paper prints of its four surface pairs (section V and Table III), with how finely it prints it."""
+"""The figures that the paper prints of its four surface pairs (section V, Table III), and their digits."""
 
 from __future__ import annotations
 
@@ -100,5 +100,5 @@ PAIRS = (
 
 
 def flags_of(name: str) -> int:
-    """How many samples of all pairs a filter flagged."""
+    """The number of samples of all pairs that a filter flagged."""
     return sum(pair.by_filter[name] for pair in PAIRS)

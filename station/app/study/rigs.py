@@ -11,7 +11,7 @@ from station.app import assembly
 from station.app.study.paper import PaperPair
 
 DENSITIES_KG_M3 = {"steel": 7850.0, "wood": 500.0}
-"""Of the blocks: stainless steel, and pine."""
+"""The blocks are of stainless steel and of pine."""
 
 
 def rig_of(pair: PaperPair) -> RigConfig:

@@ -37,7 +37,7 @@ _done: Synchronized[int] | None = None
 
 
 def whole(part: Part) -> bool:
-    """Whether the session was simulated already.
+    """True if the session was simulated already.
 
     Raises:
         UserError: if its recording is of another study: another seed, number of samples or rig.

@@ -14,7 +14,7 @@ from station.physics.effect import Effect
 from station.physics.model import Model
 
 CREEP_POINTS = 49
-"""Of a shaking arm most of the creep falls into the last tenth of the way to the slip."""
+"""Most of a shaking arm's creep falls into the last tenth of the way to the slip."""
 COMMON_ROUNDS = 8
 TRUE_ROUNDS = 2
 """A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""

@@ -20,7 +20,7 @@ from station.simulators.simulator import AS_IT_IS
 
 
 def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: Collection[Effect]) -> FitQuality:
-    """How well the simulation's numbers predict the recording's unseen runs, and how well the recording's own do.
+    """The scores of the recording's unseen runs by the simulation's numbers, and by the recording's own.
 
     The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
     readings are fitted around them; `kept` are the effects that count as found in either.

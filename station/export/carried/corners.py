@@ -1,4 +1,4 @@
-"""What turns a box on its four corners as easily out of its rest as a block on an even sole.
+"""Turns a box on its four corners as easily out of its rest as a block on an even sole.
 
 The limit of friction beside a small moment M about the mass is F² + M² / R² = (mu N)², R² the mean square of the arms
 across the load: L² / 12 for an even sole of the width L, L² / 4 − s² for four corners at L / 2. Those in front carry

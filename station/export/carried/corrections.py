@@ -1,4 +1,4 @@
-"""What a model says of the plate and of the camera: where they differ from what they report."""
+"""Corrects plate and camera where a model says that they differ from what they report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def true_gravity(model: Model, gravity: Array, **said: Any) -> Array:
 
 
 def seen_corners(model: Model, corners_m: Any, *, tilt_rad: float, down_rad: float, **said: Any) -> Array:
-    """Where a camera sees the corners (4, 2), m, of a mark that truly is at `corners_m`; see `view`."""
+    """The places (4, 2), m, where a camera sees the corners of a mark that truly is at `corners_m`; see `view`."""
     seen = view(corners_m, tilt_rad=tilt_rad, down_rad=down_rad, **said)
     return (seen.point_m + model.seen(seen))[0]
 

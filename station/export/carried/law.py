@@ -1,4 +1,4 @@
-"""What a model makes of one block at each step: a coefficient of friction, a force per mass and a turning.
+"""Applies a model to one block at each step: a coefficient of friction, a force per mass and a turning.
 
 Engines know friction that opposes the motion, mu N. A limit curve h(φ) also pulls sideways, by −h′(φ) N across the
 way: that, the pushes and what the plate's true attitude adds to gravity make up the force. At rest the coefficient is
@@ -25,7 +25,7 @@ from station.simulators.planar.slide import relaxed
 
 
 class Action(NamedTuple):
-    """What acts on the block until the next step.
+    """The actions on the block until the next step.
 
     `mu` is for an engine's friction, `force` (3,), m/s², in P, comes on top of the engine's gravity; `turn`, rad/s², is
     about the plate's normal. `load` (2,) and `normal` (m/s²) are the whole pull along the plate, and across it.
@@ -61,7 +61,7 @@ class Law:
         self._way, self._held = 0.0, 0.0
 
     def act(self, now: Moment, *, step_s: float) -> Action:
-        """What acts from `now` on for `step_s`; call it once a step, in the order of time."""
+        """The actions from `now` on for `step_s`; call it once a step, in the order of time."""
         self.watch.take(now)
         gravity = self._true_gravity(now)
         load, normal, pushed = self._load(gravity, shake=self.shake if not self.watch.moving else max(self.shake, 0.0))

@@ -24,7 +24,7 @@ SLIP_M = 1e-5
 
 
 class Moment(NamedTuple):
-    """What an engine knows: time, gravity (3,), m/s², in the plate's frame P, and the block's motion in P.
+    """The state that an engine knows: time, gravity (3,), m/s², in the plate's frame P, and the block's motion in P.
 
     `place` is x, y (m) and yaw (rad), `velocity` what they change by (m/s, rad/s).
     """

@@ -32,7 +32,7 @@ def _file(stem: str, pair: MeasuredPair) -> ExportedFile:
 
 
 def _frame(pair: MeasuredPair) -> list[str]:
-    """Where the ellipse stands and when it stays there."""
+    """Tells where the ellipse stands and when it stays there."""
     if pair.isotropic:
         return []
     other = "plate" if pair.fixed_in == "object" else "object"

@@ -26,7 +26,7 @@ CAPTION = (
 )
 _BINS = 32
 _RIM = 1.6
-"""Of the plot, over the curve's highest value: a run that the foam held would else make a point of the curve."""
+"""The rim of the plot over the curve's highest value: a run that the foam held would else make a point of the curve."""
 
 
 def draw(pair: Pair) -> Figure:

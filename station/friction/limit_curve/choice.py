@@ -1,4 +1,4 @@
-"""Which kind of curve the runs ask for, and in which frame."""
+"""Chooses the kind of curve that the runs ask for, and its frame."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _simpler(one: Maximum, tried: list[Maximum]) -> Maximum | None:
 
 
 def _p_value(one: Maximum, simpler: Maximum) -> float:
-    """Of the likelihood-ratio test (Wilks).
+    """The p-value of the likelihood-ratio test (Wilks).
 
     The ease counts as a parameter although it has no effect without a shape: the test is then on the safe side.
     """

@@ -1,4 +1,4 @@
-"""What was found out about a pair's friction by direction: a limit curve with intervals, and its scatter.
+"""A pair's friction by direction: a limit curve with intervals, and its scatter.
 
 These are what `limit_curves.json` holds and what an exporter takes. Directions are against the frame's x; see
 `LimitCurve` for the frames. All intervals are 90 %.
@@ -19,7 +19,7 @@ from station.friction.limit_curve.multiplier import Family, Multiplier
 from station.friction.limit_curve.shape import Ellipse, Frame, Kind, LimitCurve, Shape
 
 LEVEL = 0.9
-"""Of every interval."""
+"""The probability with which every interval holds the truth."""
 
 __all__ = [
     "LEVEL",
@@ -55,7 +55,7 @@ class FrictionDistribution:
         return mu * self.multiplier.draw(rng, shape)
 
     def quantile(self, probability: float, slide_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """What mu does not reach with this probability, by direction (n)."""
+        """The coefficient that friction does not reach with this probability, by direction (n)."""
         return self.curve.mu(slide_rad, orientation_rad=orientation_rad) * self.multiplier.quantile(probability)
 
 
@@ -70,7 +70,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """How well one kind of curve does. `shape_parameters` counts what gives it its shape.
+    """The score of one kind of curve. `shape_parameters` counts what gives it its shape.
 
     `p_value` is the likelihood-ratio test's against the kind `against` that it contains (NaN and "" for none); `bic`
     is smaller where it is better.
@@ -87,7 +87,7 @@ class Score:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goodness:
-    """How well the family of the scatter fits: Anderson and Darling's A², its p-value by parametric bootstrap.
+    """The goodness of fit of the scatter's family: Anderson and Darling's A², its p-value by parametric bootstrap.
 
     `aic` are the families' information criteria, by name, less that of the best.
     """
@@ -151,7 +151,7 @@ class LimitCurveFit:
         return self.curve.mu(phi_rad, orientation_rad=orientation_rad)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """What the contact holds, over the normal force, against pulls in the directions phi (n)."""
+        """The force (n) that the contact holds, over the normal force, against pulls in the directions phi (n), rad."""
         return self.curve.force(phi_rad, orientation_rad=orientation_rad)
 
     def ellipse(self, *, orientation_rad: float = 0.0) -> Ellipse:

@@ -1,4 +1,4 @@
-"""What a fit's parameters come to, in the field's words, with 90 % intervals by the delta method."""
+"""Tells a fit's parameters in the field's words, with 90 % intervals by the delta method."""
 
 from __future__ import annotations
 

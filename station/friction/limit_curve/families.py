@@ -1,4 +1,4 @@
-"""Which family the run-to-run multiplier of friction belongs to, and whether it fits."""
+"""Chooses the family of the run-to-run multiplier of friction, and tests if it fits."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ def _covariance(likelihood: Likelihood, values: Array, start: Array) -> Array:
 
 
 def _slope_of_slope(likelihood: Likelihood, values: Array, place: int, step: float) -> Array:
-    """How the gradient (k) changes with one parameter."""
+    """The change of the gradient (k) with one parameter."""
     ahead, behind = values.copy(), values.copy()
     ahead[place] += step
     behind[place] -= step

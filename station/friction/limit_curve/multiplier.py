@@ -1,4 +1,4 @@
-"""What friction is multiplied by from run to run: four families of distributions.
+"""The multipliers of friction from run to run: four families of distributions.
 
 Every family has two parameters, the last has three: lognormal (median, sigma of the logarithm), gamma and Weibull
 (shape, scale), and log-t (median, sigma, degrees of freedom): the logarithm has Student's distribution, and with it

@@ -26,7 +26,7 @@ _CORNER_PX = 0.3
 """Standard deviation of a corner where the sample does not say: the paper's tracker."""
 _GRAVITY_M_S2 = 9.81
 _LATE_M = 2.5e-3
-"""How far a block has gone when the paper's rule sees it, where the sample does not say: some 14 pixels."""
+"""The way that a block has gone when the paper's rule sees it, where the sample does not say: some 14 pixels."""
 _LEAST_TILT_RAD = 1e-4
 
 
@@ -71,7 +71,7 @@ class Observations:
         return self.towards_plate_rad - self.towards_object_rad
 
     def where(self, chosen: Bools | NDArray[np.intp]) -> Observations:
-        """The rows that are chosen."""
+        """The rows that are chosen (n,)."""
         return Observations(**{spec.name: getattr(self, spec.name)[chosen] for spec in fields(self)})
 
 

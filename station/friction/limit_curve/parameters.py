@@ -13,8 +13,8 @@ from station.friction.limit_curve.series import ODD, ORDER, STEEPEST, Complex
 from station.friction.limit_curve.shape import Frame, Kind, LimitCurve, Shape
 
 NUISANCE = ("level", "drift", "log_scatter", "tail", "log_direction_scatter", "direction_tail")
-"""Of every model: ln of the level; ln mu's change over half a session; ln of the scatter of ln mu, and of the direction
-of the pull (rad); one over the degrees of freedom of either, 0 for normal tails."""
+"""The parameters of every model: ln of the level; ln mu's change over half a session; ln of the scatter of ln mu, and
+of the direction of the pull (rad); one over the degrees of freedom of either, 0 for normal tails."""
 _HARMONICS: dict[Kind, tuple[int, ...]] = {"isotropic": (), "ellipse": (), "one_way": (1,), "general": ODD}
 LEAST_SLIDE_SCATTER_RAD = 3e-3
 """One ease for all directions is right to some 0.2°, so slides are not believed to be more regular than that. It is the
@@ -41,7 +41,7 @@ is let in, as noise must not pile up at the bound."""
 
 @dataclass(frozen=True)
 class Layout:
-    """Which parameters a model has, in their order.
+    """The parameters of a model, in their order.
 
     Beside `NUISANCE` there are `turn` (rad; how far the camera is turned against the tilting axes), for a curve that
     is not isotropic `ease` (by how much a slide under way bends towards the pull, see `series`), and the coefficients

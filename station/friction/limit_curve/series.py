@@ -83,7 +83,7 @@ class Evaluator:
 
 
 _TURNED = np.power.outer(-1j * np.arange(ORDER + 1), np.arange(4)).T
-"""What a coefficient is multiplied by for each derivative (4, ORDER + 1)."""
+"""The factors of a coefficient for each derivative (4, ORDER + 1)."""
 
 
 def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
@@ -103,7 +103,7 @@ def _waves(phi: Array, order: NDArray[np.intp]) -> Array:
 
 
 def evaluate(series: Complex, phi: ArrayLike) -> Local:
-    """A series (ORDER + 1) at the directions phi (any shape)."""
+    """A series (ORDER + 1,) at the directions phi (…), rad."""
     angles = np.asarray(phi, dtype=np.float64)
     return Local(*Evaluator([series])(angles.ravel())[:, 0].reshape(4, *angles.shape))
 

@@ -30,7 +30,7 @@ _GRID = 360
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """How ln mu varies with the direction, about its mean. Each field is a cosine's and a sine's coefficient.
+    """The variation of ln mu with the direction, about its mean. Each field is a cosine's and a sine's coefficient.
 
     `stretch` is the ellipse: ln(mu_1/mu_2) at twice the direction of mu_1. `one_way`, `third` and `fourth` are the
     harmonics of order 1, 3 and 4 that multiply it.
@@ -90,7 +90,7 @@ class LimitCurve:
         return self.level * np.exp(evaluate(self.series(orientation_rad), phi_rad).log)
 
     def force(self, phi_rad: ArrayLike, *, orientation_rad: float = 0.0) -> Array:
-        """What the contact holds (n), over the normal force, when it is pulled in the directions phi (n).
+        """The force (n) that the contact holds, over the normal force, against pulls in the directions phi (n), rad.
 
         This is the limit curve's radius and the tangent of the tilt at which the block starts.
         """

@@ -34,7 +34,7 @@ class Adhesion(Effect):
     absorbed_by_mu: ClassVar[bool] = True
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the force per mass (n, 3), m/s², by the law of this module."""
         pressed = -values["force_n"] / contact.mass_kg
         return np.column_stack([np.zeros(len(contact)), np.zeros(len(contact)), pressed])
 

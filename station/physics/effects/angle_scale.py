@@ -31,6 +31,6 @@ class AngleScale(Effect):
     absorbed_by_mu: ClassVar[bool] = True
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""
         excess = (values["gain"] * contact.tilt_rad + values["offset_rad"]) / (1.0 + values["gain"])
         return -excess[:, None] * contact.tilt_axis

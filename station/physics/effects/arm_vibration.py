@@ -82,6 +82,6 @@ class ArmVibration(Effect):
         return speed[:, None] * unit(contact.down_rad)
 
     def shaking(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the standard deviation (n,), m/s², of the random push by the law of this module."""
         wave = values["cos1"] * np.cos(contact.down_rad) + values["sin1"] * np.sin(contact.down_rad)
         return values["sd_m_s2"] * (1.0 + wave)

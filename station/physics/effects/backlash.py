@@ -31,7 +31,7 @@ class Backlash(Effect):
     absorbed_by_mu: ClassVar[bool] = True
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""
         return -values["half_width_rad"] * contact.rising[:, None] * contact.tilt_axis
 
     def why_untestable(self, contact: Contact) -> str | None:

@@ -38,7 +38,7 @@ class BorderContact(Effect):
     separated_by: ClassVar[str] = "slides that end well inside the opening beside slides that reach the border"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the force per mass (n, 3), m/s², by the law of this module."""
         outward = np.arctan2(contact.y_m, contact.x_m)
         leaving = np.where(contact.moving, contact.speed_m_s, 0.0) * np.cos(contact.way_rad - outward)
         depth = np.maximum(values["lip_m"] - contact.border_m, 0.0)

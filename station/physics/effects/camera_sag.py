@@ -38,7 +38,7 @@ class CameraSag(Effect):
     separated_by: ClassVar[str] = "fiducials that are fixed to the plate: they sag, and do not creep"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         fixed = np.array([values["fixed_x_m"], values["fixed_y_m"]])
         shift = np.sin(view.tilt_rad)[:, None] * (values["shift_m"] * view.down + fixed)
         return np.broadcast_to(shift[:, None, :], view.point_m.shape)

@@ -35,5 +35,5 @@ class ClockOffset(Effect):
     )
 
     def delay_s(self, values: Values) -> float:
-        """See the module."""
+        """Gives the delay of the camera's stamps, s."""
         return values["delay_s"]

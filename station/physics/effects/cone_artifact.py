@@ -40,7 +40,7 @@ class ConeArtifact(Effect):
     separated_by: ClassVar[str] = "the simulation again with an elliptic cone, and tilts at 22.5° and 45°"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         cosine, sine = cos_sin(contact.way_rad)
         along, across = np.abs(cosine), np.abs(sine)
         larger, smaller = np.maximum(along, across), np.minimum(along, across)

@@ -48,7 +48,7 @@ class ContactAging(Effect):
     separated_by: ClassVar[str] = "dwell drawn at random from 1 to 100 s at a fixed tilt rate"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         decades = np.log10(contact.rest_s + CUT_OFF_S) - values["sliding_age_log10_s"]
         grown = values["per_decade"] * decades
         curve = max(values["curve"], STRAIGHTEST)

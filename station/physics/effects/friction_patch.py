@@ -50,7 +50,7 @@ class FrictionPatch(Effect):
     separated_by: ClassVar[str] = "the block put back to designed starts, so that place and direction are independent"
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         u, v = _place(contact, values["length_m"])
         sin_u, sin_v, low_u, low_v = np.sin(u), np.sin(v), 1.0 - np.cos(u), 1.0 - np.cos(v)
         terms = (

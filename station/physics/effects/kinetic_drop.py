@@ -30,5 +30,5 @@ class KineticDrop(Effect):
     demonstrated: ClassVar[Values] = {"drop": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         return np.where(contact.moving, 1.0 - values["drop"], 1.0)

@@ -32,7 +32,7 @@ class LensDistortion(Effect):
     separated_by: ClassVar[str] = "a calibration with a board that fills the image, or mirrored starts"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         from_axis = view.point_m - view.image_centre_m
         rho = np.linalg.norm(from_axis, axis=-1, keepdims=True) / (view.image_size_m / 2)
         return values["k1"] * np.minimum(rho, FARTHEST) ** 2 * from_axis

@@ -51,13 +51,13 @@ class LoadDependence(Effect):
     absorbed_by_mu: ClassVar[bool] = True
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         load = np.maximum(contact.mass_kg * contact.pressing_m_s2, LEAST_N)
         square = 100.0 ** values["from_log10_n"]
         return ((square + load**2) / (square + REFERENCE_N**2)) ** (-0.5 * values["exponent"])
 
     def idle(self, contact: Contact) -> frozenset[str]:
-        """Where the fall begins, if the loads span less than WIDE: nothing tells it from a smaller exponent."""
+        """The load at which the fall begins, if loads span less than WIDE: nothing tells it from a smaller exponent."""
         load = contact.mass_kg * contact.pressing_m_s2
         return frozenset() if len(load) and load.max() > WIDE * load.min() else frozenset({"from_log10_n"})
 

@@ -55,7 +55,7 @@ class OneWayFriction(Effect):
         return frozenset({"with_block"}) if alike else frozenset()
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         grain = values["with_block"] * (contact.yaw_rad - contact.mount_rad) + contact.mount_rad
         size = math.hypot(values["cos1"], values["sin1"])
         along = contact.way_rad - grain - math.atan2(values["sin1"], values["cos1"])

@@ -31,7 +31,7 @@ class PivotOffset(Effect):
     separated_by: ClassVar[str] = "slower and smoother tilt steps beside the usual ones, or an IMU on the plate"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the force per mass (n, 3), m/s², by the law of this module."""
         arm = np.array([values["x_m"], values["y_m"], values["z_m"]])
         swing = np.cross(contact.rate_rad_s, np.cross(contact.rate_rad_s, arm))
         return -np.cross(contact.acceleration_rad_s2, arm) - swing

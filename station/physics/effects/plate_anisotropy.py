@@ -31,5 +31,5 @@ class PlateAnisotropy(Effect):
     demonstrated: ClassVar[Values] = {"cos2": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         return grain(contact.way_rad - contact.mount_rad, values)

@@ -34,7 +34,7 @@ class PlatformLevel(Effect):
     separated_by: ClassVar[str] = "the plate turned by 180° in its mount, or an inclinometer on the level plate"
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""
         axis = contact.tilt_axis
         error = np.array([values["eps_x_rad"], values["eps_y_rad"], 0.0])
         cos, sin = np.cos(contact.tilt_rad)[:, None], np.sin(contact.tilt_rad)[:, None]

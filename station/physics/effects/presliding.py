@@ -45,7 +45,7 @@ class Presliding(Effect):
     demonstrated: ClassVar[Values] = {"elastic_m": 0.0003}
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         if not view.on_block:
             return None
         slope = np.clip(np.tan(np.minimum(view.tilt_rad, 1.5)), 0.0, STEEPEST)

@@ -48,7 +48,7 @@ class RateStrengthening(Effect):
     demonstrated: ClassVar[Values] = {"per_e_fold": 0.06}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         cut_off = FASTEST_M_S * 10.0 ** -values["slower_decades"]
         factor = 1.0 + values["per_e_fold"] * np.log1p(contact.speed_m_s / cut_off)
         return np.where(contact.moving, np.maximum(factor, 0.0), 1.0)

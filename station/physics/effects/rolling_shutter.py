@@ -36,7 +36,7 @@ class RollingShutter(Effect):
         return -0.5 * values["readout_s"]
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         late = values["readout_s"] * ((view.point_m - view.image_centre_m) @ view.row_m) / view.image_size_m
         out = view.point_m - view.centre_m[:, None, :]
         turning = view.yaw_rate_rad_s[:, None, None] * np.stack([-out[..., 1], out[..., 0]], axis=-1)

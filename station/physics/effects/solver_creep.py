@@ -31,6 +31,6 @@ class SolverCreep(Effect):
     separated_by: ClassVar[str] = "the simulation again with a smaller step and stiffer contact, and a slower ramp"
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the velocity (n, 2), m/s, below the onset by the law of this module."""
         speed = values["time_s"] * GRAVITY_M_S2 * np.sin(contact.tilt_rad)
         return np.where(contact.moving, 0.0, speed)[:, None] * unit(contact.down_rad)

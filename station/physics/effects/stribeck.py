@@ -45,7 +45,7 @@ class Stribeck(Effect):
     demonstrated: ClassVar[Values] = {"drop": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         power = (contact.speed_m_s / values["speed_m_s"]) ** values["exponent"]
         tail = max(values["exponent"] - 1.0, LIGHTEST)
         fallen = -np.expm1(-np.log1p(tail * power) / tail)

@@ -35,7 +35,7 @@ class Tipping(Effect):
     separated_by: ClassVar[str] = "a flat specimen of the same material, which cannot tip"
 
     def seen(self, view: View, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""
         if not view.on_block or values["slenderness"] == 0.0:
             return None
         return fallen(view, slenderness=values["slenderness"])

@@ -52,7 +52,7 @@ class UnevenContact(Effect):
     demonstrated: ClassVar[Values] = {"x_m": 0.0015}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         if contact.moving.all():
             return 1.0
         square = values["x_m"] ** 2 + values["y_m"] ** 2
@@ -60,7 +60,7 @@ class UnevenContact(Effect):
         return np.where(contact.moving, 1.0, np.sqrt(1.0 - _across_m(contact, values) ** 2 / reach))
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the lever (n,), m, of the friction by the law of this module."""
         arm = -_across_m(contact, values)
         return arm if contact.moving.all() else np.where(contact.moving, arm, 0.0)
 

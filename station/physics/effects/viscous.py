@@ -42,7 +42,7 @@ class Viscous(Effect):
         return frozenset({"by_load"}) if len(contact) == 0 or np.ptp(contact.mass_kg) == 0.0 else frozenset()
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """See the module."""
+        """Gives the force per mass (n, 3), m/s², by the law of this module."""
         drag = values["drag_n_s_m"] * (contact.mass_kg / REFERENCE_KG) ** values["by_load"]
         slowing = np.where(contact.moving, drag / contact.mass_kg * contact.speed_m_s, 0.0)
         return np.column_stack([-slowing[:, None] * unit(contact.way_rad), np.zeros(len(contact))])

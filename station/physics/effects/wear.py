@@ -33,7 +33,7 @@ class Wear(Effect):
     demonstrated: ClassVar[Values] = {"fall": 0.3}
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
-        """See the module."""
+        """Gives the factor (n,) on friction by the law of this module."""
         return 1.0 + values["fall"] * np.expm1(-contact.run / values["runs"])
 
     def why_untestable(self, contact: Contact) -> str | None:

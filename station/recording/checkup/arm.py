@@ -80,7 +80,7 @@ class ArmWatch:
             self._waiting = None
 
     def health(self) -> ArmHealth:
-        """What the messages so far say."""
+        """The findings of the messages so far."""
         return ArmHealth(
             commands=self._commands,
             begin_p50_ms=self._begin.at(0.5) * 1e-6,

@@ -13,14 +13,14 @@ from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.reader import RecordingReader
 
 _DIGITS = 19
-"""Of nanoseconds since the epoch, until the year 2262."""
+"""The digits of nanoseconds since the epoch, until the year 2262."""
 _ARM_TOPICS = frozenset({"arm/command", "arm/motion", "arm/platform"})
 _SESSION_TOPICS = frozenset({"session/event", "session/sample", "clock", "camera/status", "arm/lease", "log"})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What a recording is like. `recorder` is what the recorder counted (recorded, dropped, missed, duplicates).
+    """The state of a recording. `recorder` is what the recorder counted (recorded, dropped, missed, duplicates).
 
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
     `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.

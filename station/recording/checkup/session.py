@@ -1,4 +1,4 @@
-"""What a session went through: phases, runs, samples, clocks, warnings."""
+"""Follows what a session went through: phases, runs, samples, clocks, warnings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from station.recording.summary import is_kept
 
 _LAST_LINES = 20
 _WITHIN = frozenset({"SYNC", "STEP_BEGIN", "STEP_END"})
-"""What is reported besides a run's phases; the sync motion before the first run has such reports as well."""
+"""The reports besides a run's phases; the sync motion before the first run has such reports as well."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,7 @@ class SessionWatch:
             self._lines.append(f"{message.name}: {message.message}")
 
     def health(self) -> SessionHealth:
-        """What the messages so far say."""
+        """The findings of the messages so far."""
         kept = sum(is_kept(sample) for sample in self._samples)
         return SessionHealth(
             phases=dict(self._phases),

@@ -1,4 +1,4 @@
-"""What one topic's messages look like in time, in one pass and bounded memory."""
+"""Measures one topic's messages in time, in one pass and bounded memory."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class StreamWatch:
         self._sequences.setdefault(key, _Sequence(message.seq)).add(message.seq)
 
     def health(self) -> StreamHealth:
-        """What the messages so far say."""
+        """The findings of the messages so far."""
         span_s = (self._last_ns - self._first_ns) * 1e-9
         median_ns = self._intervals.at(0.5)
         return StreamHealth(

@@ -33,7 +33,7 @@ Traced = Callable[..., Any]
 
 @dataclass(frozen=True, kw_only=True)
 class Imported:
-    """What an importer read: where it comes from, and the messages in order of their receive time.
+    """The result of an importer: where it comes from, and the messages in order of their receive time.
 
     `lacking` has one line for each thing that the source could say and does not.
     """

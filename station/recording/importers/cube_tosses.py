@@ -154,7 +154,7 @@ def _block_pose(seq: int, stamp_ns: int, pose: Array) -> BlockPose:
 
 
 def _sample(run: int, stamps: list[int], poses: Array) -> Sample:
-    """What the table of samples holds of a toss: where it began, when it came to rest, and that nothing tilted."""
+    """The row of a toss in the table of samples: where it began, when it came to rest, and that nothing tilted."""
     away = np.linalg.norm(poses[:, :3] - poses[-1, :3], axis=1)
     moving = np.flatnonzero(~(away <= _REST_M))
     x, y = poses[0, :2].tolist()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
-"""How much more a block that is a part of the plate could be accelerated, less what is kept, says how many looks are
+"""The acceleration that a block could take beyond the plate's, less what is kept, says how many looks are
 left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
 PRESSED_M_S2, DOZES = 0.3, 4
 """From this push of the foam per mass on, a block that lies still is left alone for so many looks at a time."""

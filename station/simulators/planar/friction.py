@@ -81,7 +81,7 @@ class LimitCurve:
 
 
 def facing_to(contact: Contact, way_rad: Array) -> Contact:
-    """The same contact with another direction of sliding."""
+    """The same contact with another direction of sliding (n,), rad."""
     return Asked.like(contact, way_rad=way_rad)
 
 

@@ -1,4 +1,4 @@
-"""What a scene's bodies are called: the small TOML file beside it."""
+"""Reads the names of a scene's bodies: the small TOML file beside it."""
 
 from __future__ import annotations
 

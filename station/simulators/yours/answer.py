@@ -1,4 +1,4 @@
-"""What a user's function gave back, checked: a path that begins where the block lies, or an onset."""
+"""Checks what a user's function gave back: a path that begins where the block lies, or an onset."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Answer(NamedTuple):
 
 
 def answer_of(given: Any, run: Run) -> Answer:
-    """What a function gave back for a run, as a checked path.
+    """The answer of a function for a run, as a checked path.
 
     Raises:
         ValueError: with what was expected and what came.
@@ -115,7 +115,7 @@ def _row(values: Array) -> str:
 
 
 def onset_of(found: Answer, run: Run) -> float:
-    """When the slide began, s; nan without one.
+    """The moment at which the slide began, s; nan without one.
 
     The times t1, t2, t3 at which the block is 8, 64 and 512 µm away follow d = c (t − t0)^p on whatever law it slides
     by: t0 = t1 − (t2 − t1)² / ((t3 − t2) − (t2 − t1)). Ways are from where the block was at nine tenths of the load,
@@ -140,6 +140,6 @@ def _away(found: Answer, base: int) -> Array:
 
 
 def _reached(time_s: Array, away: Array, way_m: float) -> float:
-    """When a way that never shrinks first reaches `way_m`; its last moment if it does not."""
+    """The moment at which a way that never shrinks first reaches `way_m`; its last moment if it does not."""
     at = int(np.argmax(away >= way_m)) if away[-1] >= way_m else len(away) - 1
     return float(np.interp(way_m, away[at - 1 : at + 1], time_s[at - 1 : at + 1])) if at else float(time_s[0])

@@ -1,4 +1,4 @@
-"""What a diagnosis found, as a user's simulator can use it: a factor on its friction, and pushes, at a state."""
+"""Gives a diagnosis's findings as a user's simulator can use them: a factor on its friction, and pushes, at a state."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class State(TypedDict, total=False):
 
 
 class Found:
-    """What the recording has more than the simulation, for one run; before anything is found it changes nothing.
+    """The corrections of the simulation for one run; before anything is found it changes nothing.
 
     Each method takes a `State` by its names, and answers with a number (or a vector) for each moment. How the plate
     really stands is already in the run's gravity, and what the camera does is added to the path by the tool: a
@@ -64,7 +64,7 @@ class Found:
         return pushed if np.ndim(state["t_s"]) else pushed[0]
 
     def angular_acceleration(self, *, friction_m_s2: ArrayLike, **state: Unpack[State]) -> Array | float:
-        """What turns the sliding block about the normal, rad/s²; `friction_m_s2` is its friction force per mass."""
+        """Angular acceleration (n,), rad/s², of a sliding block; `friction_m_s2` (n,): friction per mass."""
         if not (self._model.acting("spin") or self._model.acting("lever")):
             return _as_asked(np.zeros(np.shape(state["t_s"])), state["t_s"])
         contact = self._contact(state)

@@ -1,4 +1,4 @@
-"""What a user's function gets, and what it gives back: the contract that README.md of this folder explains."""
+"""Defines what a user's function gets and gives back: the contract that README.md of this folder explains."""
 
 from __future__ import annotations
 

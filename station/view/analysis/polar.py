@@ -25,7 +25,7 @@ _LEGEND = {
     "folded": ((-0.85, 0.2), (-0.3, 0.2), (0.3, 0.2), (0.85, 0.2)),
     "whole": ((-0.95, -1.1), (0.95, -1.1), (-0.95, 1.1), (0.95, 1.1)),
 }
-"""Where each tilting direction's colour is named, in shares of the plot's radius."""
+"""The places of the colours' names, in shares of the plot's radius."""
 _RINGS_RAD = (0.05, 0.1, 0.2, 0.25, 0.5)
 
 

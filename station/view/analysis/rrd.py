@@ -50,7 +50,7 @@ def write_analysis(results: Sequence[PairResult], path: Path, *, first: Sequence
 
 
 def roots_of(pairs: Sequence[Pair]) -> list[str]:
-    """Where each pair stands in the recording: its name in letters and digits, told apart by a number if need be."""
+    """The entity of each pair in the recording: its name in letters and digits, told apart by a number if need be."""
     roots: list[str] = []
     for pair in pairs:
         stem = "pairs/" + (re.sub(r"\W+", "_", pair.name).strip("_") or "pair")

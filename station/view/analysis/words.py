@@ -11,7 +11,7 @@ from station.friction.results import PairResult
 
 
 def of_pair(result: PairResult) -> str:
-    """What can be said of one pair."""
+    """The sentences about one pair."""
     notes = (f"- {'**!** ' if note.finding else ''}{_plain(note.text)}" for note in conclusions(result))
     return "\n".join([f"# {_plain(result.pair.name)}", "", *notes])
 

@@ -91,7 +91,7 @@ NOT_HERE: Mapping[str, str] = MappingProxyType({})
 
 
 def reasons() -> dict[str, str]:
-    """Of every rival that cannot run here the reason."""
+    """The reason of every rival that cannot run here."""
     return {name: why for name, rival in rivals().items() if (why := rival.why_not())} | dict(NOT_HERE)
 
 

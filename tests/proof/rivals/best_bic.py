@@ -38,7 +38,7 @@ class BestBic(Rival):
 
 
 def _likeliest(table: Table, effect: Effect) -> Fit:
-    """Of the starts of its shapes the likeliest fit."""
+    """The likeliest fit from the starts of its shapes."""
     count = max((len(p.starts) for p in effect.parameters if p.is_shape), default=1)
     fits = list[Fit]()
     for number in range(count):

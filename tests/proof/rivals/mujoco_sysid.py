@@ -23,7 +23,7 @@ MOST_SLIDES, MOST_FRAMES = 8, 30
 """Slides of the training runs that a fit rests on, drawn at random, and frames of each: a third of a second."""
 
 FEWEST_FRAMES, FIRST_FRAMES = 15, 15
-"""Of a slide; and those that its first place and velocity are read from."""
+"""The fewest frames of a slide; and those that its first place and velocity are read from."""
 
 SEED = 3
 

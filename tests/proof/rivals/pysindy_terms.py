@@ -14,7 +14,7 @@ from tests.proof.rivals import Answer, Rival, Table, held_out_corrected
 from tests.proof.terms import Terms, tables_of
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
-"""Of a standardised term's coefficient, in shares of the residuals' standard deviation."""
+"""The thresholds that are tried for a standardised coefficient, in shares of the residuals' standard deviation."""
 
 LEAST = 1e-12
 """A share of the variance below which nothing is left."""

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from shared.errors import UserError
 from station.angles.compare import Comparison, compare
 from station.angles.figure import write_figure
+from station.angles.page import comparison_page
 from station.angles.report import fits_csv, table_csv, text_of
 from tests.unit.angles.test_compare import stop
 
@@ -69,3 +71,14 @@ def test_the_figure_is_drawn(comparison: Comparison, tmp_path: Path, suffix: str
 def test_a_figure_of_an_unknown_kind_is_told(comparison: Comparison, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="png, svg or pdf"):
         write_figure(comparison, tmp_path / "figure.docx")
+
+
+def test_the_page_has_every_number_the_figure_and_its_command(comparison: Comparison) -> None:
+    page = comparison_page(comparison, source="a & b.mcap")
+    assert page.count("<svg") == 1
+    assert "station compare-angles --from a &amp; b.mcap" in page
+    for fit in comparison.fits:
+        assert f"<td>{fit.source}</td>" in page
+    assert "nan" not in re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL)
+    for elsewhere in ("<script", "src=", "@import"):
+        assert elsewhere not in page

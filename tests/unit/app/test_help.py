@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from station.__main__ import commands, main
@@ -31,3 +34,17 @@ def test_a_slip_of_the_pen_is_named(words: list[str], meant: str, capsys: pytest
     with pytest.raises(SystemExit, match="2"):
         main(words)
     assert meant in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", commands())
+def test_what_exit_status_1_means_is_in_the_help_and_in_the_page(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where a command has a 1 to give, its file says what it means, and the page has the same words."""
+    with pytest.raises(SystemExit, match="0"):
+        main([*name.split(), "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    told = re.search(r"Exit status: 0: done; (?:1: (.*?); )?2: a mistake", said)
+    assert told
+    source = commands()[name].read_text(encoding="utf-8")
+    assert bool(told[1]) == bool(re.search(r"\b(return|else) 1\b", source))
+    page = (Path(__file__).parents[3] / "station/README.md").read_text(encoding="utf-8")
+    assert (f"| `{name}` | {told[1]} |" in page) == bool(told[1])

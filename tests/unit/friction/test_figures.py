@@ -35,6 +35,7 @@ def test_every_figure_is_drawn_of_every_table(kind: FigureKind, table: str, tmp_
     assert (image < 128).any()
     assert (tmp_path / "figure.png").read_bytes() == picture
     assert (tmp_path / "figure.pdf").read_bytes().startswith(b"%PDF")
+    assert "<svg" in (tmp_path / "figure.svg").read_text(encoding="utf-8")
 
 
 def test_the_papers_figures_are_there():

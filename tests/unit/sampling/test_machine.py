@@ -16,6 +16,7 @@ from shared.messages import (
     MarkerCorners,
     MotionReport,
     PlatformState,
+    SessionPause,
 )
 from station.sampling.machine import OWN_ORDER
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
@@ -307,6 +308,61 @@ def test_what_came_before_the_first_heartbeat_is_not_heard():
     rig.give(PlatformState(rig.now_ns))
     rig.give(Heartbeat(rig.now_ns, armed=True))
     assert rig.phases() == ["SYNC"]
+
+
+# --- a pause ---------------------------------------------------------------------------------------------------------
+
+
+def paused_in_first_run(**options: Any) -> ScriptedRig:
+    """A rig that is told to pause while its first run tilts the plate."""
+    rig = ScriptedRig(Plan(samples=2), **options)
+    rig.run(60.0, until=lambda rig: rig.machine.phase == "TILT" and rig.tilt_rad > 0.1)
+    rig.give(SessionPause(rig.now_ns, paused=True))
+    rig.run(60.0, until=lambda rig: rig.machine.phase == "PAUSED")
+    return rig
+
+
+def test_a_pause_lets_the_run_end_and_keeps_the_next_one_from_beginning():
+    rig = paused_in_first_run()
+    rig.run(30.0, until=lambda _: False)
+    assert rig.machine.phase == "PAUSED"
+    assert rig.phases() == ["SYNC", *GOOD_RUN]
+    assert rig.tilt_rad == 0.0
+    rig.give(SessionPause(rig.now_ns, paused=False))
+    assert finished(rig).phases() == ["SYNC", *GOOD_RUN * 2]
+    assert rig.fault == ""
+
+
+def test_a_pause_that_is_taken_back_in_the_same_run_changes_no_decision():
+    rig = ScriptedRig(Plan(samples=2))
+    rig.run(60.0, until=lambda rig: rig.machine.phase == "TILT")
+    for paused in (True, False):
+        rig.give(SessionPause(rig.now_ns, paused=paused))
+    assert finished(rig).commands == finished(ScriptedRig(Plan(samples=2))).commands
+
+
+def test_a_run_that_fails_before_a_pause_leaves_the_plate_level():
+    def fail_once(report: MotionReport, rig: ScriptedRig) -> MotionReport:
+        fail = report.end_ns and rig.tilt_rad > 0.12 and report.run == 1
+        return dataclasses.replace(report, fault="the arm does not follow") if fail else report
+
+    rig = paused_in_first_run(on_motion=fail_once)
+    assert "ABORTED" in rig.phases()
+    rig.run(30.0, until=lambda _: False)
+    assert rig.machine.phase == "PAUSED"
+    assert rig.tilt_rad == 0.0
+    rig.give(SessionPause(rig.now_ns, paused=False))
+    assert [sample.run for sample in finished(rig).samples] == [2, 3]
+
+
+def test_while_it_is_paused_nobody_need_be_heard():
+    rig = paused_in_first_run()
+    rig.on_corners = lambda _message, _rig: None
+    rig.run(60.0, until=lambda _: False)
+    rig.on_corners = lambda message, _: message
+    rig.run(1.0)
+    rig.give(SessionPause(rig.now_ns, paused=False))
+    assert finished(rig).fault == ""
 
 
 # --- whose the arm is ------------------------------------------------------------------------------------------------

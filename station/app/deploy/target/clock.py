@@ -31,7 +31,7 @@ def forget(places: Places) -> None:
 
 
 def tracking() -> dict[str, str]:
-    """What chrony says: the source that it follows and how far the clock is from it; empty without chrony."""
+    """The words of chrony: the source that it follows and how far the clock is from it; empty without chrony."""
     parts = _chronyc("-c", "tracking").strip().split(",")
     if len(parts) < 5 or not parts[1]:
         return {}

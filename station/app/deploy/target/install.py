@@ -21,7 +21,7 @@ KEPT = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """What the laptop asks for; `station` empty: leave the clock alone."""
+    """The laptop's wishes; `station` empty: leave the clock alone."""
 
     root: str
     release: str
@@ -178,7 +178,7 @@ def uninstall(root: str, *, purge: bool) -> dict[str, Any]:
 
 
 def status(root: str, supervisor: str) -> dict[str, Any]:
-    """What is installed and whether it runs."""
+    """Tells what is installed and if it runs."""
     places = Places(Path(root))
     agent = supervisor_of(supervisor, places, account="root")
     return {

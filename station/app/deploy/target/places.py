@@ -1,4 +1,4 @@
-"""Where everything lies on the target."""
+"""Names the places of everything on the target."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Places:
 
     @property
     def incoming(self) -> Path:
-        """Where uploads land."""
+        """The folder in which uploads land."""
         return self.home / "incoming"
 
     @property

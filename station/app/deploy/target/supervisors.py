@@ -1,4 +1,4 @@
-"""Who keeps the agent running: systemd, or nobody (a plain process, for systems without systemd)."""
+"""Keeps the agent running: by systemd, or by nobody (a plain process, for systems without systemd)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GRACE_S = 12.0
 
 
 class Supervisor(Protocol):
-    """What the installation asks of it."""
+    """The tasks that the installation has for it."""
 
     def install(self, unit: str) -> bool:
         """Makes the unit known; True if it is another one than before."""
@@ -160,7 +160,7 @@ def supervisor_of(name: str, places: Places, *, account: str) -> Supervisor:
 
 
 def stays_up(supervisor: Supervisor, *, seconds: float) -> bool:
-    """Whether one and the same process runs for so long (a restart in between is a failure)."""
+    """True if one and the same process runs for so long (a restart in between is a failure)."""
     first, end = supervisor.running(), time.monotonic() + seconds
     while first and time.monotonic() < end:
         time.sleep(0.25)

@@ -83,7 +83,7 @@ class Camera:
         )
 
     def geometry(self, corners_px: Array) -> CameraGeometry:
-        """What turns ideal pixels into places; the scale is that in the middle of the corners (n, 4, 2).
+        """The geometry that turns ideal pixels into places; the scale is that in the middle of the corners (n, 4, 2).
 
         Raises:
             UserError: if the camera is not above the mark, or does not look at it.

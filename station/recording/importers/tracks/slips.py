@@ -106,7 +106,7 @@ def released(run: Motion) -> int:
 
 
 def held(run: Motion) -> Slip | None:
-    """What a block tells that held on a tilted plate that does not turn; None if it slides, or lies level."""
+    """The bound on friction by a block that held on a tilted plate at rest; None if it slides, or lies level."""
     if _steepest_rad(run) <= TURNS_RAD or (_away_m(run) > MOVED_M).any():
         return None
     return Slip(tilt_ns=int(run.time_ns[0]), angle_rad=_steepest_rad(run), place=0)

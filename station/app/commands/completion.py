@@ -1,0 +1,115 @@
+"""Prints what lets a shell complete the commands of `station` and their options with the Tab key.
+
+bash: eval "$(station completion bash)" in ~/.bashrc. zsh: the same with zsh in ~/.zshrc, after compinit. fish: station
+completion fish > ~/.config/fish/completions/station.fish. Printing takes some seconds, as it asks every command: for a
+shell that starts at once, write it to a file, and have the shell read that.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from shared.arguments import Parser
+
+NAME = "completion"
+HELP = "print the completion of commands and options for bash, zsh or fish"
+EXAMPLE = "station completion bash"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """A command with its options (name and help) and the words that may stand in it without an option."""
+
+    name: str
+    help: str
+    options: tuple[tuple[str, str], ...]
+    words: tuple[str, ...]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    parser.add_argument("shell", choices=sorted(_SHELLS), help="whose completion to print")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints it; 0."""
+    print(_SHELLS[options.shell](list(_commands())))
+    return 0
+
+
+def _commands() -> Iterator[Command]:
+    """All commands with what their own parsers take; one whose package is missing is completed without options."""
+    from station.__main__ import commands, help_of  # noqa: PLC0415  # that module imports this one's kind
+
+    for name, path in commands().items():
+        parser = Parser(prog=f"station {name}")
+        with contextlib.suppress(ModuleNotFoundError):
+            importlib.import_module(f"station.app.commands.{path.stem}").add_arguments(parser)
+        actions = parser.actions
+        long = [(each, one.help or "") for one in actions for each in one.option_strings if each.startswith("--")]
+        words = [str(word) for one in actions if not one.option_strings for word in one.choices or ()]
+        yield Command(name=name, help=help_of(path), options=tuple(long), words=tuple(words))
+
+
+def _bash(commands: list[Command]) -> str:
+    """A function that knows the words of each command; where it has none to offer, bash completes file names."""
+    first = sorted({one.name.split()[0] for one in commands})
+    second = {name: [one.name.split()[1] for one in commands if one.name.startswith(f"{name} ")] for name in first}
+    cases = [f"    {shlex.quote(one.name)}) words={shlex.quote(' '.join(_offered(one)))} ;;" for one in commands]
+    follow = [f"    {name}) words+={shlex.quote(' ' + ' '.join(rest))} ;;" for name, rest in second.items() if rest]
+    pairs = "|".join(shlex.quote(one.name) for one in commands if " " in one.name)
+    return "\n".join(
+        [
+            "_station() {",
+            '  local word="${COMP_WORDS[COMP_CWORD]}" name="${COMP_WORDS[1]}" words=""',
+            f'  if [ "$COMP_CWORD" -eq 1 ]; then COMPREPLY=($(compgen -W {shlex.quote(" ".join(first))} -- "$word")); '
+            "return; fi",
+            f'  if [ "$COMP_CWORD" -gt 2 ]; then case "$name ${{COMP_WORDS[2]}}" in {pairs}) '
+            'name="$name ${COMP_WORDS[2]}" ;; esac; fi',
+            '  case "$name" in',
+            *cases,
+            "  esac",
+            '  if [ "$COMP_CWORD" -eq 2 ]; then case "$name" in',
+            *follow,
+            "  esac; fi",
+            '  COMPREPLY=($(compgen -W "$words" -- "$word"))',
+            "}",
+            "complete -o default -F _station station",
+        ]
+    )
+
+
+def _offered(command: Command) -> list[str]:
+    return [*command.words, *(name for name, _ in command.options)]
+
+
+def _zsh(commands: list[Command]) -> str:
+    """Zsh reads the completion of bash."""
+    return f"autoload -U +X bashcompinit && bashcompinit\n{_bash(commands)}"
+
+
+def _fish(commands: list[Command]) -> str:
+    """A line for each command and each option, with their help."""
+    lines = list[str]()
+    for one in commands:
+        first, _, second = one.name.partition(" ")
+        told = shlex.quote(one.help)
+        here = f"__fish_seen_subcommand_from {first}"
+        if second:
+            lines.append(f"complete -c station -n {shlex.quote(here)} -a {second} -d {told}")
+            here += f"; and __fish_seen_subcommand_from {second}"
+        else:
+            lines.append(f"complete -c station -n __fish_use_subcommand -a {first} -d {told}")
+        if one.words:
+            lines.append(f"complete -c station -n {shlex.quote(here)} -a {shlex.quote(' '.join(one.words))}")
+        for name, said in one.options:
+            lines.append(f"complete -c station -n {shlex.quote(here)} -l {name[2:]} -d {shlex.quote(said)}")
+    return "\n".join(lines)
+
+
+_SHELLS = {"bash": _bash, "zsh": _zsh, "fish": _fish}

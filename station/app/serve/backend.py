@@ -1,0 +1,83 @@
+"""Everything that a page can see and ask for, behind the server and without a word of HTTP."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from shared.bus import Bus
+from shared.clock import Clock
+from shared.errors import UserError
+from shared.rig import RigConfig
+from station.app.serve.curve import LiveCurve
+from station.app.serve.follower import Follower
+from station.app.serve.jobs import Jobs
+from station.app.serve.sessions import Files, Sessions
+from station.app.serve.shelf import Shelf
+from station.app.serve.viewers import Viewers
+
+
+class Backend:
+    """The session on the bus, the recordings of a folder, and the actions on both. Close it."""
+
+    def __init__(self, bus: Bus, rig: RigConfig, *, files: Files, clock: Clock) -> None:
+        self._rig = rig
+        self.shelf = Shelf(files.folder)
+        self.follower = Follower(bus, self.shelf.new_ones)
+        self.curve = LiveCurve(self.follower.samples)
+        self.jobs = Jobs(self.shelf)
+        self.viewers = Viewers(rig_file=files.rig)
+        self.sessions = Sessions(bus, rig, files=files, clock=clock)
+        self._actions = {
+            "session": self._session,
+            "arm-stop": lambda _: self.sessions.stop_arm(),
+            "job": lambda asked: self.jobs.begin(_text(asked, "kind"), _text(asked, "recording")),
+            "job-end": lambda _: self.jobs.end(),
+            "view": self._view,
+        }
+
+    def state(self) -> dict[str, Any]:
+        """Everything that changes all the time."""
+        own = {"job": self.jobs.told(), "own": self.sessions.told(), "view": self.viewers.told}
+        return {"rig": self._rig.id, **self.follower.state(), **own}
+
+    def act(self, name: str, asked: Mapping[str, Any]) -> None:
+        """Does what a page asks for.
+
+        Raises:
+            UserError: saying in a sentence why not.
+        """
+        if name not in self._actions:
+            raise UserError(f"Expected one of {', '.join(self._actions)}, got '{name}'")
+        self._actions[name](asked)
+
+    def _session(self, asked: Mapping[str, Any]) -> None:
+        if (action := _text(asked, "action")) == "start":
+            self.sessions.begin(samples=_number(asked, "samples"), seed=_number(asked, "seed"))
+        else:
+            self.sessions.control(action)
+
+    def _view(self, asked: Mapping[str, Any]) -> None:
+        name = _text(asked, "recording")
+        self.viewers.show(name, self.shelf.path(name) if name else None)
+
+    def close(self) -> None:
+        """Ends what was started here; a session brings the plate back to level first."""
+        self.curve.close()
+        self.viewers.end()
+        self.jobs.end()
+        self.sessions.end()
+
+
+def _text(asked: Mapping[str, Any], name: str) -> str:
+    value = asked.get(name)
+    if not isinstance(value, str):
+        raise UserError(f"Expected a text as '{name}', got {value!r}")
+    return value
+
+
+def _number(asked: Mapping[str, Any], name: str) -> int:
+    value = asked.get(name)
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise UserError(f"Expected a whole number as '{name}', got {value!r}")
+    return value

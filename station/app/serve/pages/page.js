@@ -1,0 +1,261 @@
+// The page: it shows what the stream of the station says, and sends actions back. No library, no build.
+"use strict";
+
+const byId = (id) => document.getElementById(id);
+const token = document.querySelector("meta[name=repose-token]").content;
+const SHOWN_RUNS = 200;
+const PHASES = {
+  START: "waiting for camera and arm", SYNC: "a small tilt that sets the clocks", LEVEL: "levelling", DWELL: "resting",
+  REFERENCE: "reading the place before the tilt", TILT: "tilting", SLIP: "it slips", SETTLE: "coming to rest",
+  RETURN: "back to level", DONE: "reading the place after the slide", ABORTED: "given up, levelling",
+};
+let session = 0, state = null, viewed = "";
+
+// --- helpers -------------------------------------------------------------------------------------------------------
+
+function element(name, text = "", attributes = {}) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+function say(sentence) {
+  byId("said").textContent = sentence;
+  byId("said").hidden = !sentence;
+}
+
+async function act(name, asked = {}) {
+  say("");
+  try {
+    const answer = await fetch(`/do/${name}`, {
+      method: "POST",
+      headers: { "Content-Type": "application/json", "X-Repose-Token": token },
+      body: JSON.stringify(asked),
+    });
+    if (!answer.ok) say(await answer.text());
+    return answer.ok;
+  } catch {
+    say("The station did not answer: is `station serve` running?");
+    return false;
+  }
+}
+
+const directionOf = (number) => (number === null ? "–" : number < 0 ? "free" : String(number));
+const figure = (value, digits = 2) => (value === null ? "–" : value.toFixed(digits));
+const timeOf = (seconds) => (seconds < 120 ? `${seconds.toFixed(0)} s` : `${(seconds / 60).toFixed(0)} min`);
+
+// --- the session ---------------------------------------------------------------------------------------------------
+
+function phaseOf(now) {
+  const starting = now.own && now.own.running;
+  if (!now.running) return starting ? "starting" : now.done ? `ended with ${now.done} samples` : "no session";
+  const waiting = now.paused && (now.phase === "DONE" || now.phase === "ABORTED" || now.phase === "START");
+  return waiting ? "paused, the plate is level" : `run ${now.run}: ${PHASES[now.phase] || now.phase}${now.paused ? ", pausing after it" : ""}`;
+}
+
+function showSession(now) {
+  byId("rig").textContent = `rig “${now.rig}”`;
+  byId("state").textContent = phaseOf(now);
+  byId("direction").textContent = directionOf(now.direction);
+  byId("tilt").textContent = now.tilt_deg === null ? "–" : `${now.tilt_deg.toFixed(2)}°`;
+  const seen = now.moved_px !== null && now.threshold_px !== null;
+  byId("moved").max = seen ? now.threshold_px : 1;
+  byId("moved").value = seen ? Math.min(now.moved_px, now.threshold_px) : 0;
+  byId("distance").textContent = seen ? `moved ${now.moved_px.toFixed(1)} of ${now.threshold_px.toFixed(1)} px` : "no reference";
+  byId("progress").max = now.total || 1;
+  byId("progress").value = now.total ? now.done : 0;
+  const left = now.left_s === null || !now.running || now.total === null ? "" : `, about ${timeOf(now.left_s)} left`;
+  byId("done").textContent = `${now.done}${now.total === null ? "" : ` of ${now.total}`}${left}`;
+  const own = now.own ? now.own.lines : [];
+  showLines("log", [...own.slice(-12), ...now.lines.slice(-30)]);
+  showHealth(now);
+  const busy = now.running || (now.own !== null && now.own.running);
+  byId("start").disabled = byId("samples").disabled = byId("seed").disabled = busy;
+  byId("pause").disabled = !now.running;
+  byId("pause").textContent = now.paused ? "Go on" : "Pause";
+  byId("stop").disabled = !busy;
+}
+
+function showLines(id, lines) {
+  const text = lines.join("\n"), where = byId(id);
+  if (where.textContent === text) return;
+  where.textContent = text;
+  where.scrollTop = where.scrollHeight;
+}
+
+function showHealth(now) {
+  const parts = now.health.map((part) => element("li", `${part.part}: ${part.text}`, part.well ? {} : { class: "bad" }));
+  byId("health").replaceChildren(...parts);
+  const rows = now.by_direction.map((one) => {
+    const row = element("tr");
+    row.append(...[directionOf(one.direction), one.count, figure(one.mean_deg), figure(one.sd_deg)].map((t) => element("td", t)));
+    return row;
+  });
+  document.querySelector("#directions tbody").replaceChildren(...rows);
+}
+
+function showSamples({ session: number, samples }) {
+  const body = document.querySelector("#runs tbody");
+  if (number !== session) {
+    session = number;
+    body.replaceChildren();
+  }
+  for (const sample of samples) {
+    const row = element("tr", "", { "data-run": sample.run });
+    const remarks = [...(sample.censored ? ["no slip"] : []), ...sample.flags].join(", ");
+    const onset = `${sample.censored ? "> " : ""}${figure(sample.onset_deg)}`;
+    row.append(...[sample.run, directionOf(sample.direction), onset, remarks].map((text) => element("td", text)));
+    body.prepend(row);
+  }
+  while (body.rows.length > SHOWN_RUNS) body.lastChild.remove();
+}
+
+// --- the limit curve -----------------------------------------------------------------------------------------------
+
+const SVG = "http://www.w3.org/2000/svg";
+
+function drawn(name, attributes, text = "") {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+}
+
+function showCurve({ points = [], curve = [], frame = "object", note = "" }) {
+  const fitted = Math.max(0, ...curve.map((one) => one[1]));
+  const top = 1.15 * (fitted ? Math.max(fitted, median(points) * 1.3) : Math.max(0.1, ...points.map((one) => one[1])));
+  const at = (phi, mu) => {
+    const radius = (100 * Math.min(mu, top)) / top;
+    return [(radius * Math.cos(phi)).toFixed(2), (-radius * Math.sin(phi)).toFixed(2)];
+  };
+  const step = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5].find((one) => top / one <= 5) || top;
+  const parts = [drawn("path", { class: "grid", d: "M-100 0H100M0-100V100" })];
+  for (let mu = step; mu <= top; mu += step) {
+    parts.push(drawn("circle", { class: "grid", r: (100 * mu) / top }));
+    parts.push(drawn("text", { x: 2, y: -(100 * mu) / top - 1 }, `µ ${mu.toFixed(2)}`));
+  }
+  for (const [phi, mu, held] of points) {
+    const [cx, cy] = at(phi, mu);
+    parts.push(drawn("circle", { class: held ? "held" : "run", cx, cy, r: held ? 2.6 : 2.2 }));
+  }
+  if (curve.length) parts.push(drawn("path", { class: "fit", d: `M${curve.map((one) => at(...one).join(" ")).join("L")}` }));
+  byId("curve").replaceChildren(...parts);
+  const axes = `Dots: what held against a pull of that direction, against the ${frame}; rings: runs without a slip.`;
+  byId("curve-note").textContent = curve.length ? `${axes} Line: the fitted limit curve.` : `${axes} ${note}`;
+}
+
+function median(points) {
+  const sorted = points.map((one) => one[1]).sort((a, b) => a - b);
+  return sorted.length ? sorted[Math.floor(sorted.length / 2)] : 0;
+}
+
+// --- recordings ----------------------------------------------------------------------------------------------------
+
+const ACTIONS = [["doctor", "Check"], ["report", "Report"], ["diagnosis", "Diagnosis"]];
+
+async function loadRecordings() {
+  const answer = await fetch("/recordings").catch(() => null);
+  if (!answer || !answer.ok) return;
+  const { recordings } = await answer.json();
+  const rows = recordings.map(rowOf);
+  const none = element("tr");
+  none.append(element("td", "No recordings yet: start a session above.", { colspan: 5 }));
+  document.querySelector("#files tbody").replaceChildren(...(rows.length ? rows : [none]));
+}
+
+function rowOf(file) {
+  const row = element("tr", "", { "data-name": file.name });
+  const doing = element("td");
+  for (const [kind, label] of ACTIONS) {
+    const button = element("button", label, { type: "button" });
+    button.addEventListener("click", () => act("job", { kind, recording: file.name }));
+    doing.append(button);
+  }
+  const view = element("button", "Rerun", { type: "button" });
+  view.addEventListener("click", () => act("view", { recording: file.name }));
+  doing.append(view);
+  const made = element("td");
+  for (const kind of file.pages) {
+    const href = `/made/${kind}/${file.name.split("/").map(encodeURIComponent).join("/")}`;
+    made.append(element("a", kind, { href, target: "_blank" }), " ");
+  }
+  const when = new Date(1000 * file.changed_s).toLocaleString();
+  row.append(element("td", file.name), element("td", when), element("td", (file.bytes / 1e6).toFixed(1)), doing, made);
+  return row;
+}
+
+function showJob(job) {
+  byId("job").hidden = job === null;
+  if (job === null) return;
+  const words = job.running ? "running" : job.status === 0 ? "done" : job.status === 1 ? "done, with findings" : "failed";
+  byId("job-title").textContent = `${job.kind} of ${job.recording}: ${words}`;
+  byId("job-end").hidden = !job.running;
+  showLines("job-lines", job.lines);
+}
+
+function showViewer(view) {
+  byId("viewer").hidden = view === null;
+  if (view === null) return;
+  const of = view.of || "the session";
+  byId("viewer-note").textContent = view.fault || (view.url ? `${of}; it may take a moment to load` : `drawing ${of}`);
+  byId("frame").hidden = !view.url;
+  if (view.url && view.url !== viewed) byId("frame").src = view.url;
+  viewed = view.url;
+}
+
+// --- the stream ----------------------------------------------------------------------------------------------------
+
+function take(now) {
+  const ended = (before, after) => before && before.running && !(after && after.running);
+  if (state && (ended(state.job, now.job) || ended(state, now))) loadRecordings();
+  state = now;
+  showSession(now);
+  showJob(now.job);
+  showViewer(now.view);
+}
+
+function follow() {
+  const stream = new EventSource("/events");
+  const link = byId("link");
+  stream.onopen = () => {
+    link.textContent = "connected";
+    link.className = "";
+    session = 0; // a new stream tells everything from the beginning
+    loadRecordings();
+  };
+  stream.onerror = () => {
+    link.className = "lost";
+    link.textContent = "The station does not answer; what is shown is old. Trying again …";
+    if (stream.readyState === EventSource.CLOSED) {
+      setTimeout(enter, 2000);
+    }
+  };
+  stream.addEventListener("state", (event) => take(JSON.parse(event.data)));
+  stream.addEventListener("samples", (event) => showSamples(JSON.parse(event.data)));
+  stream.addEventListener("curve", (event) => showCurve(JSON.parse(event.data)));
+}
+
+// A station that was started again has another key, unless it keeps one in a file: then the page must be loaded anew.
+async function enter() {
+  const answer = await fetch("/recordings").catch(() => null);
+  if (answer && answer.status === 403) {
+    byId("link").textContent = "This page's key is old: open the link that `station serve` has printed last.";
+  }
+  follow();
+}
+
+byId("controls").addEventListener("submit", (event) => {
+  event.preventDefault();
+  act("session", { action: "start", samples: byId("samples").valueAsNumber, seed: byId("seed").valueAsNumber });
+});
+byId("pause").addEventListener("click", () => act("session", { action: state && state.paused ? "resume" : "pause" }));
+byId("stop").addEventListener("click", () => act("session", { action: "stop" }));
+byId("emergency").addEventListener("click", async () => {
+  if (await act("arm-stop")) say("The arm is stopped where it is. End the session with Stop before you start another one.");
+});
+byId("view-live").addEventListener("click", () => act("view", { recording: "" }));
+byId("job-end").addEventListener("click", () => act("job-end"));
+byId("reload").addEventListener("click", loadRecordings);
+showCurve({ note: "No samples yet." });
+follow();

@@ -1,0 +1,59 @@
+"""The recordings of a folder, and what was made of each: its report, its diagnosis, its view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from shared.errors import UserError
+from station.app.recordings import FOLDER
+
+REPORT, DIAGNOSIS = "report", "diagnosis"
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """The recordings in a folder and in its `recordings`; `name` is a path from the folder, with slashes."""
+
+    folder: Path
+
+    @property
+    def new_ones(self) -> Path:
+        """The folder in which sessions are recorded."""
+        return self.folder / FOLDER
+
+    def listed(self) -> list[dict[str, Any]]:
+        """Name, size, time and made pages of each recording, the newest first."""
+        found = [path for folder in (self.folder, self.new_ones) for path in folder.glob("*.mcap")]
+        known = [(path, path.stat()) for path in found if path.is_file()]
+        return [
+            {
+                "name": self._name(path),
+                "bytes": stat.st_size,
+                "changed_s": stat.st_mtime,
+                "pages": [kind for kind in (REPORT, DIAGNOSIS) if self.page(path, kind).is_file()],
+            }
+            for path, stat in sorted(known, key=lambda one: (-one[1].st_mtime, one[0].name))
+        ]
+
+    def path(self, name: str) -> Path:
+        """The recording of that name.
+
+        Raises:
+            UserError: if the list has none of that name.
+        """
+        for one in self.listed():
+            if one["name"] == name:
+                return self.folder / name
+        raise UserError(f"Expected a recording in {self.folder}, found none called '{name}'; load the list again")
+
+    def page(self, recording: Path, kind: str) -> Path:
+        """The path of the page of that kind that is made from a recording."""
+        stem = recording.with_suffix("")
+        return (
+            (stem.with_name(f"{stem.name}-report") / "report.html") if kind == REPORT else Path(f"{stem}-{kind}.html")
+        )
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self.folder).as_posix()

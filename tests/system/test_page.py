@@ -1,0 +1,100 @@
+"""`station serve` in a real browser: a sample arrives, the arm is stopped, and the page outlives the station."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import subprocess
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+from shared.messages import PlatformState
+from tests.system import chromium
+from tests.system.live_rig import FAST, Rig
+from tests.system.ports import free_port
+from tests.system.processes import end, start
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.timeout(240),
+    pytest.mark.skipif(not chromium.binary(), reason=chromium.WHY_NOT),
+]
+
+
+@contextlib.contextmanager
+def served(rig: Rig, *, port: int) -> Generator[tuple[subprocess.Popen[str], str]]:
+    """`station serve` for a rig and its folder, with a key that it keeps; the process and the link."""
+    plan = rig.folder / "page.toml"
+    plan.write_text(FAST.format(samples=50, faults=5, outage_s=0.0), encoding="utf-8")
+    words = ("--rig", str(rig.file), "--plan", str(plan), "--port", str(port), "--no-browser")
+    process = start("station", "serve", str(rig.folder), *words, "--token-file", str(rig.folder / "key"))
+    try:
+        yield process, link_of(process)
+    finally:
+        end(process, within_s=60)
+
+
+def link_of(process: subprocess.Popen[str]) -> str:
+    said = ""
+    assert process.stdout is not None
+    for line in process.stdout:
+        said += line
+        if found := re.search(r"http://\S+", line):
+            return found[0]
+    raise AssertionError(f"it gave no link: {said}")
+
+
+def moved_rad(rig: Rig, seconds: float) -> float:
+    """How far the plate turns from now on, by the largest change of a component of its attitude."""
+    seen = rig.listen("arm/platform")
+    for _ in range(4):
+        rig.bus.poll(0.1)  # what came while nobody listened, and the arm's coming to rest
+    first = len(seen)
+    while len(seen) < first + 100 * seconds:
+        rig.bus.poll(0.05)
+    states = [item.message for item in seen[first:] if isinstance(item.message, PlatformState)]
+    return max(max(abs(one.qx - states[0].qx), abs(one.qy - states[0].qy)) for one in states)
+
+
+def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
+    port = free_port()
+    with chromium.browser(tmp_path / "profile") as page:
+        with served(rig, port=port) as (_, link):
+            page.size(1280, 1000)
+            page.open(link)
+            assert page.of("location.search") == "", "the key stays in the address"
+            page.wait("document.getElementById('link').innerText === 'connected'")
+            page.of("document.getElementById('samples').value = 50")
+            page.click("#start")
+            page.wait("document.querySelector('#runs tbody tr')", within_s=100)
+            assert "camera" in page.text("#health")
+            assert "of 50" in page.text("#done")
+            page.wait("document.querySelector('#curve .run')")
+
+            page.click("#pause")
+            page.wait("document.getElementById('state').innerText.includes('pausing')")
+            page.click("#pause")
+            page.wait("!document.getElementById('state').innerText.includes('pausing')")
+
+            rig.wait("a tilt", rig.tilting, running="")
+            page.click("#emergency")
+            page.wait("document.getElementById('said').innerText.includes('stopped where it is')")
+            assert moved_rad(rig, 1.0) < 1e-3
+            page.wait("document.getElementById('health').innerText.includes('emergency stop on the page')")
+            page.click("#stop")
+            page.wait("document.getElementById('state').innerText.includes('ended with')")
+            page.wait("document.querySelector('#files tr[data-name$=mcap]')")
+        page.wait("document.getElementById('link').className === 'lost'")
+
+        with served(rig, port=port):
+            page.wait("document.getElementById('link').innerText === 'connected'")
+            page.wait("document.getElementById('state').innerText === 'no session'")
+            page.click("#start")
+            page.wait("document.getElementById('state').innerText.startsWith('run 1')", within_s=100)
+            assert page.of("document.querySelectorAll('#runs tbody tr').length") == 0
+            page.click("#stop")
+            page.wait("!document.getElementById('start').disabled")
+    unexpected = [error for error in page.errors if "ERR_CONNECTION_REFUSED" not in error]
+    assert not unexpected
