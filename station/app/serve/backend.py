@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from shared.bus import Bus
@@ -28,7 +28,7 @@ class Backend:
         self.jobs = Jobs(self.shelf)
         self.viewers = Viewers(rig_file=files.rig)
         self.sessions = Sessions(bus, rig, files=files, clock=clock)
-        self._actions = {
+        self._actions: dict[str, Callable[[Mapping[str, Any]], None]] = {
             "session": self._session,
             "arm-stop": lambda _: self.sessions.stop_arm(),
             "job": lambda asked: self.jobs.begin(_text(asked, "kind"), _text(asked, "recording")),

@@ -125,7 +125,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(HTTPStatus.SEE_OTHER, b"", {"Location": "/", "Set-Cookie": self._server.access.set_cookie()})
 
     def _send_static(self, name: str, kind: str) -> None:
-        text = (files("station.app.serve.pages") / name).read_text(encoding="utf-8")
+        text = (files("station.app.serve") / "pages" / name).read_text(encoding="utf-8")
         if name == "index.html":
             text = text.replace("$token", self._server.access.token)
         headers = {"Content-Type": f"{kind}; charset=utf-8", "Content-Security-Policy": _PAGE_POLICY}

@@ -6,7 +6,7 @@ import http.client
 import json
 import math
 import threading
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -74,11 +74,17 @@ def server(backend: Backend) -> Generator[PageServer]:
 
 
 def ask(
-    server: PageServer, path: str, *, cookie: bool = True, host: str = "", body: Any = None, **headers: str
+    server: PageServer,
+    path: str,
+    *,
+    cookie: bool = True,
+    host: str = "",
+    body: Any = None,
+    headers: Mapping[str, str] | None = None,
 ) -> tuple[int, dict[str, str], str]:
     """Status, headers and text of an answer; with a `body` it is a POST."""
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
-    told = {name.replace("_", "-"): value for name, value in headers.items()}
+    told = dict(headers or {})
     told |= {"Cookie": f"{server.access.cookie}={TOKEN}"} if cookie else {}
     told |= {"Host": host} if host else {}
     text = None if body is None else body if isinstance(body, str) else json.dumps(body)
@@ -112,7 +118,7 @@ def test_a_name_that_only_resolves_to_this_machine_is_refused(host: str, server:
     assert not is_local(host)
     if host:
         assert ask(server, "/", host=host)[0] == 421
-        assert ask(server, "/do/arm-stop", host=host, body={}, **{HEADER: TOKEN})[0] == 421
+        assert ask(server, "/do/arm-stop", host=host, body={}, headers={HEADER: TOKEN})[0] == 421
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:8787", "localhost:1", "localhost", "[::1]:8787"])
@@ -128,16 +134,20 @@ def test_an_action_needs_cookie_header_and_our_own_page(
     server: PageServer, headers: dict[str, str], cookie: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     acted = list[str]()
-    monkeypatch.setattr(server.backend, "act", lambda name, _: acted.append(name))
-    assert ask(server, "/do/arm-stop", cookie=cookie, body={}, **headers)[0] == 403
+
+    def act(name: str, _: object) -> None:
+        acted.append(name)
+
+    monkeypatch.setattr(server.backend, "act", act)
+    assert ask(server, "/do/arm-stop", cookie=cookie, body={}, headers=headers)[0] == 403
     assert acted == []
     own = {HEADER: TOKEN, "Origin": f"http://127.0.0.1:{server.server_port}"}
-    assert ask(server, "/do/arm-stop", body={}, **own)[0] == 200
+    assert ask(server, "/do/arm-stop", body={}, headers=own)[0] == 200
     assert acted == ["arm-stop"]
 
 
 def test_nothing_acts_by_being_looked_at(server: PageServer) -> None:
-    assert ask(server, "/do/arm-stop", **{HEADER: TOKEN})[0] == 404
+    assert ask(server, "/do/arm-stop", headers={HEADER: TOKEN})[0] == 404
 
 
 def test_a_token_file_is_made_for_its_owner_alone_and_kept(tmp_path: Path) -> None:
@@ -201,7 +211,7 @@ def test_what_was_made_is_shown_without_scripts_and_nothing_else_is(server: Page
 def test_a_wrong_request_is_refused_in_one_sentence(
     server: PageServer, path: str, body: Any, status: int, said: str
 ) -> None:
-    found, _, text = ask(server, path, body=body, **{HEADER: TOKEN})
+    found, _, text = ask(server, path, body=body, headers={HEADER: TOKEN})
     assert found == status
     assert said in text
     assert text.count("\n") == 1
@@ -303,7 +313,11 @@ def test_start_begins_the_command_that_the_rig_needs_and_only_one(
     backend: Backend, bus: MemoryBus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun = list[list[str]]()
-    monkeypatch.setattr(Program, "begin", lambda self: begun.append(self.words))
+
+    def begin(program: Program) -> None:
+        begun.append(program.words)
+
+    monkeypatch.setattr(Program, "begin", begin)
     backend.act("session", {"action": "start", "samples": 3, "seed": 4})
     assert begun[0][0] == "rig"
     assert begun[0][3:7] == ["--samples", "3", "--seed", "4"]
