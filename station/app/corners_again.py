@@ -49,7 +49,7 @@ class OtherCorner:
 
 @dataclass
 class CornersAgain:
-    """How many pictures there are, in how many of them the mark was read again, and what differs.
+    """The numbers of pictures and of those in which the mark was read again, and what differs.
 
     `unseen`: pictures in which the mark was found then and not now; `worst_px`: the largest difference of a coordinate.
     """
