@@ -16,6 +16,10 @@ run: setup
 # The types are checked beside the tests, as they keep only one core busy. Tests with processes, sockets and clocks of
 # their own run after the others, so that they are not disturbed, and three files at a time, as they mostly wait. The
 # longest files begin first.
+# The matrices are small: a second thread of linear algebra would mostly wait for the first, at full load, and two cores
+# are busy without it. `make test-portable` runs the same tests in one thread and in two.
+test test-alone: export OPENBLAS_NUM_THREADS := 1
+
 test: setup style
 	@$(MAKE) --no-print-directory -j 2 types test-alone
 	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_killed_processes.py \

@@ -99,14 +99,37 @@ def diagnose_session(
         UserError: if there is no rig to simulate with, or the simulation is not of these runs.
     """
     began = time.monotonic()
+    with threadpool_limits(limits=1, user_api="blas"):
+        found = _diagnosed(
+            recorded, name=name, rig=rig, plan=plan, seed=seed, simulate=simulate, folding=folding, jobs=jobs,
+            status=status,
+        )  # fmt: skip
+    answer = found.diagnosis
+    notes = (*answer.notes, *planted_in(rig))
+    answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())
+    return replace(found, diagnosis=answer)
+
+
+def _diagnosed(
+    recorded: Recorded,
+    *,
+    name: str,
+    rig: RigConfig | None,
+    plan: str,
+    seed: int,
+    simulate: Given | Simulation | None,
+    folding: Folding,
+    jobs: int,
+    status: Progress,
+) -> Examined:
+    """The answer with the next experiment, and against the simulation if one is given."""
     setting = setting_of(rig)
     known = catalogue_of_table(rig.physics if rig else Table({}))
-    with threadpool_limits(limits=1, user_api="blas"):
-        found = examined(
-            recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
-        )
-        status("planning the next experiment")
-        found = recommended(found, known)
+    found = examined(
+        recorded, known, name=name, setting=setting, seed=seed, folding=folding, jobs=jobs, progress=status
+    )
+    status("planning the next experiment")
+    found = recommended(found, known)
     answer = found.diagnosis
     if answer.next_experiment is not None:
         answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))
@@ -119,8 +142,6 @@ def diagnose_session(
         answer = simulated_again(
             found, recorded, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
         )
-    notes = (*answer.notes, *planted_in(rig))
-    answer = replace(answer, notes=notes, seconds=time.monotonic() - began, versions=versions())
     return replace(found, diagnosis=answer)
 
 

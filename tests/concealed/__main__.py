@@ -5,8 +5,12 @@ The key's hash is printed and written before any recording exists. Cases that ex
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
+
+# A case's matrices are small; for them numpy would keep further threads spinning.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from tests.concealed.cases import TIERS, write_case
 from tests.concealed.making import make

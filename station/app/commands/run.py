@@ -10,14 +10,10 @@ from __future__ import annotations
 import argparse
 import atexit
 import gc
-import os
 import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
-
-# A session's matrices are small; for them numpy would keep a second thread spinning, beside the one that records.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
 

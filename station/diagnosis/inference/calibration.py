@@ -9,7 +9,7 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Scores, drawn_scores
-from station.diagnosis.inference.gain import gain, p_value
+from station.diagnosis.inference.gain import gain, smallest_p
 from station.physics.contact import Array
 
 DRAWS = 1000
@@ -40,8 +40,6 @@ def calibrate(
 ) -> Calibration:
     """Draws recordings from the fitted model and searches all `sets` of columns in each."""
     drawn = drawn_scores(scored, rng, draws=draws)
-    smallest = np.ones(draws)
-    for columns in sets:
-        total, size = gain(scored, columns, drawn)
-        smallest = np.minimum(smallest, p_value(total, size))
-    return Calibration(np.sort(smallest))
+    if not sets:
+        return Calibration(np.ones(draws))
+    return Calibration(np.sort(smallest_p(gain(scored, columns, drawn) for columns in sets)))

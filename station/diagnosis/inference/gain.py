@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ from station.physics.contact import Array, Bools
 SINGULAR = 1e-8
 """Columns whose information falls below this share of their own, given the others, count as absorbed."""
 
+LEAST_INFORMATION, UNKNOWN = 1e-9, 1e15
+"""The least information of a column that is known, and the size that scales all others to zero."""
+
 
 def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
     """Twice the gain in log likelihood (draws,) within the columns' bounds, and the number of columns.
@@ -23,6 +27,8 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     whose step would cross it are held there, and the rest is solved again; draws and recording are treated alike.
     """
     own = scored.score[:, None] if score is None else score
+    if len(columns) == 1:
+        return _alone(scored, columns[0], own[columns[0]]), 1
     chosen, size, scaled = _scaled(scored, columns)
     part = own[chosen] / size[:, None]
     step = np.linalg.solve(scaled, part)
@@ -37,6 +43,16 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
     if bad.any():
         total[bad] = _held(scored, chosen, own[:, bad], outside[:, bad])
     return total, len(chosen)
+
+
+def _alone(scored: Scores, column: int, own: Array) -> Array:
+    """The gains (draws,) of a single column by its scores (draws,): most candidates are one, and need no solver."""
+    information = float(scored.information[column, column])
+    size = math.sqrt(information) if information > LEAST_INFORMATION else UNKNOWN
+    part = own / size
+    step = part / (information / (size * size) + SINGULAR)
+    crossing = (step < 0) & (scored.low[column] > -1e-9) | (step > 0) & (scored.high[column] < 1e-9)
+    return np.where(crossing, 0.0, np.maximum(part * step, 0.0))
 
 
 def estimate(scored: Scores, columns: Sequence[int]) -> Array:
@@ -54,7 +70,7 @@ def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], 
     chosen = np.asarray(columns, dtype=np.int64)
     information = scored.information[np.ix_(chosen, chosen)]
     own = np.diag(information)
-    size = np.where(own > 1e-9, np.sqrt(np.maximum(own, 1e-9)), 1e15)
+    size = np.where(own > LEAST_INFORMATION, np.sqrt(np.maximum(own, LEAST_INFORMATION)), UNKNOWN)
     return chosen, size, information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
 
 
@@ -88,3 +104,14 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
 def p_value(total: Array, size: int) -> Array:
     """The asymptotic p-value (n,) of twice a gain (n,) with `size` numbers: chi-squared."""
     return chdtrc(size, total)
+
+
+def smallest_p(gains: Iterable[tuple[Array, int]]) -> Array:
+    """The smallest p-value (n,) of many gains (n,) with their numbers.
+
+    Of gains with equally many numbers the largest has the smallest p: one function of chi-squared stands for hundreds.
+    """
+    largest: dict[int, Array] = {}
+    for total, size in gains:
+        largest[size] = np.maximum(largest[size], total) if size in largest else total
+    return np.min([p_value(total, size) for size, total in largest.items()], axis=0)

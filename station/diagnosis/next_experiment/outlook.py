@@ -17,7 +17,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Scores, drawn_scores, scores
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.inference.gain import gain, p_value
+from station.diagnosis.inference.gain import gain, smallest_p
 from station.diagnosis.inference.parameters import free_numbers, vector_of
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.slopes import residuals
@@ -238,7 +238,7 @@ def _gains(scored: Scores, candidates: Sequence[Columns], drawn: Array) -> list[
 
 def _smallest(candidates: Sequence[Columns], gains: Sequence[Array]) -> Array:
     """The smallest p (draws,) of all candidates."""
-    return np.min([p_value(twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True)], axis=0)
+    return smallest_p((twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True))
 
 
 def _judged(trial: Trial, gains: Sequence[Array], *, runs: float) -> _Judged:
