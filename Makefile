@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-alone test-portable proof proof-full faults fuzz lint style types setup lock bench clean
+.PHONY: run test test-alone test-system test-portable proof proof-full faults fuzz lint style types setup lock bench clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -13,21 +13,26 @@ run: setup
 	$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
-# The types are checked beside the tests, as they keep only one core busy. Tests with processes, sockets and clocks of
-# their own run after the others, so that they are not disturbed, and three files at a time, as they mostly wait. The
-# longest files begin first.
+# Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed, and three
+# files at a time, as they mostly wait. The types are checked beside them: that keeps one core busy for a minute, which
+# the other tests would have to wait for. The longest files begin first.
+#
 # The matrices are small: a second thread of linear algebra would mostly wait for the first, at full load, and two cores
 # are busy without it. `make test-portable` runs the same tests in one thread and in two.
-test test-alone: export OPENBLAS_NUM_THREADS := 1
+test test-alone test-system: export OPENBLAS_NUM_THREADS := 1
 
 test: setup style
-	@$(MAKE) --no-print-directory -j 2 types test-alone
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_killed_processes.py \
-	  tests/system/test_live_faults.py tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
+	@$(MAKE) --no-print-directory test-alone
+	@$(MAKE) --no-print-directory -j 2 types test-system
 
 test-alone: setup
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
 	  tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
+
+test-system: setup
+	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_deploy.py \
+	  tests/system/test_killed_processes.py tests/system/test_live_faults.py tests/system/test_rig.py \
+	  tests/system/test_angle_comparison.py tests/system
 
 # The same tests as on other processors, in other thread counts and on a busy machine: a table of what fails where. All of
 # it takes hours; e.g. make test-portable ARGS="--variant plainest tests/unit", or ARGS=--list for the variants.

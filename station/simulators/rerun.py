@@ -11,18 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from shared.errors import UserError
 from shared.rig import RigConfig
-from station.physics.contact import Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.model import Model, Term
-from station.physics.parameter import Parameter
 from station.signals.session import Signals
 from station.simulators.errors import Errors, errors
+from station.simulators.own_level import OwnLevel
 from station.simulators.recorded_runs import RecordedRun, numbers, recorded_runs
 from station.simulators.simulator import OwnFriction, Simulator, simulator
 
@@ -187,28 +185,6 @@ def _kept(track: Any, runs: Sequence[RecordedRun]) -> Any:
 
 
 # --- each run's own level -------------------------------------------------------------------------------------------
-
-
-class OwnLevel(Effect):
-    """A factor on the friction of each run: no physics, but each run's random effect as it was."""
-
-    id: ClassVar[str] = "own_level"
-    title: ClassVar[str] = "each run's own level of friction"
-    law: ClassVar[str] = "friction times a factor of the run (on = 0)"
-    source: ClassVar[str] = "none: it is fitted to each run's onset"
-    layer: ClassVar[Layer] = "contact"
-    family: ClassVar[Family] = "history"
-    parameters: ClassVar[tuple[Parameter, ...]] = (Parameter(name="on", unit="1", low=0.0, high=1.0, typical=1.0),)
-    separated_by: ClassVar[str] = "nothing: it repairs every onset"
-
-    def __init__(self, factor: Array) -> None:
-        """Takes `factor` (m,) by the run's number, counted from 0 at the first of the runs."""
-        self._factor = factor
-
-    def friction(self, contact: Contact, values: Values) -> Array | float:
-        """The factor (n,) of each moment's run."""
-        del values
-        return self._factor[np.clip(np.rint(contact.run).astype(int), 0, len(self._factor) - 1)]
 
 
 def _levelled(recorded: Signals, simulated: Signals, model: Model, *, rig: RigConfig, engine: Simulator) -> Signals:

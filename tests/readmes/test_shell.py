@@ -8,6 +8,7 @@ nothing here knows fails.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import importlib.util
 import re
@@ -74,6 +75,10 @@ FINDS = {"station analyze sim.mcap --out report": 1}
 MADE = "--out --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""
 
+WORKED = set[tuple[str | bytes, ...]]()
+"""Diagnoses that have worked and write nothing, with the digests of the files that they name. One of the same line on
+the same bytes on another page is the same diagnosis, and takes half a minute."""
+
 
 def lines() -> list[tuple[str, str]]:
     """Page and line, without the comment at its end; the last page is the examples of `--help` that no README has."""
@@ -118,7 +123,12 @@ def _ours(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if "twenty.mcap" in line and not Path("twenty.mcap").exists():
         write_twenty_runs(Path("twenty.mcap"))
     program, *words = shlex.split(line)
+    again = (line, *(hashlib.sha256(Path(word).read_bytes()).digest() for word in words if Path(word).is_file()))
+    if again in WORKED:
+        return
     assert (station if program == "station" else pi_agent)(words) == FINDS.get(line, 0)
+    if program == "station" and words[0] == "diagnose" and not set(words) & set(MADE.split()):
+        WORKED.add(again)
 
 
 def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:

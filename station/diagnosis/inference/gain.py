@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -15,9 +14,6 @@ from station.physics.contact import Array, Bools
 
 SINGULAR = 1e-8
 """Columns whose information falls below this share of their own, given the others, count as absorbed."""
-
-LEAST_INFORMATION, UNKNOWN = 1e-9, 1e15
-"""The least information of a column that is known, and the size that scales all others to zero."""
 
 
 def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
@@ -47,8 +43,8 @@ def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> 
 
 def _alone(scored: Scores, column: int, own: Array) -> Array:
     """The gains (draws,) of a single column by its scores (draws,): most candidates are one, and need no solver."""
-    information = float(scored.information[column, column])
-    size = math.sqrt(information) if information > LEAST_INFORMATION else UNKNOWN
+    information = scored.information[column, column]
+    size = _size(information)
     part = own / size
     step = part / (information / (size * size) + SINGULAR)
     crossing = (step < 0) & (scored.low[column] > -1e-9) | (step > 0) & (scored.high[column] < 1e-9)
@@ -63,15 +59,16 @@ def estimate(scored: Scores, columns: Sequence[int]) -> Array:
 
 
 def _scaled(scored: Scores, columns: Sequence[int]) -> tuple[NDArray[np.int64], Array, Array]:
-    """The columns (k,), the square roots of their information, and that information (k, k) in units of these.
-
-    A column without information gets a size that scales it to zero.
-    """
+    """The columns (k,), the square roots of their information, and that information (k, k) in units of these."""
     chosen = np.asarray(columns, dtype=np.int64)
     information = scored.information[np.ix_(chosen, chosen)]
-    own = np.diag(information)
-    size = np.where(own > LEAST_INFORMATION, np.sqrt(np.maximum(own, LEAST_INFORMATION)), UNKNOWN)
+    size = _size(np.diag(information))
     return chosen, size, information / np.outer(size, size) + SINGULAR * np.eye(len(chosen))
+
+
+def _size(information: Array) -> Array:
+    """The square roots (k,) of columns' information (k,); one without any gets a size that scales it to zero."""
+    return np.where(information > 1e-9, np.sqrt(np.maximum(information, 1e-9)), 1e15)
 
 
 def _held(scored: Scores, chosen: NDArray[np.int64], own: Array, outside: Bools) -> Array:

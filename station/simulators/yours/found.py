@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from station.physics.contact import Array, Contact
 from station.physics.effect import HOOKS
 from station.physics.model import Model
+from station.simulators.own_level import without_own_level
 from station.simulators.planar.commands import Commands
 from station.simulators.planar.load import Motion, World
 from station.simulators.planar.plate import gravity_at
@@ -47,14 +48,16 @@ class Found:
 
     def __init__(self, model: Model, commands: Commands, *, friction: float = 1.0) -> None:
         """Takes the model of what to change, the commands of one run, and a factor on the friction of this run."""
-        self._model, self._commands, self._own = model, commands, friction
+        model, level = without_own_level(model, float(commands.run[0]))
+        self._model, self._commands, self._own = model, commands, friction * level
         self._world = World(commands, model, friction=np.ones(1), shake=np.zeros(1))
 
     def friction_multiplier(self, **state: Unpack[State]) -> Array | float:
         """The factor on the simulator's coefficient of friction, static at rest and kinetic in motion."""
         if self._model.acting("friction"):
             return _as_asked(self._own * self._model.friction(self._contact(state)), state["t_s"])
-        return _as_asked(np.full(np.shape(state["t_s"]), self._model.mu_s * self._own), state["t_s"])
+        factor = self._model.mu_s * self._own
+        return np.full(np.shape(state["t_s"]), factor) if np.ndim(state["t_s"]) else factor
 
     def force_per_mass(self, **state: Unpack[State]) -> Array:
         """The push per mass (3,) or (n, 3), m/s², in the plate's frame, beside gravity and friction; +z lifts."""
