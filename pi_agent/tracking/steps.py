@@ -211,7 +211,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
 
 
 def _misfit(model: Floats) -> Matrix:
-    """The residue (m, m) that least squares leave of a profile, scaled so that its root of squares is a deviation."""
+    """The residue (m, m) of least squares in a profile, scaled so that its root sum of squares is a deviation."""
     size, parameters = model.shape
     left_over = np.eye(size) - np.linalg.pinv(model).T @ model.T
     return (left_over / np.sqrt(size - parameters)).astype(np.float32)
