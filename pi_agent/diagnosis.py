@@ -1,4 +1,4 @@
-"""What is wrong with the picture, in one sentence; empty while the marker is found."""
+"""Says in one sentence what is wrong with the picture; empty while the marker is found."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Diagnosis:
         """One sentence, or empty."""
 
     def format_fault(self, image: Image) -> str:
-        """Why a frame cannot be tracked at all; empty when it can."""
+        """The reason why a frame cannot be tracked at all; empty when it can."""
         if image.dtype == np.uint8 and image.shape == self._shape:
             return ""
         wanted = f"{self._shape[1]} x {self._shape[0]} pixels of 8 bits in one grey plane"

@@ -23,7 +23,7 @@ class KeptFrame:
 
     @property
     def capture_ns(self) -> int:
-        """When it was captured."""
+        """The moment of its capture."""
         return self.corners.capture_ns
 
 

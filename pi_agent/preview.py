@@ -25,7 +25,7 @@ FULL_QUALITY = 95
 
 @dataclass(frozen=True)
 class View:
-    """What the thread needs of an open camera: its frames, its calibration, the depth of the mark."""
+    """The parts of an open camera that the thread needs: its frames, its calibration, the depth of the mark."""
 
     ring: FrameRing
     calibration: Calibration

@@ -1,4 +1,4 @@
-"""Which of a sensor's modes serves a wanted picture, what part of the sensor it shows, and when its rows are exposed.
+"""Chooses the sensor's mode for a picture, with the part of the sensor that it shows and the times of its rows.
 
 Sensor coordinates are those of libcamera's `ScalerCrop`: pixels of the full array, whatever the mode bins. A mode's
 rows are its own, after binning.
@@ -20,7 +20,7 @@ RATE_SLACK = 0.995
 
 @dataclass(frozen=True)
 class Sensor:
-    """What no interface tells of a sensor: its shutter, and the fewest blank rows after a picture.
+    """The facts of a sensor that no interface tells: its shutter, and the fewest blank rows after a picture.
 
     `least_blanking` pairs a mode's greatest height with its rows of blanking (the kernel's drivers' VBLANK_MIN): at
     the highest rate a frame takes height + blanking rows, which gives the time of one row.

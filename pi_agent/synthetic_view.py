@@ -1,4 +1,4 @@
-"""What the camera would see of the twin's world: a scene of `truth/scene` to pixels, without clock, thread or bus.
+"""Renders what the camera would see of the twin: a scene of `truth/scene` to pixels, without clock, thread or bus.
 
 The plate frame's y runs up the image and the renderer's down it; that change of sign is made here, in `seen_pose`.
 """

@@ -17,7 +17,7 @@ from shared.rig import RigConfig
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What is known of one camera over one plate.
+    """The calibration of one camera over one plate.
 
     `focal_px`, `centre_px`, `distortion` (k1, k2, p1, p2, k3): the pinhole and its lens, as OpenCV has them;
     `plate_from_pixel`: nine numbers, row by row, from undistorted pixels to metres on the plate; `camera_m`: the

@@ -26,7 +26,7 @@ WHITE: Colour = (240, 240, 240)
 PANEL_PX = 580
 FONT_SIZE = 0.36
 COLUMNS_PX = (20, 95, 155, 250, 350)
-"""Where the columns of the table of exposures begin."""
+"""The places at which the columns of the table of exposures begin."""
 
 
 def draw(result: Result, rig: RigConfig) -> NDArray[np.uint8]:

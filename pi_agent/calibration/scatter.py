@@ -59,7 +59,7 @@ def measure_scatter(frames: Image, rig: RigConfig, info: CameraInfo) -> Scatter:
 
 
 def exposure_row(frames: Image, rig: RigConfig, info: CameraInfo) -> ExposureRow:
-    """What one exposure gives."""
+    """The results of one exposure."""
     corners, _ = _corners(frames, rig, info)
     sigma = float(np.sqrt(np.mean(corners.var(axis=0, ddof=1)))) if len(corners) > 2 else float("nan")
     white = float(np.quantile(frames.mean(axis=0), 0.995))
@@ -95,7 +95,7 @@ def exposure_table(rows: list[ExposureRow], *, px_per_mm: float) -> list[str]:
 
 
 def advice(rows: list[ExposureRow], *, px_per_mm: float) -> str:
-    """Which of the exposures to take: the longest that keeps the blur of a slide small, among those that work."""
+    """The exposure to take: the longest that keeps the blur of a slide small, among those that work."""
     working = [row for row in rows if row.found >= LEAST_FOUND]
     sharp = [
         row

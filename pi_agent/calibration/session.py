@@ -32,7 +32,7 @@ HEIGHT_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Taken:
-    """What the camera said of itself, and its frames (n, height, width) uint8."""
+    """The camera's words about itself, and its frames (n, height, width) uint8."""
 
     info: CameraInfo
     frames: Image

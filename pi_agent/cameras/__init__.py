@@ -28,7 +28,7 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, kw_only=True)
 class CameraInfo:
-    """What the camera really does, as it said itself after `open`.
+    """The camera's true settings, as it said itself after `open`.
 
     `line_ns`: from one row's exposure to the next's (0 for a global shutter); `tone`: the curve from light to pixel
     values; `details`: mode and crop in words, for the log; `noiseless`: two pictures of one scene are the same.
@@ -107,7 +107,7 @@ class Camera(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class CameraContext:
-    """What a driver is given: the rig, the folder that its paths are relative to, the bus and the clock for stamps."""
+    """The things that a driver is given: the rig, the folder of its paths, the bus and the clock for stamps."""
 
     rig: RigConfig
     bus: Bus

@@ -207,7 +207,7 @@ def grey(image: np.ndarray) -> Image:
 
 
 def _stamp_ns(source: cv2.VideoCapture, now_ns: int) -> int:
-    """When the frame was stamped by the kernel (V4L2 gives that in POS_MSEC), or else now."""
+    """The moment at which the kernel stamped the frame (V4L2 gives that in POS_MSEC), or else now."""
     stamp_ns = round(1e6 * source.get(cv2.CAP_PROP_POS_MSEC))
     return stamp_ns if 0 < now_ns - stamp_ns < LARGEST_AGE_NS else now_ns
 

@@ -103,7 +103,7 @@ def still_coats(scene: Scene) -> tuple[Coat, ...]:
 
 
 def occluder_coats(scene: Scene) -> tuple[Coat, ...]:
-    """What lies over the block."""
+    """The things that lie over the block."""
     return (Coat(collect_edges(scene.occluders)),) if scene.occluders else ()
 
 

@@ -12,7 +12,7 @@ TONE_STEPS = 4096
 
 
 def illumination(scene: Scene) -> tuple[Image, Image]:
-    """What reflectance is multiplied with (light, vignetting, shadows) and the glare that is added (frame-sized)."""
+    """The factor on reflectance (light, vignetting, shadows) and the glare that is added (frame-sized)."""
     y, x = np.mgrid[0:FRAME_PX, 0:FRAME_PX].astype(np.float32)
     cx, cy = scene.optics.centre_px
     radius2 = ((x - cx) ** 2 + (y - cy) ** 2) / (2 * (FRAME_PX / 2) ** 2)

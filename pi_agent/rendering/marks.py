@@ -36,7 +36,7 @@ class Ink:
 
 
 def mark_layers(mark: Mark, ink: Ink) -> tuple[Layer, ...]:
-    """What is painted, in order: margin, dark square, feature."""
+    """The layers that are painted, in order: margin, dark square, feature."""
     margin = (Layer((mark.outline_mm(),), ink.white),) if mark.margin > 0 else ()
     return (*margin, Layer((mark.corners_mm(),), ink.dark), *_feature(mark, ink))
 

@@ -173,7 +173,7 @@ def _paint_instant(
 
 
 def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Which layers (layers,) have a polygon that may reach into a patch of `size`, by the box around each layer."""
+    """The layers (layers,) that have a polygon which may reach into a patch of `size`, by the box around each layer."""
     low, high = np.full((layers, 2), np.inf), np.full((layers, 2), -np.inf)
     np.minimum.at(low, layer, starts.min(axis=0))
     np.maximum.at(high, layer, starts.max(axis=0))

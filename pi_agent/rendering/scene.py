@@ -1,4 +1,4 @@
-"""What the camera looks at, and through what: frozen descriptions without any drawing.
+"""Describes what the camera looks at, and through what: frozen descriptions without any drawing.
 
 Image frame: pixels, the centre of the top-left pixel is (0, 0), x right, y down. Plate frame: origin at the plate's
 centre, x and y along the image's x and y, z towards the camera, millimetres. Yaw turns x towards y.
@@ -22,7 +22,7 @@ FRAME_PX = 600
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the mark's centre is at the capture time (plate frame, mm, rad) and how it moves (per second).
+    """The place of the mark's centre at the capture time (plate frame, mm, rad) and its motion (per second).
 
     `tip_rad` leans the mark about the horizontal axis at `tip_axis_rad` through its centre, as a tipping block does.
     `gain`: by how much `vx_mm_s`, `vy_mm_s` and `yaw_rate_rad_s` grow in a second; `moves_s`: the times after the

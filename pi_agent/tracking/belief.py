@@ -1,4 +1,4 @@
-"""Which profiles are believed to show the mark's edge, and how those under a highlight are read."""
+"""Weighs which profiles show the mark's edge, and reads those under a highlight."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -142,7 +142,7 @@ def tracker_config(args: argparse.Namespace) -> TrackerConfig:
 def track_file(
     path: Path, *, config: TrackerConfig, rate_hz: float | None = None
 ) -> Iterator[tuple[Shot, Observation]]:
-    """What is seen in each frame of a picture or a video.
+    """The observation in each frame of a picture or a video.
 
     Raises:
         UserError: when it is neither, or after the last frame that can be decoded when there should be more.

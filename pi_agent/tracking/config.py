@@ -1,4 +1,4 @@
-"""What a tracker is told before it starts."""
+"""Holds what a tracker is told before it starts."""
 
 from dataclasses import dataclass, field
 

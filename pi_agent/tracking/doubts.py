@@ -1,4 +1,4 @@
-"""What the scatter of an edge's points does not show: uneven light along it, and the edge of something else."""
+"""Finds what the scatter of an edge's points does not show: uneven light along it, and the edge of something else."""
 
 from functools import lru_cache
 from math import ceil, sqrt
@@ -81,7 +81,7 @@ def beside_a_gap(line: lines.LineFit, *, blur_px: float, shortest_px: float) -> 
 
 
 def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Where a profile and both its neighbours are marked, without the first and the last (4, n − 2)."""
+    """The places at which a profile and both its neighbours are marked, without the first and the last (4, n − 2)."""
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 

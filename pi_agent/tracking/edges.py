@@ -1,4 +1,4 @@
-"""Where the mark's edges are: profiles across the expected edges, a blurred step fitted to each (see `steps`)."""
+"""Finds the mark's edges: profiles across the expected edges, a blurred step fitted to each (see `steps`)."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ SATURATED = 252.0  # light at which a pixel says no more than "at least this"
 
 
 class Profiles(NamedTuple):
-    """What the profiles (4, n) say.
+    """The readings of the profiles (4, n).
 
     The edge's offset from where it was expected (px), how much further out it seems to an estimator that leans
     on neither side (px), contrast and contrast × e (4, n, 2) as one tells that allows for a slope in the light, the

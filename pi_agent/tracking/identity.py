@@ -1,4 +1,4 @@
-"""Which corner is which: read from the mark where it says so, else by continuity.
+"""Tells which corner is which: read from the mark where it says so, else by continuity.
 
 A quadrilateral that was found starts at any of its corners; a turn k means that the mark's corner 0 is its corner k.
 """

@@ -162,7 +162,7 @@ def side_vectors(corners: Four, *, aspect: float) -> tuple[complex, complex]:
 
 
 def flat_shape(sides: tuple[complex, complex]) -> Shape:
-    """What yaw does not change: squared length of the first side, of the second, and their product."""
+    """The invariants under yaw: squared length of the first side, of the second, and their product."""
     right, down = sides
     return abs(right) ** 2, abs(down) ** 2, (right.conjugate() * down).real
 

@@ -61,7 +61,7 @@ class _Match(NamedTuple):
 
 
 class _Here(NamedTuple):
-    """What the present place tells: the unsheared corners of `frames` frames, their variance, and that by noise alone.
+    """The facts of the present place: unsheared corners of `frames` frames, their variance, that by noise alone.
 
     `doubt`: what that is times where the known shape disagrees.
     """

@@ -67,7 +67,7 @@ def _read(length: Floats, clear_px: float) -> Floats:
 
 @lru_cache(maxsize=8)
 def places(count: int) -> Floats:
-    """Where the points of an edge lie along its free part (count,): −0.5 … 0.5."""
+    """The places of an edge's points along its free part (count,): −0.5 … 0.5."""
     return (np.arange(count) + 0.5) / count - 0.5
 
 

@@ -1,4 +1,4 @@
-"""What a mark looks like: a dark rectangle, its margin, and the feature that tells its corners apart.
+"""Describes the look of a mark: a dark rectangle, its margin, and the feature that tells its corners apart.
 
 The mark's frame has its origin at the centre of the dark square, x right and y down as the image's when the yaw is 0,
 millimetres. Its corners are numbered clockwise as seen from the camera, from the one at (−, −).

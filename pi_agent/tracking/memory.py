@@ -1,4 +1,4 @@
-"""What is remembered of the mark: the lens's blur, its outline where it lies, its shape from place to place.
+"""Remembers of the mark: the lens's blur, its outline where it lies, its shape from place to place.
 
 A rolling shutter makes a mark that moves another shape. What it makes is known where the speed is: not at first sight,
 nor in the frame of a blow. What is seen then is compared with what is remembered as far as it can be, and not learned.
@@ -40,7 +40,7 @@ class Memory:
         self._departed = 0
 
     def unsteady_px(self, corners: Points, way: Way) -> float:
-        """What the rolling shutter may make of the outline by a speed that is not steady."""
+        """The change of the outline by the rolling shutter, by a speed that is not steady."""
         return 0.5 * way.unsteady_px_s * self._line_s * abs(complex(corners[2] - corners[0]))
 
     def settled(self, fit: Fit, way: Way) -> Fit:

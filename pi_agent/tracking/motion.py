@@ -1,4 +1,4 @@
-"""Where the mark will be in the next frame, from the last ones. Corners (4,) are complex: x + i y, px."""
+"""Predicts the mark's place in the next frame from the last ones. Corners (4,) are complex: x + i y, px."""
 
 from cmath import exp, phase
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What the tracker says about one frame."""
+"""Holds what the tracker says about one frame."""
 
 from dataclasses import dataclass
 

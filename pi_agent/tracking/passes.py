@@ -27,7 +27,7 @@ BLUR_RANGE_PX = (0.55, 4.0)
 
 @dataclass(frozen=True)
 class Task:
-    """What stays the same from frame to frame.
+    """The task that stays the same from frame to frame.
 
     The estimators for an unknown and for a known blur, in good and in dim light (all one beside an even margin, where
     it does not matter), those for a moving mark, and the part of each edge that is no edge (a notch).
@@ -63,7 +63,7 @@ class Task:
 
 
 class Look(NamedTuple):
-    """What a pass starts from: the edges as expected, the blur of the lens, the estimators.
+    """The start of a pass: the edges as expected, the blur of the lens, the estimators.
 
     `path`: the way across each edge within the exposure (4,) that its estimator is made for; `width`: deviation of
     blur and smear together; `sharp`: how much an edge tells of the lens's blur, 1 without smear; `inwards`: the ways of
@@ -97,7 +97,7 @@ def look_at(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task
 
 
 class Step(NamedTuple):
-    """What a pass found.
+    """The findings of a pass.
 
     The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
     the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
@@ -125,7 +125,7 @@ class Step(NamedTuple):
 def one_pass(
     reader: PixelReader, look: Look, *, task: Task, shared_blur: bool, smear: Smear | None, turn_per_row_rad: float
 ) -> Step | None:
-    """What a pass finds; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
+    """The findings of a pass; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
     expected = look.expected
     if min(expected.length.tolist()) < 8.0:
         return None

@@ -30,7 +30,7 @@ def _remapped(light: NDArray[Any], x: Light, y: Light) -> Light:
 
 @lru_cache(maxsize=8)
 def _lattice(count: int, size: int) -> Light:
-    """What the first place, the way along and the way across count in those of all profiles (3, count × size)."""
+    """The weights (3, count × size) of the first place, the way along and the way across in those of all profiles."""
     along, across = np.meshgrid((np.arange(count) + 0.5) / count - 0.5, np.arange(size) / (size - 1), indexing="ij")
     return np.stack([np.ones(count * size), along.ravel(), across.ravel()]).astype(np.float32)
 

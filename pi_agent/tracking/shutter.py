@@ -1,4 +1,4 @@
-"""When each row of a frame was exposed."""
+"""Tells when each row of a frame was exposed."""
 
 from dataclasses import dataclass
 

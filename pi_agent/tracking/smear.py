@@ -1,4 +1,4 @@
-"""What motion does to a picture: the smear of the exposure, and the bend by a rolling shutter."""
+"""Describes what motion does to a picture: the smear of the exposure, and the bend by a rolling shutter."""
 
 from dataclasses import dataclass
 

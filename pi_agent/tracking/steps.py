@@ -47,7 +47,7 @@ MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
 
 
 class Table(NamedTuple):
-    """What an estimator answers to a step away from where it is expected (k,).
+    """The answer of an estimator to a step away from where it is expected (k,).
 
     `answers`: e as the estimator gives it, increasing; `reach`: where the step lies, in blur deviations. The tables of
     four edges lie one behind the other: `apart` (4, 1) is what is added to the answers of each.
@@ -58,7 +58,7 @@ class Table(NamedTuple):
     apart: Floats | None = None
 
     def place(self, answer: Matrix | Floats) -> Floats:
-        """Where the steps (4, n) lie, in blur deviations."""
+        """The places of the steps (4, n), in blur deviations."""
         return np.interp(answer if self.apart is None else answer + self.apart, self.answers, self.reach)
 
     def fenced(self) -> "Table":
@@ -68,7 +68,7 @@ class Table(NamedTuple):
 
 
 class Sloped(NamedTuple):
-    """What is asked of profiles with a slope in the light: `misfit` (m, m), and the table of their estimator."""
+    """The estimator for profiles with a slope in the light: `misfit` (m, m), and the table of their estimator."""
 
     misfit: Matrix
     table: Table
@@ -211,7 +211,7 @@ def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> S
 
 
 def _misfit(model: Floats) -> Matrix:
-    """What least squares leave of a profile (m, m), scaled so that its root sum of squares is a deviation."""
+    """The residue (m, m) of least squares in a profile, scaled so that its root sum of squares is a deviation."""
     size, parameters = model.shape
     left_over = np.eye(size) - np.linalg.pinv(model).T @ model.T
     return (left_over / np.sqrt(size - parameters)).astype(np.float32)
@@ -236,7 +236,7 @@ def _reach(smear: float) -> Floats:
 
 
 def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
-    """What the estimator answers to steps `seen` (k, m) away from where it expects them, as far as they differ."""
+    """The answer of the estimator to steps `seen` (k, m) away from where it expects them, as far as they differ."""
     answers = (seen @ solve[:, 2]) / (seen @ solve[:, 1])
     flat = np.gradient(answers, reach) < LEAST_GAIN
     left = int(np.flatnonzero(flat & (reach < 0)).max(initial=0))

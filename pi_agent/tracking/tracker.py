@@ -209,7 +209,7 @@ class Tracker:
         return self._motion.way if self._motion.has_velocity else None
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
-        """What the bend of the edges by an unknown turn adds to sigma, when the first sight is of a smeared mark."""
+        """The part of sigma, px, by the edges' bend under an unknown turn, when a mark is first seen smeared."""
         line_s = self.config.shutter.line_s
         if (
             not first

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import time
 from collections.abc import Generator
@@ -24,17 +25,19 @@ pytestmark = [pytest.mark.timeout(120)]
 SETTLE_S = 1.5
 """In which links stand and declarations arrive, on a busy machine too; what is awaited is waited for longer."""
 PATIENCE_S = 20.0
+SERVING = ("camera", "arm", "station")
+"""The processes that serve something."""
 OUTSIDERS = ("revoked camera", "expired station", "stranger")
 
 
 def rig_on(*ports: int) -> RigConfig:
-    at = dict(zip(("camera", "arm"), (f"tls/127.0.0.1:{port}" for port in ports), strict=True))
+    at = dict(zip(SERVING, (f"tls/127.0.0.1:{port}" for port in ports), strict=True))
     return rig_of_table(Table({"id": "rights", "bus": at}))
 
 
 @dataclass(frozen=True)
 class Agents:
-    """Camera and arm agent, which hear everything and serve every service, whoever's it is."""
+    """Camera agent, arm agent and station, which hear everything and serve every service, whoever's it is."""
 
     rig: RigConfig
     buses: tuple[ZenohBus, ...]
@@ -59,7 +62,7 @@ class Agents:
 @pytest.fixture(scope="module")
 def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folders of keys: `good` as it is now, and one for each who has lost his rights or never had any."""
-    folder, rig = tmp_path_factory.mktemp("keys"), rig_on(1, 2)
+    folder, rig = tmp_path_factory.mktemp("keys"), rig_on(1, 2, 3)
     authority.new_authority(rig, folder / "good")
     shutil.copytree(folder / "good" / "camera", folder / "revoked camera")
     assert authority.revoke(rig, folder / "good", "camera") == "camera.2"
@@ -77,12 +80,12 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def agents(keys: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Agents]:
-    rig = rig_on(free_port(), free_port())
+    rig = rig_on(free_port(), free_port(), free_port())
     monkeypatch.setenv("REPOSE_KEYS", str(keys / "good"))
-    with ZenohBus.of("camera", rig) as camera, ZenohBus.of("arm", rig) as arm:
-        both = Agents(rig, (camera, arm))
-        both.attend()
-        yield both
+    with contextlib.ExitStack() as stack:
+        all_of_them = Agents(rig, tuple(stack.enter_context(ZenohBus.of(name, rig)) for name in SERVING))
+        all_of_them.attend()
+        yield all_of_them
 
 
 def rights_of(who: str) -> tuple[set[str], set[str]]:
@@ -98,7 +101,7 @@ def test_each_is_heard_on_what_is_its_own_and_on_nothing_else(
     who: str, keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sent, askable = rights_of(who)
-    at = (*agents.rig.bus.endpoint("camera"), *agents.rig.bus.endpoint("arm"))
+    at = tuple(endpoint for name in SERVING for endpoint in agents.rig.bus.endpoint(name))
     monkeypatch.setenv("REPOSE_KEYS", str(keys / who if who in OUTSIDERS else keys / "good" / who))
     with ZenohBus("rights", connect=at) as other:
         begin = time.monotonic()

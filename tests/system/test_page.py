@@ -12,7 +12,7 @@ import pytest
 
 from shared.messages import PlatformState
 from tests.system import chromium
-from tests.system.live_rig import FAST, Rig
+from tests.system.live_rig import FAST, Rig, decided_the_same
 from tests.system.ports import free_port
 from tests.system.processes import end, start
 
@@ -87,6 +87,8 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.wait("document.getElementById('state').innerText.includes('ended with')")
             page.wait("document.querySelector('#files tr[data-name$=mcap]')")
         page.wait("document.getElementById('link').className === 'lost'")
+        (recorded,) = (rig.folder / "recordings").glob("*.mcap")
+        assert decided_the_same(recorded), "a pause is a part of the recording"
 
         with served(rig, port=port):
             page.wait("document.getElementById('link').innerText === 'connected'")

@@ -18,6 +18,7 @@ from shared.errors import UserError
 from shared.programs import how_to_call
 from station.app.demonstration import PLAIN, conceal, drawn, reveal
 from station.app.diagnosing import diagnose_file
+from station.app.one_run import run_in_motion
 from station.app.planting import plant
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
@@ -67,7 +68,9 @@ def run(options: argparse.Namespace) -> int:
         console.print(f"Sealed: {concealed.key}, sha256 {concealed.sha256}")
         examined = diagnose_file(concealed.recording, status=status.update)
     report = folder / "report.html"
-    report.write_text(html_page(examined.diagnosis, examined.pictures, seed=seed), encoding="utf-8")
+    motion = run_in_motion(concealed.recording, examined.diagnosis)
+    page = html_page(examined.diagnosis, examined.pictures, seed=seed, motion=motion)
+    report.write_text(page, encoding="utf-8")
     console.print(summary(examined.diagnosis))
     console.print()
     revealed = reveal(concealed, examined.diagnosis, known)

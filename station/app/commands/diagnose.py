@@ -22,6 +22,7 @@ from rich.console import Console
 
 from shared.errors import UserError
 from station.app.diagnosing import TABLES, diagnose_file
+from station.app.one_run import run_in_motion
 from station.app.outputs import require_writable
 from station.app.planned import write_plan
 from station.app.plugins import named_in, plugin_folders
@@ -127,7 +128,10 @@ def _write_files(found: Examined, options: argparse.Namespace) -> None:
     if options.model:
         _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
     if options.report:
-        _write(options.report, html_page(answer, found.pictures, seed=options.seed), what="report")
+        path: Path = options.files[0]
+        motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
+        page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
+        _write(options.report, page, what="report")
     if options.plan:
         print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)
 

@@ -22,8 +22,8 @@ nav a { margin-right: 1rem; } .whole { white-space: nowrap; } th, td { text-alig
 _LINKS = (("where", "Where"), ("what", "What"), ("fit", "Fit"), ("next", "Next"), ("provenance", "Provenance"))
 
 
-def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None = None) -> str:
-    """The report as HTML; `seed` is listed in its provenance."""
+def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None = None, motion: str = "") -> str:
+    """The report as HTML; `seed` is listed in its provenance, `motion` is a figure of one run that moves."""
     links = "".join(f'<a href="#{name}">{word}</a>' for name, word in _LINKS)
     with style():
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
@@ -31,7 +31,7 @@ def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None =
             told = [where(diagnosis, pictures), what(diagnosis)]
             # What the user's own simulation does by its numerics comes after what it leaves out; ours is cured first.
             parts += [*told, numerics(diagnosis)] if diagnosis.given else [numerics(diagnosis), *told]
-            parts.append(fit(diagnosis, pictures))
+            parts += [fit(diagnosis, pictures), motion]
         else:
             parts.append(what(diagnosis))
         parts += [next_step(diagnosis), provenance(diagnosis, seed=seed)]
