@@ -76,13 +76,13 @@ def _run(options: argparse.Namespace, rows: Sequence[Row], cables: network.Netwo
                 print(_markdown([str(value) for value in line.values()]), flush=True)
                 bad += is_bad(row, outcomes) or bool(failed)
                 kept += [asdict(outcome) for outcome in outcomes]
+                if options.json:
+                    options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
         finally:
             lab.close()
             lab.unmount()
             if cables is not None:
                 cables.remove()
-    if options.json:
-        options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
     return 1 if bad else 0
 
 
