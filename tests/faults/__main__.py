@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,8 @@ DISK_MB = 200
 def main(words: Sequence[str] | None = None) -> int:
     """Runs the rows that were asked for."""
     options = _parser().parse_args(words)
+    for number in (signal.SIGHUP, signal.SIGINT):  # nohup and a shell's `&` have them ignored, by every child, too
+        signal.signal(number, signal.SIG_DFL)
     rows = [row for row in all_rows() if any(part in row.name for part in options.row or [""])]
     if options.list:
         print("\n".join(row.name for row in rows))
@@ -73,13 +76,13 @@ def _run(options: argparse.Namespace, rows: Sequence[Row], cables: network.Netwo
                 print(_markdown([str(value) for value in line.values()]), flush=True)
                 bad += is_bad(row, outcomes) or bool(failed)
                 kept += [asdict(outcome) for outcome in outcomes]
+                if options.json:
+                    options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
         finally:
             lab.close()
             lab.unmount()
             if cables is not None:
                 cables.remove()
-    if options.json:
-        options.json.write_text(json.dumps(kept, indent=1), encoding="utf-8")
     return 1 if bad else 0
 
 

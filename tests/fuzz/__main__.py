@@ -18,6 +18,7 @@ import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from random import Random
 
@@ -74,8 +75,12 @@ def _work(options: argparse.Namespace, targets: Sequence[Target]) -> int:
 
 def _of_all(options: argparse.Namespace) -> list[Outcome]:
     with ThreadPoolExecutor(options.jobs) as pool:
-        told = pool.map(lambda job: [*_of_job(options, job)], range(options.jobs))
+        told = pool.map(partial(_told_by_job, options), range(options.jobs))
         return sorted(itertools.chain.from_iterable(told), key=lambda outcome: outcome.number)
+
+
+def _told_by_job(options: argparse.Namespace, begin: int) -> list[Outcome]:
+    return [*_of_job(options, begin)]
 
 
 def _of_job(options: argparse.Namespace, begin: int) -> Iterator[Outcome]:

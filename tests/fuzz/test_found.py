@@ -1,0 +1,130 @@
+"""What fuzzing found, one input each: refused in a sentence now, or shown without harm."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from shared.bus_keys import members_in
+from shared.errors import UserError
+from shared.messages import RunEvent
+from shared.visible import LONGEST, sentence, visible
+from station.__main__ import main
+from station.physics.catalogue import catalogue
+from station.physics.model import model_of_table
+from station.recording import mcap_file
+from station.recording.importers import importers
+from station.recording.mcap_file import McapFile
+from station.recording.reader import open_recording
+from tests.fuzz import seeds
+from tests.unit.app.forging import Item, forged
+from tests.unit.recording.test_importers import made_up
+
+CLEAR = "\x1b[2J"
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    path = tmp_path / "bench.mcap"
+    path.write_bytes(seeds.bench())
+    return path
+
+
+@pytest.mark.parametrize("command", ["doctor", "verify", "check"])
+def test_a_recording_does_not_command_the_terminal(
+    bench: Path, tmp_path: Path, command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def edit(items: Iterator[Item]) -> Iterable[Item]:
+        for item in items:
+            if isinstance(item.message, RunEvent):
+                yield item.with_message(replace(item.message, phase=CLEAR))
+            else:
+                yield item
+
+    main([command, str(forged(bench, tmp_path / "forged.mcap", edit))])
+    told = capsys.readouterr()
+    assert "\x1b" not in told.out + told.err
+    assert command != "doctor" or "␛[2J" in told.out
+
+
+def test_control_characters_are_shown_and_long_sentences_lose_their_middle() -> None:
+    assert visible("a\x00b\x7f\x9b\tc\nd") == "a␀b␡\ufffd\tc\nd"
+    assert sentence("short") == "short"
+    assert len(sentence("x" * 10_000)) < LONGEST + 10
+
+
+def test_an_index_that_claims_any_length_takes_no_memory(
+    bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = mcap_file.ChunkIndex
+
+    def claims(**values: int) -> object:
+        return whole(**(values | {"message_index_length": 2**62}))  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(mcap_file, "ChunkIndex", claims)
+    path = tmp_path / "claims.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, library="test")
+        schema = file.register_schema("repose.Sample", b"")
+        channel = file.register_channel("/session/sample", schema_id=schema)
+        file.add_message(channel, log_ns=1, publish_ns=1, sequence=0, payload=b"")
+        file.finish()
+    reader = open_recording(path)
+    assert len(reader.samples()) == 1
+    assert bench.exists()
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"friction": 0.3},
+        {"friction": {"mu_s": 10**400}},
+        {"friction": {"mu_s": 0.3}, "effects": 3},
+        {"friction": {"mu_s": 0.3}, "effects": {"kinetic_drop": 3}},
+    ],
+)
+def test_a_model_of_other_kinds_is_refused(table: dict[str, object]) -> None:
+    with pytest.raises(UserError, match="Expected"):
+        model_of_table(table, catalogue())
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"object": 3}, {"mu_1_interval": [1, 2, 3]}, {"axis_rad": "0"}, {"samples": 10**400}, {"remarks": "a doubt"}],
+)
+def test_a_pair_of_other_kinds_is_refused(
+    changed: dict[str, object], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pair = {"object": "a", "plate": "b", "mu_1": 0.4, "mu_2": 0.3, **changed}
+    path = tmp_path / "friction_pairs.json"
+    path.write_text(json.dumps({"format": "friction pairs", "pairs": [pair]}), encoding="utf-8")
+    assert main(["export", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "Expected" in capsys.readouterr().err
+
+
+def test_rights_that_are_no_lists_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rights.toml"
+    path.write_text('rig = "lab"\n[members]\ncamera = 3\n', encoding="utf-8")
+    with pytest.raises(UserError, match="with lists for"):
+        members_in(path, "lab")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("frame", 1e300), ("toss", 1e300), ("x_m", 1e300), ("x_m", float("nan")), ("frame", 10.0**9)]
+)
+def test_tosses_that_cannot_be_are_refused(name: str, value: float, tmp_path: Path) -> None:
+    """Frames of a billion would make months of messages, and none of them of a toss."""
+    table = pq.read_table(made_up(tmp_path / "whole.parquet")).to_pydict()
+    table[name] = [value] * len(table[name])
+    if name == "x_m":
+        table["y_m"] = table[name]
+    path = tmp_path / "tosses.parquet"
+    pq.write_table(pa.table({column: pa.array(values, pa.float64()) for column, values in table.items()}), path)
+    with pytest.raises(UserError, match="Expected"):
+        importers()["cube-tosses"].read(path)
