@@ -15,7 +15,8 @@ run: setup
 
 # Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed, and three
 # files at a time, as they mostly wait. The types are checked beside them: that keeps one core busy for a minute, which
-# the other tests would have to wait for. The longest files begin first.
+# the other tests would have to wait for. The longest files begin first. The others, too, run three files at a time: a
+# worker that waits for a command that its test has started leaves its core to another.
 #
 # The matrices are small: a second thread of linear algebra would mostly wait for the first, at full load, and two cores
 # are busy without it. `make test-portable` runs the same tests in one thread and in two.
@@ -26,7 +27,7 @@ test: setup style
 	@$(MAKE) --no-print-directory -j 2 types test-system
 
 test-alone: setup
-	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
+	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
 	  tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
 
 test-system: setup
