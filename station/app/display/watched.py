@@ -103,7 +103,7 @@ class Watched:
         self._reference.on_sample(sample)
         self._done += 1
         if not sample.censored and not sample.flags:
-            self._onsets_deg[sample.direction].append(math.degrees(sample.onset_angle_rad))
+            self._onsets_deg.setdefault(sample.direction, []).append(math.degrees(sample.onset_angle_rad))
 
     def _on_status(self, status: SessionStatus) -> None:
         """Learns of a session that was begun elsewhere what its own display knows beforehand."""

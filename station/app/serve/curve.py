@@ -44,12 +44,16 @@ class LiveCurve:
             if (session, len(samples)) == self._seen:
                 continue
             self._seen = (session, len(samples))
-            self._tell(session, friction_of(samples, geometry, fitted=False))
+            self._tell(session, samples, geometry, fitted=False)
             begin = time.monotonic()
-            self._tell(session, friction_of(samples, geometry, fitted=True))
+            self._tell(session, samples, geometry, fitted=True)
             self._closing.wait(_REST * (time.monotonic() - begin))
 
-    def _tell(self, session: int, told: dict[str, Any]) -> None:
+    def _tell(self, session: int, samples: Sequence[Sample], geometry: CameraGeometry | None, *, fitted: bool) -> None:
+        try:
+            told = friction_of(samples, geometry, fitted=fitted)
+        except Exception as error:  # whatever a message held: the page goes on without a curve, and says why
+            told = {"points": [], "curve": [], "frame": "object", "note": f"no curve: {error}"}
         self.told = told | {"session": session}
         self.version += 1
 

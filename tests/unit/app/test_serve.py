@@ -6,6 +6,7 @@ import http.client
 import json
 import math
 import threading
+import time
 from collections.abc import Generator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import (
     ArmReply,
+    CameraGeometry,
     Heartbeat,
     Message,
     Sample,
@@ -381,3 +383,15 @@ def test_few_samples_are_points_and_a_sentence_why_there_is_no_curve() -> None:
     assert told["curve"] == []
     assert "No limit curve can be fitted" in told["note"]
     json.dumps(told, allow_nan=False)
+
+
+def test_samples_that_make_no_sense_end_neither_the_page_nor_its_curve(backend: Backend, bus: MemoryBus) -> None:
+    bus.publish("camera/geometry", CameraGeometry())
+    bus.publish("session/sample", replace(session.sample(), direction=9, reference_corners_px=(), euler_rad=()))
+    bus.publish("session/status", SessionStatus(slip_corners=99, total=-3, slip_base_px=math.nan, recording="../../x"))
+    assert backend.state()["done"] == 1
+    end = time.monotonic() + 20
+    while backend.curve.version < 2 and time.monotonic() < end:
+        time.sleep(0.05)
+    assert backend.curve.version >= 2
+    assert backend.curve.told["note"]
