@@ -31,7 +31,7 @@ def work_on(tasks: Iterable[Task], work: Callable[[Task], None], *, jobs: int, t
         return
     with _one_thread_each(), bar(console) as progress:
         shown = progress.add_task(title, total=len(waiting))
-        pool: Any = Parallel(n_jobs=min(jobs, len(waiting)), return_as="generator_unordered", batch_size=1)
+        pool: Any = Parallel(n_jobs=min(jobs, len(waiting)), return_as="generator_unordered")
         try:
             for _ in pool(delayed(_followed)(work, task, os.getpid()) for task in waiting):
                 progress.advance(shown)
