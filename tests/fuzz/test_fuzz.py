@@ -12,6 +12,7 @@ from tests.fuzz.change import of_bytes, of_table, of_text
 from tests.fuzz.target import Unclear, all_targets, command, refuse_control, refuse_unclear
 
 
+@pytest.mark.timeout(900)  # 16 s of processor time, which a machine that does much else gives it in minutes
 def test_a_thousand_inputs(capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["--inputs", "1000", "--seed", "20261123"])
     assert status == 0, capsys.readouterr().out

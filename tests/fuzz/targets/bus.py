@@ -10,6 +10,7 @@ from random import Random
 from typing import Any
 
 from shared import topics, wire
+from shared.errors import UserError
 from shared.messages import AngleReading, Message
 from tests.fuzz.change import of_bytes, of_value
 from tests.fuzz.target import Target, Unclear
@@ -22,19 +23,32 @@ def messages() -> tuple[type[Message], ...]:
     return tuple(dict.fromkeys([*named, *served, AngleReading]))
 
 
+LENGTHS = (8, 9, 3, 4, 2)
+"""How many items a list may want: corners, a matrix, angles, rows."""
+
+
 @cache
 def filled(cls: type[Message]) -> Message:
-    """A message whose lists are not empty, so that there is something to change."""
-    more: dict[str, Any] = {}
+    """A message whose lists have as many items as they may, so that there is something to change."""
+    message = cls()
     for spec in fields(cls):
-        if spec.type in ("Floats", "Ints"):
-            more[spec.name] = tuple(range(1, 9)) if spec.type == "Ints" else tuple(map(float, range(1, 9)))
-        elif spec.type == "Strings":
-            more[spec.name] = ("a", "b")
+        for length in LENGTHS if spec.type in ITEMS else ():
+            longer = replace(message, **{spec.name: ITEMS[str(spec.type)] * length})
+            if _possible(longer):
+                message = longer
+                break
+    return message
+
+
+ITEMS: dict[str, tuple[Any, ...]] = {"Floats": (1.5,), "Ints": (7,), "Strings": ("a",)}
+
+
+def _possible(message: Message) -> bool:
     try:
-        return replace(cls(), **more)
-    except (TypeError, ValueError):
-        return cls()
+        wire.decode(type(message), wire.encode(message))
+    except UserError:
+        return False
+    return True
 
 
 def changed(random: Random, message: Message) -> bytes:

@@ -68,6 +68,15 @@ def _read_all(path: Path) -> None:
         repr(item.message)
 
 
+def _repair(path: Path) -> None:
+    """A repair, without the result of the one before in its way."""
+    path.with_suffix("").unlink(missing_ok=True)
+    REPAIR(path)
+
+
+REPAIR = command("repair", "{file}")
+
+
 def _for_diagnosis(path: Path) -> None:
     """What `station diagnose` reads before it thinks."""
     reader = open_recording(path)
@@ -95,5 +104,5 @@ TARGETS = (
     Target("recording: verify", ".mcap", partial(_rewritten), command("verify", "{file}"), share=1.0),
     Target("recording: diagnose", ".mcap", _rewritten, _for_diagnosis, share=2.0),
     Target("recording: replay", ".mcap", _rewritten, _for_replay, share=1.5),
-    Target("recording: repair", ".mcap.partial", _damaged, command("repair", "{file}"), share=0.7),
+    Target("recording: repair", ".mcap.partial", _damaged, _repair, share=0.7),
 )
