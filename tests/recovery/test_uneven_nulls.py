@@ -1,4 +1,4 @@
-"""A null of the other generator: soles lie anew in each run, friction wanders, and the arm is noisy, filtered and rings."""
+"""A null of the other generator: soles lie anew in each run, friction wanders, and the arm is noisy and rings."""
 
 from __future__ import annotations
 
