@@ -24,7 +24,7 @@ STEEPER = Model(mu_s=MU, terms=(Term(catalogue()["angle_scale"], {"gain": 0.01, 
 
 RUN = np.repeat(np.arange(RUNS), WINDOWS)
 NODE_RUN = np.repeat(RUN, NODES)
-DOWN_RAD = (2.0 * math.pi / RUNS * np.arange(RUNS))[NODE_RUN]
+DOWN_RAD: Array = np.linspace(0.0, 2.0 * math.pi, RUNS, endpoint=False)[NODE_RUN]
 
 
 def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
@@ -75,7 +75,7 @@ def test_uneven_soles_do_not_make_the_plate_steeper() -> None:
 def test_a_leaning_plate_shows_in_the_ways_of_slides(own_rad: float) -> None:
     """Along the true steepest line nothing is left; runs of their own ways leave what they would on a level plate."""
     pull = moments_of(DOWN_RAD).loads(LEANING).tangential
-    true = np.arctan2(pull[:, 1], pull[:, 0])
+    true: Array = np.asarray(np.arctan2(pull[:, 1], pull[:, 0]), dtype=np.float64)
     own = np.random.default_rng(20261442).normal(0.0, own_rad, RUNS)[NODE_RUN]
     across = across_of(true + own)
     left = across_of(DOWN_RAD + own).residual(PLAIN)
@@ -86,7 +86,7 @@ def test_a_leaning_plate_shows_in_the_ways_of_slides(own_rad: float) -> None:
 
 def test_a_block_on_a_level_plate_goes_where_it_was_sent() -> None:
     """Without a slope there is no steepest line: a push that leans aside acts across the block's own way."""
-    way = DOWN_RAD + 1.0
+    way: Array = np.asarray(DOWN_RAD + 1.0, dtype=np.float64)
     across = across_of(way, 0.5 * LEAST_SLOPE_RAD)
     added = across.motion.moments.loads(LEANING).tangential - across.motion.moments.plain.tangential
     left = np.column_stack([-np.sin(way), np.cos(way)])

@@ -61,7 +61,7 @@ def ringing(lag_s: float) -> tuple[Array, Array, Array]:
     rate = np.gradient(tilt, FINE_S)
     late = lfilter([FINE_S / lag_s], [1.0, FINE_S / lag_s - 1.0], rate)
     every = round(1.0 / (HZ * FINE_S))
-    return tilt[::every], rate[::every], late[::every]
+    return np.asarray(tilt)[::every], rate[::every], np.asarray(late)[::every]
 
 
 def fit_of(noise_rad: float, rate_noise_rad_s: float) -> tuple[AttitudeFit, Array, Array]:
