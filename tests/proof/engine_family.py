@@ -1,9 +1,8 @@
 """Families of other people's engines: nothing concealed, or effects as forces, in the draws, the arm and the camera.
 
 Cases, strengths and sessions are the patch world's; its contact is not. With an engine's good settings the tool must be
-silent. What an effect needs of the contact itself (a law of speed, say) is not tried here. An `artefact` is a recording
-of the patch world beside a simulation of it (sim.mcap) by the engine with bad settings: those are to be named, not
-physics.
+silent. What an effect needs of the contact itself (a law of speed, say) is not tried here. An `artefact` is a
+world of the engine with bad settings, in which nothing is concealed: what it does is no physics, and to be called none.
 """
 
 from __future__ import annotations
@@ -86,11 +85,9 @@ class EngineFamily(PlannedFamily):
     def write(self, plan: Plan, folder: Path, *, key: Path) -> None:
         """The session, as the patch world writes one, and where its effects acted; its name says that all is there."""
         case, unfinished = case_of_key(plan.made_from), folder / "unfinished.mcap"
-        bench = self.bench(case.world)
-        if plan.entry["tier"] == "artefact":
-            self._session(case, folder / "sim.mcap", EngineBench(case.world, self.bad(case.world.contact)))
-            bench = Bench(case.world)
-        session = self._session(case, unfinished, bench)
+        artefact, contact = plan.entry["tier"] == "artefact", case.world.contact
+        engine = self.bad(contact) if artefact else self.engine(contact)
+        session = self._session(case, unfinished, EngineBench(case.world, engine))
         found = {
             name: acted(case.world, without, session.runs, seed=case.seed, bench_of=self.bench)
             for name, without in case.without.items()

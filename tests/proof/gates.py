@@ -102,13 +102,8 @@ def _of_nulls(cases: Sequence[Scored]) -> list[Gate]:
         share("null_loss", "held-out loss on nulls", (one.gain < -FAR_OFF for one in plain), most=0.0, asked="never"),
         share(
             "artefact_alarms",
-            "artefacts of a given simulation called physics",
+            "artefacts of a simulator called physics",
             (one.alarmed for one in of_kind(cases, "artefact")),
-        ),
-        share(
-            "artefact_named",
-            "artefacts of a given simulation named as its settings",
-            (bool(one.said.numerics) for one in of_kind(cases, "artefact")),
         ),
     ]
 

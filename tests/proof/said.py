@@ -55,11 +55,6 @@ class Said:
         ]
 
     @property
-    def numerics(self) -> list[str]:
-        """The settings of a given simulation that are said to be bad."""
-        return [str(one["id"]) for one in self.answer.get("numerics", ())]
-
-    @property
     def untestable(self) -> dict[str, str]:
         """Reasons by id."""
         return {one["id"]: one["reason"] for one in self.answer.get("untestable", ())}

@@ -22,7 +22,7 @@ _SOURCES = ("diagnosis", "physics", "signals", "recording")
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """A case (a folder with a recording, perhaps rig.toml and sim.mcap), where its answer goes, the tool's digest."""
+    """A case (a folder with a recording, perhaps with rig.toml), where its answer goes, the tool's digest."""
 
     case: Path
     result: Path
@@ -36,9 +36,7 @@ def run_trial(trial: Trial) -> None:
     try:
         recorded, rig = recording_of(trial.case), trial.case / "rig.toml"
         assert recorded is not None
-        simulated = trial.case / "sim.mcap"
-        beside = simulated if simulated.exists() else None
-        found = diagnose_file(recorded, rig=rig if rig.exists() else None, seed=SEED, simulate=beside)
+        found = diagnose_file(recorded, rig=rig if rig.exists() else None, seed=SEED)
         answer = as_json(found.diagnosis)
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}

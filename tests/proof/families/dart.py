@@ -1,7 +1,6 @@
 """DART, Gazebo's default engine, with steps of a millisecond. Its friction is a pyramid, on axes fixed in the world.
 
-So its block slips up to 2° late between the axes: as a world it has a friction of its own, and is no null. It is
-simulated beside a recording of the patch world, where it is what is bad.
+So its block slips up to 2° late between the axes: its worlds are artefacts, and no nulls.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 It creeps by its regularisation, at a thousandth of what the pull would do in a step: 3 µm/s at 18°, 4 µm on a ramp of
 8°/s, and in steps of tilt some 30 µm before a slip, which the tool called presliding in the one null that was tried (24
-runs). Shorter steps would creep less, and take more than the 2.7 s of processor time that a run takes. So it is no
-null, but a simulation beside a recording of the patch world.
+runs). Shorter steps would creep less, and take more than the 2.7 s of processor time that a run takes. So its
+worlds are artefacts, and no nulls.
 """
 
 from __future__ import annotations
