@@ -35,8 +35,9 @@ DISK_MB = 200
 def main(words: Sequence[str] | None = None) -> int:
     """Runs the rows that were asked for."""
     options = _parser().parse_args(words)
-    for number in (signal.SIGHUP, signal.SIGINT):  # nohup and a shell's `&` have them ignored, by every child, too
-        signal.signal(number, signal.SIG_DFL)
+    for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
+        # The rig is taken down whatever ends this. A handler is no child's: nohup's and a shell's "ignored" would be.
+        signal.signal(number, signal.default_int_handler)
     rows = [row for row in all_rows() if any(part in row.name for part in options.row or [""])]
     if options.list:
         print("\n".join(row.name for row in rows))

@@ -14,7 +14,10 @@ from dataclasses import dataclass, field
 
 from tests.system.processes import ROOT
 
-SUBNET = "10.177.0"
+SUBNET, PHYSICS = "10.177.0", "10.178.0"
+TWIN = "twin"
+"""It stands for the arm's joints and for the light that reaches the camera: what connects them is no cable of the
+rig's, and no row cuts it. It is on a bridge of its own."""
 
 
 def possible() -> bool:
@@ -37,16 +40,27 @@ class Network:
 
     def make(self) -> None:
         """Makes bridge, namespaces and links."""
-        self._ip("link", "add", self.bridge, "type", "bridge")
-        self._ip("link", "set", self.bridge, "up")
-        for name in self.names:
-            space, here = self.space(name), self._link(name)
-            self._ip("netns", "add", space)
-            self._ip("link", "add", here, "type", "veth", "peer", "name", "eth0", "netns", space)
-            self._ip("-n", space, "addr", "add", f"{self.address(name)}/24", "dev", "eth0")
-            self._ip("-n", space, "link", "set", "eth0", "up")
-            self._ip("-n", space, "link", "set", "lo", "up")
-            self._ip("link", "set", here, "master", self.bridge, "up")
+        for bridge in (self.bridge, f"{self.tag}ph"):
+            self._ip("link", "add", bridge, "type", "bridge")
+            self._ip("link", "set", bridge, "up")
+        for number, name in enumerate(self.names, start=1):
+            self._ip("netns", "add", self.space(name))
+            self._ip("-n", self.space(name), "link", "set", "lo", "up")
+            if name != TWIN:
+                self._plug(name, self._link(name), "eth0", f"{SUBNET}.{number}", self.bridge)
+            self._plug(name, f"{self._link(name)}p", "eth1", f"{PHYSICS}.{number}", f"{self.tag}ph")
+        for number, name in enumerate(self.names, start=1):
+            if name != TWIN:  # the twin reaches the others where they listen, by its own way
+                way = (f"{self.address(name)}/32", "via", f"{PHYSICS}.{number}")
+                self._ip("-n", self.space(TWIN), "route", "add", *way)
+
+    def _plug(self, name: str, here: str, there: str, address: str, bridge: str) -> None:
+        """A link from a process's namespace to a bridge."""
+        space = self.space(name)
+        self._ip("link", "add", here, "type", "veth", "peer", "name", there, "netns", space)
+        self._ip("-n", space, "addr", "add", f"{address}/24", "dev", there)
+        self._ip("-n", space, "link", "set", there, "up")
+        self._ip("link", "set", here, "master", bridge, "up")
 
     def remove(self) -> None:
         """Removes everything; what is already gone is no fault."""
@@ -54,8 +68,10 @@ class Network:
             self.plain(name)
         for name in self.names:
             _run("ip", "link", "del", self._link(name), check=False)
+            _run("ip", "link", "del", f"{self._link(name)}p", check=False)
             _run("ip", "netns", "del", self.space(name), check=False)
         _run("ip", "link", "del", self.bridge, check=False)
+        _run("ip", "link", "del", f"{self.tag}ph", check=False)
 
     @property
     def bridge(self) -> str:
@@ -68,7 +84,7 @@ class Network:
 
     def address(self, name: str) -> str:
         """A process's address."""
-        return f"{SUBNET}.{self.names.index(name) + 1}"
+        return f"{PHYSICS if name == TWIN else SUBNET}.{self.names.index(name) + 1}"
 
     def inside(self, name: str) -> list[str]:
         """The words before a command that runs in a process's namespace."""
