@@ -29,7 +29,7 @@ other columns leave a smaller share of it than ABSORBED: the rest is rounding, a
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """An effect at its null with its shapes at one of their starts, and its columns in the scores.
+    """An effect at its null, or at one of its `sizes`, with its shapes at one of their starts, and its columns.
 
     `numbers` counts the effect's parameters that are identifiable in these runs, shapes among them.
     """
@@ -58,11 +58,14 @@ class Scores:
 
 
 def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
-    """Each effect with each combination of the starts of its identifiable shapes, at most MOST_VARIANTS of them."""
+    """Each effect with each combination of its sizes and of the starts of its identifiable shapes.
+
+    There are at most MOST_VARIANTS of each effect.
+    """
     found: list[tuple[Effect, Term]] = []
     for effect in effects:
-        shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
-        grid = itertools.islice(itertools.product(*(shape.starts for shape in shapes)), MOST_VARIANTS)
+        shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape or parameter.sizes]
+        grid = itertools.islice(itertools.product(*(shape.sizes or shape.starts for shape in shapes)), MOST_VARIANTS)
         for values in grid:
             chosen = dict(zip((shape.name for shape in shapes), values, strict=True))
             found.append((effect, Term(effect, {**effect.neutral(), **chosen})))
@@ -80,12 +83,14 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         own = stack(evidence, differences(evidence, fit.model, fit.free, at))
         for effect, start in variants_of(evidence, effects):
             free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
-            parts.append(stack(evidence, differences(evidence, fit.model.with_term(start), free, at)))
+            far = {one.name: start.values[one.name] for one in effect.parameters if one.sizes}
+            null = Term(effect, {**start.values, **{name: effect.neutral()[name] for name in far}})
+            parts.append(stack(evidence, differences(evidence, fit.model.with_term(null), free, at, far)))
             columns = tuple(range(place, place + len(free)))
             variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
-            null = [start.values[number.parameter.name] / number.scale for number in free if number.parameter]
-            low += [number.low - value for number, value in zip(free, null, strict=True)]
-            high += [number.high - value for number, value in zip(free, null, strict=True)]
+            begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
+            low += [number.low - value for number, value in zip(free, begin, strict=True)]
+            high += [number.high - value for number, value in zip(free, begin, strict=True)]
             place += len(free)
     if extra is not None:
         parts.append(extra)

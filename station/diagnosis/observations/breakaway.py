@@ -159,6 +159,12 @@ class Breakaways:
         """The same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
+    def turning_about(self, arm_m: Array) -> Breakaways:
+        """The same runs on a plate whose true pivot has this arm (3,), m, to the told one; see `swing`."""
+        runs = [run.turning_about(arm_m) for run in self.runs]
+        expected = [_expected(run, row) for run, row in zip(runs, self.tried_s, strict=True)]
+        return replace(self, runs=runs, rows=_rows(runs, self.rows.sigma_m), log_expected=np.log(np.array(expected)))
+
     def log_likelihoods(self, law: Falling) -> Array:
         """Log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
         out = np.empty(self.tried_s.shape)
@@ -173,7 +179,11 @@ class Breakaways:
 
     def log_likelihood(self, law: Falling) -> float:
         """The session's log likelihood, the moments integrated out; a run that no law fits counts as an outlier."""
-        return float(self._of_runs(self.log_likelihoods(law)).sum())
+        return float(self.of_runs(law).sum())
+
+    def of_runs(self, law: Falling) -> Array:
+        """The log likelihood (r,) of each run, see `log_likelihood`."""
+        return self._of_runs(self.log_likelihoods(law))
 
     def _of_runs(self, log: Array) -> Array:
         """The log likelihood (r,) of each run, from that of its moments (r, k)."""

@@ -1,0 +1,70 @@
+"""The point about which a session's plate truly turns, as the blocks' first paths show it.
+
+Blocks that are pushed as the plate is set in motion go at the crest of a push, and lose it again. Each path then seems
+to have another law of friction, and all together none.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from station.diagnosis.observations.breakaway import Breakaways, Law
+from station.diagnosis.observations.breakaway_law import FEW, GAIN, MANY, NARROW, TRIED
+from station.diagnosis.observations.breakaway_search import Effort, Sloped, climbed
+from station.physics.contact import Array
+
+PLAIN = Law(drop_spread=3e-3, creep_m=1e-4)
+"""The law under which the arm is first sought: friction is nearly the same at rest and while blocks slide."""
+
+SOFTENED = (20.0, 6.0, 1.5)
+"""The factors on the noise along the way, see `breakaway_law`."""
+
+UNIT_M, STEP, MOST = 0.01, 0.05, 50.0
+"""The arm is sought in centimetres, up to half a metre; its slopes are taken over half a millimetre."""
+
+BRIEF, THOROUGH, FOLLOWED = Effort(8, 0.05), Effort(20, 0.05), 2
+"""The searches on the way and the last ones, whose moments of slip follow the arm."""
+
+AXES = np.eye(3)
+
+
+def likeliest_arm(paths: Breakaways, law: Law) -> Array:
+    """The arm (3,), m, from the plate's true pivot to the told one, beside the law that fits best without one.
+
+    It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring.
+    """
+    arm_m, none = np.zeros(3), np.zeros(3)
+    for times in SOFTENED:
+        arm_m = _climbed(paths.some(FEW), PLAIN, arm_m, times)
+    many = paths.some(MANY)
+    for _ in range(FOLLOWED):
+        arm_m = _climbed(many, law, arm_m, 1.0)
+    gains = _near(many, law, arm_m).log_likelihood(law) - _near(many, law, none).log_likelihood(law)
+    return arm_m if gains > GAIN * len(AXES) else none
+
+
+def _near(paths: Breakaways, law: Law, arm_m: Array, times: float = 1.0) -> Breakaways:
+    turned = paths.turning_about(arm_m).softened(times)
+    return turned if times > NARROW else turned.around(law, TRIED)
+
+
+def _climbed(paths: Breakaways, law: Law, arm_m: Array, times: float) -> Array:
+    """The likeliest arm (3,), m, that is reached from another, with `times` the noise."""
+    near, effort = _near(paths, law, arm_m, times), BRIEF if times > 1.0 else THOROUGH
+
+    def value(inner: Array) -> float:
+        return near.turning_about(UNIT_M * inner).log_likelihood(law)
+
+    def at(inner: Array) -> Sloped:
+        """Returns the slopes and the curvature by differences."""
+        here = value(inner)
+        above, below = (np.array([value(inner + step * axis) for axis in AXES]) for step in (STEP, -STEP))
+        curvature = np.diag((2.0 * here - above - below) / STEP**2)
+        for i, j in itertools.combinations(range(len(AXES)), 2):
+            both = value(inner + STEP * (AXES[i] + AXES[j])) - above[i] - above[j] + here
+            curvature[i, j] = curvature[j, i] = -both / STEP**2
+        return Sloped(here, 0.5 * (above - below) / STEP, np.abs(curvature), curvature)
+
+    return UNIT_M * climbed(at, arm_m / UNIT_M, np.array([(-MOST, MOST)] * len(AXES)), effort)[0]
