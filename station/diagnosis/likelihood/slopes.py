@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -43,19 +43,12 @@ def near(evidence: Evidence, model: Model) -> Generator[None]:
             channel.near(None)
 
 
-def differences(
-    evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], far: Mapping[str, float] | None = None
-) -> dict[str, Array]:
-    """The slopes as in `slopes`, inside a context that `near` has opened.
-
-    Those by parameters that `far` names are taken over the whole way from the model's value to the one that it has.
-    """
+def differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+    """The slopes as in `slopes`, inside a context that `near` has opened."""
     vector = vector_of(model, free)
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
     for place, number in enumerate(free):
         step = STEP if vector[place] + STEP <= number.high else -STEP
-        if far and number.parameter is not None and number.parameter.name in far:
-            step = far[number.parameter.name] / number.scale - float(vector[place])
         changed = moved(model, number, step)
         for channel in evidence.channels:
             if _changes(channel, number):
