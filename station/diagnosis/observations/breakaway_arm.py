@@ -68,7 +68,7 @@ def _climbed(paths: Breakaways, law: Law, arm_m: Array, times: float) -> Array:
     near, effort = _near(paths, law, arm_m, times), BRIEF if times > 1.0 else THOROUGH
 
     def value(inner: Array) -> float:
-        return near.turning_about(UNIT_M * inner).log_likelihood(law)
+        return near.loaded(UNIT_M * inner).log_likelihood(law)
 
     def at(inner: Array) -> Sloped:
         """Returns the slopes and the curvature by differences."""

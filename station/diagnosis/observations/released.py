@@ -17,7 +17,7 @@ from station.diagnosis.observations.slips import Slipping
 from station.diagnosis.observations.starts import starts
 from station.diagnosis.observations.swing import Swing
 from station.diagnosis.observations.tracks import RunTrack
-from station.physics.contact import Array
+from station.physics.contact import Array, Contact
 from station.physics.model import Model
 
 if TYPE_CHECKING:
@@ -30,12 +30,12 @@ PITCH = 4
 class Released:
     """The slips of runs (r,), each seen at moments (m,) from its rest on; their onsets stand in `rows` (r,) of n."""
 
-    def __init__(self, slips: Sequence[Slipping], moments: Moments, *, rows: Times, count: int) -> None:
-        """`moments` (r m) are those of `seen_ns`, and `count` is n."""
+    def __init__(self, slips: Sequence[Slipping], contact: Contact, *, rows: Times, count: int) -> None:
+        """`contact` (r m) has the resting blocks at the moments of `seen_ns`, and `count` is n."""
         self._rows, self._count = rows, count
         self._swing, self._weight = _swing(slips), _weights(slips)
         self._way = np.repeat(self._swing.way, self._weight.shape[1], axis=0)
-        self._contact, self._still = moments.reported, still(moments.reported)
+        self._contact, self._still = contact, still(contact)
         self._moved = Latest(self._moves, ("push",))
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 
@@ -65,25 +65,29 @@ def released(recorded: Recorded, places: Sequence[int]) -> Released | None:
         return None
     chosen = [places[row] for row in rows]
     slips, tracks = [read[place] for place in chosen], [recorded.tracks[place] for place in chosen]
-    return Released(slips, _moments(recorded, slips, tracks, chosen), rows=np.array(rows), count=len(places))
+    return Released(slips, _contact(recorded, slips, tracks, chosen), rows=np.array(rows), count=len(places))
 
 
-def _moments(
+def _contact(
     recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[RunTrack], places: Sequence[int]
-) -> Moments:
+) -> Contact:
     """The resting blocks (r m) at the moments at which slips are looked at."""
-    nodes = _nodes(slips)
-    seen = [slip.run.grid_s[node] for slip, node in zip(slips, nodes, strict=True)]
-    time_ns = np.array([slip.origin_ns for slip in slips])[:, None] + np.round(1e9 * np.array(seen)).astype(np.int64)
-    place_m, yaw = (np.repeat(values, nodes.shape[1], axis=0) for values in starts(tracks))
+    time_ns = seen_ns(slips)
+    place_m, yaw = (np.repeat(values, time_ns.shape[1], axis=0) for values in starts(tracks))
     return Moments(
         time_ns=time_ns.ravel(),
-        run=np.repeat(places, nodes.shape[1]),
+        run=np.repeat(places, time_ns.shape[1]),
         facts=recorded.facts,
         attitude=lambda delay_s: recorded.plate.at(time_ns.ravel(), delay_s=delay_s),
         place_m=place_m,
         yaw_rad=yaw,
-    )
+    ).reported
+
+
+def seen_ns(slips: Sequence[Slipping]) -> Times:
+    """The moments (r, m), ns, at which slips are looked at."""
+    seen = np.array([slip.run.grid_s[node] for slip, node in zip(slips, _nodes(slips), strict=True)])
+    return np.array([slip.origin_ns for slip in slips])[:, None] + np.round(1e9 * seen).astype(np.int64)
 
 
 def _nodes(slips: Sequence[Slipping]) -> Times:
