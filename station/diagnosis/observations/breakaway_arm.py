@@ -22,11 +22,17 @@ PLAIN = Law(drop_spread=3e-3, creep_m=1e-4)
 SOFTENED = (20.0, 6.0, 1.5)
 """The factors on the noise along the way, see `breakaway_law`."""
 
+HEIGHTS_M = (0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.13, 0.17, 0.22, 0.3, 0.4)
+"""The arms along the plate's normal, up and down, at which the search may begin: they push along the slope."""
+
 UNIT_M, STEP, MOST = 0.01, 0.05, 50.0
 """The arm is sought in centimetres, up to half a metre; its slopes are taken over half a millimetre."""
 
-BRIEF, THOROUGH, FOLLOWED = Effort(8, 0.05), Effort(20, 0.05), 2
-"""The searches on the way and the last ones, whose moments of slip follow the arm."""
+BRIEF, THOROUGH = Effort(8, 0.05), Effort(20, 0.05)
+"""The searches on the way and the last ones."""
+
+FOLLOWED, STILL_M = 6, 5e-4
+"""The last search begins anew where it ended at most so often, while that moves the arm by more than this."""
 
 AXES = np.eye(3)
 
@@ -36,14 +42,28 @@ def likeliest_arm(paths: Breakaways, law: Law) -> Array:
 
     It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring.
     """
-    arm_m = np.zeros(3)
+    few, many = paths.some(FEW), paths.some(MANY)
+    arm_m = _begun(few)
     for times in SOFTENED:
-        arm_m = _climbed(paths.some(FEW), PLAIN, arm_m, times)
-    many = paths.some(MANY)
+        arm_m = _climbed(few, PLAIN, arm_m, times)
     if _gain(many, law, arm_m) < GAIN * len(AXES):
         return np.zeros(3)
+    return _followed(many, law, arm_m)
+
+
+def _begun(paths: Breakaways) -> Array:
+    """The likeliest of the arms at which the search may begin."""
+    near = paths.softened(SOFTENED[1])
+    arms = [np.array([0.0, 0.0, side * height]) for height in (0.0, *HEIGHTS_M) for side in (1.0, -1.0)]
+    return max(arms, key=lambda arm_m: near.loaded(arm_m).log_likelihood(PLAIN))
+
+
+def _followed(paths: Breakaways, law: Law, arm_m: Array) -> Array:
+    """The likeliest arm near another; the moments that are tried follow it until it no longer moves."""
     for _ in range(FOLLOWED):
-        arm_m = _climbed(many, law, arm_m, 1.0)
+        before, arm_m = arm_m, _climbed(paths, law, arm_m, 1.0)
+        if np.abs(arm_m - before).max() < STILL_M:
+            break
     return arm_m
 
 
