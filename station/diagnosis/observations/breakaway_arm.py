@@ -38,17 +38,18 @@ AXES = np.eye(3)
 
 
 def likeliest_arm(paths: Breakaways, law: Law) -> Array:
-    """The arm (3,), m, from the plate's true pivot to the told one, beside the law that fits best without one.
+    """The arm (3,), m, from the plate's true pivot to the told one; `law` is the one that fits best without an arm.
 
-    It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring.
+    It is 0 unless the paths gain by each of its numbers as much as a number of a law has to bring, beside that law or
+    without any: what an arm does was put down to the law.
     """
     few, many = paths.some(FEW), paths.some(MANY)
     arm_m = _begun(few)
     for times in SOFTENED:
         arm_m = _climbed(few, PLAIN, arm_m, times)
-    if _gain(many, law, arm_m) < GAIN * len(AXES):
-        return np.zeros(3)
-    return _followed(many, law, arm_m)
+    gained = {beside: _gain(many, law, arm_m, beside) for beside in (law, PLAIN)}
+    beside = max(gained, key=gained.__getitem__)
+    return _followed(many, beside, arm_m) if gained[beside] > GAIN * len(AXES) else np.zeros(3)
 
 
 def _begun(paths: Breakaways) -> Array:
@@ -67,13 +68,15 @@ def _followed(paths: Breakaways, law: Law, arm_m: Array) -> Array:
     return arm_m
 
 
-def _gain(paths: Breakaways, law: Law, arm_m: Array) -> float:
-    """What an arm adds to the log likelihood, but no more than its scatter from run to run lets it be worth.
+def _gain(paths: Breakaways, law: Law, arm_m: Array, beside: Law) -> float:
+    """What an arm beside a law adds to the log likelihood of another alone.
+
+    It is no more than its scatter from run to run lets it be worth.
 
     Paths that no law fits gain by anything, each another amount: with the mean over its standard error as z, that is
     half of z² (Vuong 1989, Econometrica 57, 307).
     """
-    of_runs = _near(paths, law, arm_m).of_runs(law) - _near(paths, law, np.zeros(3)).of_runs(law)
+    of_runs = _near(paths, beside, arm_m).of_runs(beside) - _near(paths, law, np.zeros(3)).of_runs(law)
     whole, scatter = float(of_runs.sum()), float(of_runs.std()) * math.sqrt(len(of_runs))
     return min(whole, 0.5 * whole * abs(whole) / max(scatter, 1e-9) ** 2)
 
