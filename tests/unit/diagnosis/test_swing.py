@@ -93,8 +93,14 @@ def _released(slips: list[Slipping], slid: list[Slid]) -> Released:
     def of_all(name: str) -> Array:
         return np.concatenate([getattr(each, name) for each in at])
 
-    names = ("rate_rad_s", "acceleration_rad_s2", "tilt_rad", "down_rad")
-    contact = contacts(moments_s.size, moving=False, **{name: of_all(name) for name in names})
+    contact = contacts(
+        moments_s.size,
+        moving=False,
+        rate_rad_s=of_all("rate_rad_s"),
+        acceleration_rad_s2=of_all("acceleration_rad_s2"),
+        tilt_rad=of_all("tilt_rad"),
+        down_rad=of_all("down_rad"),
+    )
     return Released(slips, contact, rows=np.arange(RUNS), count=RUNS)
 
 
