@@ -12,7 +12,7 @@ class Parameter:
     `null` is the value at which the effect vanishes; None marks a shape (a speed scale, a place), which has no meaning
     while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound the number: a sign
     that physics forbids is outside the bounds. `typical` is a size at which the effect is plain to see: it scales steps
-    and starts.
+    and starts. A law that sets in beyond a size, and has no slope at its null, is also looked at with each of `sizes`.
     """
 
     name: str
@@ -22,6 +22,7 @@ class Parameter:
     typical: float
     null: float | None = 0.0
     starts: tuple[float, ...] = ()
+    sizes: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuses, by a ValueError, a parameter that cannot be fitted."""

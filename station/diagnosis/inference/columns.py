@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.parameters import Free, told
 from station.diagnosis.likelihood.slopes import differences, near, residuals
 from station.diagnosis.likelihood.student import pulls
@@ -18,8 +19,11 @@ from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Term
+from station.physics.parameter import Parameter
 
 MOST_VARIANTS = 12
+ROUGH = 3
+"""The Newton steps by which mu_s and the nuisances follow a term at one of its sizes."""
 
 HOPELESS, ABSORBED = 1e-4, 1e-7
 """A column is set to zero if its information is below HOPELESS (a hundred typical sizes would not show), or if the
@@ -29,15 +33,18 @@ other columns leave a smaller share of it than ABSORBED: the rest is rounding, a
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """An effect at its null with its shapes at one of their starts, and its columns in the scores.
+    """An effect at its null, or at one of its `sizes`, with its shapes at one of their starts, and its columns.
 
-    `numbers` counts the effect's parameters that are identifiable in these runs, shapes among them.
+    `numbers` counts the effect's parameters that are identifiable in these runs, shapes among them. `twice_gain` is
+    what it brings at that size, in twice the log likelihood: slopes say nothing of a law that sets in beyond a size,
+    or of residuals that a tail of the noise takes for outliers.
     """
 
     effect: Effect
     start: Term
     columns: tuple[int, ...]
     numbers: int
+    twice_gain: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,15 +65,24 @@ class Scores:
 
 
 def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
-    """Each effect with each combination of the starts of its identifiable shapes, at most MOST_VARIANTS of them."""
+    """Each effect with each combination of its sizes and of the starts of its identifiable shapes.
+
+    There are at most MOST_VARIANTS of each effect.
+    """
     found: list[tuple[Effect, Term]] = []
     for effect in effects:
         shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
-        grid = itertools.islice(itertools.product(*(shape.starts for shape in shapes)), MOST_VARIANTS)
-        for values in grid:
-            chosen = dict(zip((shape.name for shape in shapes), values, strict=True))
-            found.append((effect, Term(effect, {**effect.neutral(), **chosen})))
+        sized = [parameter for parameter in effect.parameters if parameter.sizes]
+        grids = [_grid(shapes), *([_grid([*shapes, *sized])] if sized else [])]
+        for values in itertools.islice(itertools.chain(*grids), MOST_VARIANTS):
+            found.append((effect, Term(effect, {**effect.neutral(), **values})))
     return found
+
+
+def _grid(parameters: Sequence[Parameter]) -> Iterator[dict[str, float]]:
+    """Each combination of the parameters' sizes or starts, by their names."""
+    for values in itertools.product(*(one.sizes or one.starts for one in parameters)):
+        yield dict(zip((one.name for one in parameters), values, strict=True))
 
 
 def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
@@ -80,12 +96,13 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         own = stack(evidence, differences(evidence, fit.model, fit.free, at))
         for effect, start in variants_of(evidence, effects):
             free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
-            parts.append(stack(evidence, differences(evidence, fit.model.with_term(start), free, at)))
+            null = Term(effect, {**start.values, **_null_sizes(effect)})
+            parts.append(stack(evidence, differences(evidence, fit.model.with_term(null), free, at)))
             columns = tuple(range(place, place + len(free)))
             variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
-            null = [start.values[number.parameter.name] / number.scale for number in free if number.parameter]
-            low += [number.low - value for number, value in zip(free, null, strict=True)]
-            high += [number.high - value for number, value in zip(free, null, strict=True)]
+            begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
+            low += [number.low - value for number, value in zip(free, begin, strict=True)]
+            high += [number.high - value for number, value in zip(free, begin, strict=True)]
             place += len(free)
     if extra is not None:
         parts.append(extra)
@@ -110,7 +127,7 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
     np.add.at(of_runs, block, share)
     return Scores(
-        variants=tuple(variants),
+        variants=tuple(replace(one, twice_gain=_twice_gain(evidence, fit, one.start)) for one in variants),
         # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
@@ -119,6 +136,20 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         high=np.array(high),
         runs=int(evidence.counted.sum()),
     )
+
+
+def _null_sizes(effect: Effect) -> dict[str, float]:
+    """The null values of those parameters that have sizes."""
+    return {one.name: one.neutral for one in effect.parameters if one.sizes}
+
+
+def _twice_gain(evidence: Evidence, current: Fit, start: Term) -> float:
+    """Twice what the log likelihood gains by a term at one of its sizes, mu_s and nuisances alone fitted anew; or 0."""
+    if all(start.values[name] == null for name, null in _null_sizes(start.effect).items()):
+        return 0.0
+    tried = current.model.with_term(start)
+    found = fit_model(evidence, tried, (), noise=current.noise, refine=False, steps=ROUGH)
+    return max(2.0 * (found.log_likelihood - current.log_likelihood), 0.0)
 
 
 def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:

@@ -13,8 +13,9 @@ out (they are linear), so that a run's frames leave a likelihood of the moment o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -159,6 +160,29 @@ class Breakaways:
         """The same runs with `times` the noise, so that a law far from the truth still has a slope to climb."""
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
+    def turning_about(self, arm_m: Array) -> Breakaways:
+        """The same runs on a plate whose true pivot has this arm (3,), m, to the told one; see `swing`."""
+        runs = [run.turning_about(arm_m) for run in self.runs]
+        expected = [_expected(run, row) for run, row in zip(runs, self.tried_s, strict=True)]
+        return replace(self, runs=runs, rows=_rows(runs, self.rows.sigma_m), log_expected=np.log(np.array(expected)))
+
+    def loaded(self, arm_m: Array) -> Breakaways:
+        """The same, with the moments' prior as it is: an arm that is close by hardly changes it, and it is slow."""
+        if self._swings is None:
+            return self
+        pull, press = self._swings @ np.array([1.0, *arm_m])
+        return replace(self, rows=self.rows._replace(pull=pull, press=press))
+
+    @cached_property
+    def _swings(self) -> Array | None:
+        """Pull and press as told on the even grids, and what each metre of an arm adds to them: (2, r, m, 4)."""
+        known = [swing for run in self.runs if (swing := run.swing) is not None]
+        if len(known) < len(self.runs):
+            return None
+        parts = [np.concatenate([swing.sliding[..., None], swing.per_m], axis=-1).T for swing in known]
+        even = [[_even(self.runs, [part[k, :, side] for part in parts]) for k in range(4)] for side in range(2)]
+        return np.moveaxis(np.array(even), 1, -1)
+
     def log_likelihoods(self, law: Falling) -> Array:
         """Log likelihood (r, k) of each moment, with the log prior of the friction that it implies."""
         out = np.empty(self.tried_s.shape)
@@ -173,7 +197,11 @@ class Breakaways:
 
     def log_likelihood(self, law: Falling) -> float:
         """The session's log likelihood, the moments integrated out; a run that no law fits counts as an outlier."""
-        return float(self._of_runs(self.log_likelihoods(law)).sum())
+        return float(self.of_runs(law).sum())
+
+    def of_runs(self, law: Falling) -> Array:
+        """The log likelihood (r,) of each run, see `log_likelihood`."""
+        return self._of_runs(self.log_likelihoods(law))
 
     def _of_runs(self, log: Array) -> Array:
         """The log likelihood (r,) of each run, from that of its moments (r, k)."""
@@ -197,21 +225,22 @@ class Breakaways:
 
 
 def _rows(runs: Sequence[Early], sigma_m: Array) -> Rows:
-    grids = [np.arange(run.grid_s[0], run.grid_s[-1], STEP_S) for run in runs]
-
-    def even(values: Callable[[Early], Array]) -> Array:
-        return _padded([np.interp(grid, run.grid_s, values(run)) for grid, run in zip(grids, runs, strict=True)])
-
     return Rows(
-        first_s=np.array([grid[0] for grid in grids]),
-        pull=even(lambda run: run.pull),
-        press=even(lambda run: run.press),
+        first_s=np.array([run.grid_s[0] for run in runs]),
+        pull=_even(runs, [run.pull for run in runs]),
+        press=_even(runs, [run.press for run in runs]),
         count=np.array([len(run.time_s) for run in runs]),
         time_s=_padded([run.time_s for run in runs]),
         path_m=_padded([run.path_m for run in runs]),
         sine=_padded([np.sin(np.interp(run.time_s, run.grid_s, run.plate_rad)) for run in runs]),
         sigma_m=sigma_m,
     )
+
+
+def _even(runs: Sequence[Early], values: Sequence[Array]) -> Array:
+    """Values on the runs' own grids (m,), at steps of STEP_S, padded: (r, n)."""
+    grids = [np.arange(run.grid_s[0], run.grid_s[-1], STEP_S) for run in runs]
+    return _padded([np.interp(grid, run.grid_s, each) for grid, run, each in zip(grids, runs, values, strict=True)])
 
 
 def _padded(rows: Sequence[Array]) -> Array:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.plate import PlateMotion, Times
 from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.swing import Swing
 from station.diagnosis.observations.tracks import RunTrack
-from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.contact import Array
 
 FARTHEST_M = 4e-3
 BEFORE_S, AFTER_S = 0.3, 0.25
@@ -24,8 +25,6 @@ FREE_M, OUTWARDS_M = 1e-3, 1e-4
 
 LEAST_FRAMES = 6
 GRID_S = 1e-3
-LEAST_M_S2 = 1e-3
-"""A smaller pull or press has no ratio to another."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,7 +33,8 @@ class Early:
 
     `time_s` (n,) are the frames, `path_m` (n,) the way that the block had come, and `sigma_m` its noise. On the even
     grid `grid_s` (m,), `pull` and `press` are the moving plate's per mass, m/s²; `tilt_rad` are the tilts at which a
-    plate at rest would have the same ratio of pull to press, `plate_rad` the plate's own.
+    plate at rest would have the same ratio of pull to press, `plate_rad` the plate's own. `swing` has what another
+    pivot would change of them, if that is known.
     """
 
     time_s: Array
@@ -45,6 +45,14 @@ class Early:
     press: Array
     tilt_rad: Array
     plate_rad: Array
+    swing: Swing | None = None
+
+    def turning_about(self, arm_m: Array) -> Early:
+        """The same run on a plate whose true pivot has this arm (3,), m, to the told one."""
+        if self.swing is None:
+            return self
+        pull, press = self.swing.loads(arm_m)
+        return replace(self, pull=pull, press=press, tilt_rad=self.swing.tilt_rad(self.swing.per_m @ arm_m))
 
     def at(self, values: Array, time_s: float) -> float:
         """The interpolated value of grid values (m,) at a time."""
@@ -95,16 +103,18 @@ def _loaded(track: RunTrack, plate: PlateMotion, course: tuple[Times, Array], wa
     places = np.broadcast_to(place, (len(grid_s), 2))
     resting = driving(at, places, np.zeros_like(places))
     sliding = driving(at, places, _speed(time_s, path_m, grid_s)[:, None] * way)
-    still_pull = GRAVITY_M_S2 * (at.gravity[:, :2] @ way)
+    swing = Swing.of(at, way, sliding=sliding, resting=resting)
+    pull, press = swing.sliding
     return Early(
         time_s=time_s,
         path_m=path_m,
         sigma_m=track.sigma_m,
         grid_s=grid_s,
-        pull=sliding[:, :2] @ way,
-        press=-sliding[:, 2],
-        tilt_rad=_still_tilt(at.tilt_rad, resting[:, :2] @ way, -resting[:, 2], still_pull),
+        pull=pull,
+        press=press,
+        tilt_rad=swing.tilt_rad(np.zeros((2, 1))),
         plate_rad=at.tilt_rad,
+        swing=swing,
     )
 
 
@@ -113,13 +123,3 @@ def _speed(time_s: Array, path_m: Array, grid_s: Array) -> Array:
     sliding = time_s >= 0.0
     slope = np.polyder(np.polyfit(time_s[sliding], path_m[sliding], 3))
     return np.where(grid_s > 0.0, np.maximum(np.polyval(slope, grid_s), 0.0), 0.0)
-
-
-def _still_tilt(tilt_rad: Array, pull: Array, press: Array, still_pull: Array) -> Array:
-    """The tilts (n,) at which a plate at rest has the same ratio of pull to press as the moving one.
-
-    `pull` and `press` are the moving plate's for a block at rest, `still_pull` is gravity's alone, m/s², each (n,).
-    """
-    share = pull / np.where(np.abs(still_pull) > LEAST_M_S2, still_pull, LEAST_M_S2)
-    level = np.maximum(press, LEAST_M_S2) / GRAVITY_M_S2
-    return np.where(np.abs(still_pull) > LEAST_M_S2, np.arctan2(np.sin(tilt_rad) * share, level), tilt_rad)

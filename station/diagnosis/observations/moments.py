@@ -210,7 +210,7 @@ class Moments:
             load = _load(_turned(load.contact, model.attitude(load.contact)), inertial)
         if not model.acting("push"):
             return load
-        push = model.push(_still(load.contact) if self._at_rest else load.contact)
+        push = model.push(still(load.contact) if self._at_rest else load.contact)
         return Load(load.contact, load.tangential + push[:, :2], np.maximum(load.normal - push[:, 2], LEAST_M_S2))
 
     def _delayed(self, model: Model) -> tuple[Attitude, Array]:
@@ -261,9 +261,10 @@ def _load(contact: Contact, inertial: Array) -> Load:
     return Load(contact, tangential, np.maximum(normal, LEAST_M_S2))
 
 
-def _still(contact: Contact) -> Contact:
-    still = np.zeros((len(contact), 3))
-    return replace(contact, rate_rad_s=still, acceleration_rad_s2=still)
+def still(contact: Contact) -> Contact:
+    """The contact on a plate that does not move."""
+    none = np.zeros((len(contact), 3))
+    return replace(contact, rate_rad_s=none, acceleration_rad_s2=none)
 
 
 def _turned(contact: Contact, turn: Array) -> Contact:

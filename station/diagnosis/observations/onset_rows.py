@@ -15,6 +15,7 @@ from station.diagnosis.observations.memory import memory_of
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion
+from station.diagnosis.observations.released import released
 from station.diagnosis.observations.starts import leans, starts
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
@@ -65,7 +66,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         },
         {**covariates_of(contact), **memory_of(places, contact.down_rad, recorded.tracks)},
     )
-    return [Onsets(rows, moments)]
+    return [Onsets(rows, moments, released(recorded, places))]
 
 
 def _usable(track: RunTrack, recorded: Recorded) -> bool:

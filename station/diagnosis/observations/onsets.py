@@ -9,6 +9,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import ONSET, Channel, Rows
 from station.diagnosis.observations.moments import Load, Moments
+from station.diagnosis.observations.released import Released
 from station.physics.contact import Array, Contact
 from station.physics.dissipation import held_along, threshold
 from station.physics.model import Model
@@ -29,6 +30,8 @@ class Onsets(Channel):
     The model's expectation is taken at the tilt at which it expects the onset, not at the recorded one, which the run's
     own friction has caused: a law that falls with the load, which falls with the tilt, would be fitted to the scatter.
     So would a law of the time at rest, which goes on while the plate tilts.
+
+    What a model pushes in time with the plate's motion changes the recorded friction of the slips that were re-read.
     """
 
     name: str = ONSET
@@ -39,9 +42,9 @@ class Onsets(Channel):
     frictional: bool = True
     trusted: float = thresholds.FRICTION_TRUSTED
 
-    def __init__(self, rows: Rows, moments: Moments) -> None:
+    def __init__(self, rows: Rows, moments: Moments, released: Released | None = None) -> None:
         super().__init__(rows)
-        self.moments = moments
+        self.moments, self._released = moments, released
         self._typical = _Expected(moments.tilted(float(np.median(moments.reported.tilt_rad))))
         self._recorded = moments.tilted(moments.reported.tilt_rad)
         plain = moments.plain
@@ -74,7 +77,7 @@ class Onsets(Channel):
             ratio = self._typical.friction(model, self._typically)
             steep = np.clip(np.arctan(ratio), LEAST_TILT_RAD, MOST_TILT_RAD)
             expected = _Expected(self.moments.tilted(steep)).friction(model, self._expecting)
-            self._last = (model, self._log_recorded - np.log(expected))
+            self._last = (model, self._log_recorded + self._log_moved(model) - np.log(expected))
         return self._last[1]
 
     def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
@@ -88,8 +91,12 @@ class Onsets(Channel):
     def _own(self, model: Model) -> Array:
         if self._last_drawn is None or self._last_drawn[0] is not model:
             load, held = self._recording.held(self._recorded, model)
-            self._last_drawn = (model, np.clip(np.log(_size(load) / held), -MOST_DRAWN, MOST_DRAWN))
+            own = np.log(_size(load) / held) + self._log_moved(model)
+            self._last_drawn = (model, np.clip(own, -MOST_DRAWN, MOST_DRAWN))
         return self._last_drawn[1]
+
+    def _log_moved(self, model: Model) -> Array | float:
+        return 0.0 if self._released is None else self._released.log_moved(model)
 
     def shaking(self, model: Model) -> Array:
         """Standard deviation (n,) of the residual by the model's random pushes."""

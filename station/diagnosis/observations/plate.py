@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,10 @@ class Attitude:
     def down_rad(self) -> Array:
         """Direction of the steepest descent in P (n,)."""
         return np.arctan2(self.gravity[:, 1], self.gravity[:, 0])
+
+    def quickened(self, by_rad_s2: Array | float) -> Attitude:
+        """The same moments with so much more angular acceleration (n, 3), rad/s²."""
+        return replace(self, acceleration_rad_s2=self.acceleration_rad_s2 + by_rad_s2)
 
     def again(self, rows: Times, *, turn_rad: Array, faster: Array, since: Array) -> Attitude:
         """The chosen moments (m,) of runs that are done again, tilted `turn_rad` (m,) further round and `faster` (m,).

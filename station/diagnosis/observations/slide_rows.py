@@ -38,11 +38,12 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     tracks = [recorded.tracks[place] for place in runs]
     pose = windows["node_pose"].reshape(-1, 3)
     down, deviation = _directions(recorded)
+    uneven = np.repeat(_uneven(windows, recorded.plate), nodes, axis=0)
     moments = Moments(
         time_ns=node_ns,
         run=np.repeat(runs, nodes),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s),
+        attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s).quickened(uneven),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
         velocity_m_s=_velocities(windows, down + deviation.off_rad),
@@ -58,7 +59,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         windows["yaw_acceleration_rad_s2"],
         None if onsets is None else lambda model: _of_runs(onsets.drawn(model, len(recorded.tracks)), runs),
         windows["node_yaw_rate_rad_s"].ravel(),
-        _between(windows, recorded.plate),
+        _between(windows, recorded.plate, uneven),
         _seen(recorded, contact),
     )
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
@@ -126,18 +127,36 @@ def _velocities(windows: Windows, way_rad: Array) -> Array:
     return np.stack([speed * np.cos(way_rad), speed * np.sin(way_rad)], axis=-1).reshape(-1, 2)
 
 
-def _between(windows: Windows, plate: PlateMotion) -> Array:
-    """The means of pull and press over each window less those at the nodes (n, 3), m/s²."""
-    middle, half = (windows["from_ns"] + windows["to_ns"]) // 2, 0.5 * (windows["to_ns"] - windows["from_ns"])
-    places, velocities = windows["node_pose"][..., :2], windows["node_velocity"]
+def _uneven(windows: Windows, plate: PlateMotion) -> Array:
+    """What the plate's acceleration at the nodes lacks of its mean over each window (n, 3), rad/s².
+
+    A plate that is set in motion or stopped has corners there, which three points do not show.
+    """
 
     def mean(nodes: Array, weights: Array) -> Array:
-        time_ns = (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
-        place, velocity = (_carried(values, nodes) for values in (places, velocities))
-        load = driving(plate.at(time_ns), place, velocity) * (1.0, 1.0, -1.0)
-        return (load.reshape(len(windows), len(nodes), 3) * weights[..., None]).sum(axis=1)
+        found = plate.at(_moments_ns(windows, nodes)).acceleration_rad_s2
+        return (found.reshape(len(windows), len(nodes), 3) * weights[..., None]).sum(axis=1)
 
     return mean(FINE_NODES, windows["weight"]) - mean(NODES, WEIGHTS)
+
+
+def _moments_ns(windows: Windows, nodes: Array) -> Times:
+    """The times (n k,), ns, of nodes (k,), from −1 to 1, in each window."""
+    middle, half = (windows["from_ns"] + windows["to_ns"]) // 2, 0.5 * (windows["to_ns"] - windows["from_ns"])
+    return (middle[:, None] + np.round(half[:, None] * nodes).astype(np.int64)).ravel()
+
+
+def _between(windows: Windows, plate: PlateMotion, uneven: Array) -> Array:
+    """The means of pull and press over each window less those at the nodes (n, 3), m/s²."""
+    places, velocities = windows["node_pose"][..., :2], windows["node_velocity"]
+
+    def mean(nodes: Array, weights: Array, quicker: Array | float = 0.0) -> Array:
+        place, velocity = (_carried(values, nodes) for values in (places, velocities))
+        at = plate.at(_moments_ns(windows, nodes)).quickened(quicker)
+        load = driving(at, place, velocity) * (1.0, 1.0, -1.0)
+        return (load.reshape(len(windows), len(nodes), 3) * weights[..., None]).sum(axis=1)
+
+    return mean(FINE_NODES, windows["weight"]) - mean(NODES, WEIGHTS, uneven)
 
 
 def _carried(values: Array, nodes: Array) -> Array:

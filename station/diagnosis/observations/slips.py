@@ -3,19 +3,21 @@
 The rig's estimate assumes a plain slide until that run's data refute it, and then reads the kinetic friction instead of
 the static. For one run that is the better choice; over a session it hides more than half of a kinetic drop of four per
 cent, and whatever else distinguishes slide from onset. What all slides of a session share (`breakaway`) determines when
-each began.
+each began, and about which point the plate turned meanwhile: a plate that pushes the blocks as it is set in motion
+makes slides that begin at such pushes, and look like a rise of friction.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.observations.breakaway import Breakaways, Law
+from station.diagnosis.observations.breakaway_arm import PLAIN, likeliest_arm
 from station.diagnosis.observations.breakaway_law import session_law
 from station.diagnosis.observations.early import Early, early
 from station.diagnosis.observations.first_look import Look, first_look
@@ -33,14 +35,42 @@ UNSEEN_S, UNSEEN = 0.012, 0.5
 UNSEEN_S of a slip, the share UNSEEN may or may not act at the slip."""
 
 
+Seen = tuple[Early, Look]
+
+
+@dataclass(frozen=True, eq=False)
+class Slipping:
+    """A run's first path on a plate that turns as told, and when it slipped: chances (k,) of moments (k,).
+
+    These are in s from `origin_ns`. `time_s` and `tilt_rad` are the expected moment and tilt at which a plate at rest
+    would have released the block, with the tilt's standard error.
+    """
+
+    run: Early
+    origin_ns: int
+    chance: Array
+    tried_s: Array
+    time_s: float
+    tilt_rad: float
+    tilt_sigma_rad: float
+
+
 @dataclass(frozen=True, eq=False)
 class Reread:
-    """A session's runs; `places` are those with re-estimated slips, `paths` their breakaways, `law` what they share."""
+    """A session's runs; `slips` are those that were re-estimated, by their places, and `paths` their breakaways.
+
+    `law` is what they share, and `paths` have the loads of the plate that they show.
+    """
 
     tracks: tuple[RunTrack, ...]
-    places: tuple[int, ...] = ()
+    slips: Mapping[int, Slipping] = field(default_factory=dict[int, Slipping])
     paths: Breakaways | None = None
     law: Law = Law()  # noqa: RUF009 (it is frozen)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """The runs whose slips were re-estimated, in the order of `paths`."""
+        return tuple(self.slips)
 
 
 def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> Reread:
@@ -50,19 +80,34 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> 
     """
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
-    if len(found) < thresholds.LEAST_KNOWN or _plain([look for _, look in found.values()]):
+    if len(found) < thresholds.LEAST_KNOWN:
         return Reread(tuple(tracks))
-    paths = Breakaways.of(list(found.values()))
-    law = session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in found.values()])))
-    slips = dict(zip(found, _slips(paths, law), strict=True))
+    plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
+    law = PLAIN if plain else _law(paths, found)
+    arm_m = likeliest_arm(paths, law)
+    if plain and not arm_m.any():
+        return Reread(tuple(tracks))
+    if arm_m.any():
+        found = {place: seen for place, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}
+        paths = Breakaways.of(list(found.values()))
+        law = _law(paths, found)
+    slips = _slips(paths, law, {place: free[place].slip_ns for place in found})
     moved = (_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
-    return Reread(tuple(moved), tuple(found), paths, law)
+    return Reread(tuple(moved), slips, paths, law)
 
 
-def _seen(track: RunTrack, plate: PlateMotion, setting: Setting) -> tuple[Early, Look] | None:
+def _law(paths: Breakaways, found: Mapping[int, Seen]) -> Law:
+    return session_law(paths, drag_per_s=float(np.median([look.drag_per_s for _, look in found.values()])))
+
+
+def _seen(track: RunTrack, plate: PlateMotion, setting: Setting) -> Seen | None:
     run = early(track, plate, setting)
-    look = None if run is None else first_look(run)
-    return None if run is None or look is None else (run, look)
+    return None if run is None else _looked(run)
+
+
+def _looked(run: Early) -> Seen | None:
+    look = first_look(run)
+    return None if look is None else (run, look)
 
 
 def _plain(looks: Sequence[Look]) -> bool:
@@ -72,16 +117,7 @@ def _plain(looks: Sequence[Look]) -> bool:
     return bool(lacking < most and abs(slowing) < most)
 
 
-@dataclass(frozen=True, slots=True)
-class _Slip:
-    """A slip's time from the rig's, s, the tilt at which a plate at rest pulls as much, and its standard error."""
-
-    time_s: float
-    tilt_rad: float
-    tilt_sigma_rad: float
-
-
-def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
+def _moved(track: RunTrack, slip: Slipping) -> RunTrack:
     return replace(
         track,
         slip_ns=track.slip_ns + round(slip.time_s * 1e9),
@@ -91,16 +127,25 @@ def _moved(track: RunTrack, slip: _Slip) -> RunTrack:
     )
 
 
-def _slips(paths: Breakaways, law: Law) -> list[_Slip]:
-    """The expected time and tilt of each run's slip, and the tilt's standard error."""
+def _slips(paths: Breakaways, law: Law, origin_ns: Mapping[int, int]) -> dict[int, Slipping]:
+    """Each run's slip, by the places of `origin_ns`, from which its times are counted."""
     paths = paths.nearer(law, READ).nearer(law, READ)
-    read = zip(paths.runs, paths.chances(law), paths.tried_s, strict=True)
-    return [_slip(run, chance, tried) for run, chance, tried in read]
+    read = zip(origin_ns.items(), paths.runs, paths.chances(law), paths.tried_s, strict=True)
+    return {place: _slip(run, origin, chance, tried) for (place, origin), run, chance, tried in read}
 
 
-def _slip(run: Early, chance: Array, tried_s: Array) -> _Slip:
-    tilt = np.interp(tried_s, run.grid_s, np.maximum.accumulate(run.tilt_rad))
-    time_s, mean = float(chance @ tried_s), float(chance @ tilt)
+def _slip(run: Early, origin_ns: int, chance: Array, tried_s: Array) -> Slipping:
+    """A run's slip; the moments are those that its own loads make likely, the tilt is that of the told pivot."""
+    told = run.turning_about(np.zeros(3))
+    time_s = float(chance @ tried_s)
     near = np.abs(run.grid_s - time_s) < UNSEEN_S
     unseen = UNSEEN * float(np.ptp((run.tilt_rad - run.plate_rad)[near])) if near.any() else 0.0
-    return _Slip(time_s, mean, max(math.sqrt(float(chance @ (tilt - mean) ** 2) + unseen**2), 1e-5))
+    mean, sd = _expected(told, chance, tried_s)[0], _expected(run, chance, tried_s)[1]
+    return Slipping(told, origin_ns, chance, tried_s, time_s, mean, max(math.hypot(sd, unseen), 1e-5))
+
+
+def _expected(run: Early, chance: Array, tried_s: Array) -> tuple[float, float]:
+    """Mean and standard deviation of the steepest tilt until the slip."""
+    tilt = np.interp(tried_s, run.grid_s, np.maximum.accumulate(run.tilt_rad))
+    mean = float(chance @ tilt)
+    return mean, math.sqrt(float(chance @ (tilt - mean) ** 2))

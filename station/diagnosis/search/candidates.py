@@ -143,23 +143,28 @@ def _is_unexpected(candidate: Candidate) -> bool:
 
 def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:
     columns = [column for variant in variants for column in variant.columns]
-    twice, size, p = _gained(scored, columns)
+    twice, size, p = _gained(scored, columns, at_least=max(variant.twice_gain for variant in variants))
     effects = tuple(variant.effect for variant in variants)
     penalty = sum(variant.numbers for variant in variants) * math.log(max(scored.runs, 2))
     return Candidate(effects, _starts(scored, variants), None, twice, size, p, twice - penalty, prior)
 
 
-def _gained(scored: Scores, columns: Sequence[int]) -> tuple[float, int, float]:
-    """Twice the gain in log likelihood by the columns, their number, and the gain's p-value."""
+def _gained(scored: Scores, columns: Sequence[int], *, at_least: float = 0.0) -> tuple[float, int, float]:
+    """Twice the gain in log likelihood by the columns, or that known, their number, and the gain's p-value."""
     total, size = gain(scored, columns)
-    twice = float(total[0]) / overdispersion(scored, columns)
+    twice = max(float(total[0]) / overdispersion(scored, columns), at_least)
     return twice, size, float(p_value(np.array(twice), size))
 
 
 def _starts(scored: Scores, variants: Sequence[Variant]) -> tuple[Term, ...]:
-    """The terms from which a full fit begins, at the sizes that the scores promise."""
+    """The terms from which a full fit begins, at the sizes that the scores promise, or those that promise more."""
     sizes = iter(estimate(scored, [column for variant in variants for column in variant.columns]).tolist())
-    return tuple(_start(variant.start, sizes) for variant in variants)
+    starts = [_start(variant.start, sizes) for variant in variants]
+    scored_alone = [float(gain(scored, variant.columns)[0][0]) for variant in variants]
+    return tuple(
+        variant.start if variant.twice_gain > alone else start
+        for variant, start, alone in zip(variants, starts, scored_alone, strict=True)
+    )
 
 
 def _start(null: Term, sizes: Iterator[float]) -> Term:

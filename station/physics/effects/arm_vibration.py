@@ -59,9 +59,9 @@ class ArmVibration(Effect):
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="sd_m_s2", unit="m/s²", low=0.0, high=2.0, typical=0.1),
-        # Nowhere to start from alike in all poses: that would be tried as what mu absorbs.
-        Parameter(name="cos1", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.6, -0.6)),
+        # The creep has no slope at the null: it sets in where the shaking comes near to the limit.
+        Parameter(name="sd_m_s2", unit="m/s²", low=0.0, high=2.0, typical=0.1, sizes=(0.1, 0.05)),
+        Parameter(name="cos1", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)),
         Parameter(name="sin1", unit="1", low=-0.7, high=0.7, typical=0.3, null=None, starts=(0.0, 0.6, -0.6)),
         Parameter(name="tone_hz", unit="Hz", low=1.0, high=100.0, typical=10.0, null=None, starts=(10.0,)),
     )

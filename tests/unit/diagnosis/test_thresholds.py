@@ -31,7 +31,7 @@ SETTINGS: dict[str, str] = {
         likelihood.grouped:STEPS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
         search.candidates:HARDLY search.toppled:SHIFTED search.places:CONSTANT
-        search.smooth:SAME search.places:DEPENDENT
+        search.smooth:SAME search.places:DEPENDENT inference.columns:ROUGH
         search.toppled:SCATTER search.toppled:MISTAKES inference.tempered:DRAWS inference.tempered:EVEN_SHARE
         inference.tempered:MOVES inference.tempered:WIDTH inference.tempered:HALVINGS predict.resimulated:KNOT_NS
         predict.resimulated:BEGIN""",

@@ -1,0 +1,124 @@
+"""The friction that slips tell under models whose pushes depend on the plate's motion.
+
+A block that is pushed in time with the plate's motion slips at a crest of the push. Its friction is the load of that
+moment, and not the one that the same tilt has on a plate at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from station.diagnosis.observations.moments import Latest, Moments, still
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.slips import Slipping
+from station.diagnosis.observations.starts import starts
+from station.diagnosis.observations.swing import Swing
+from station.diagnosis.observations.tracks import RunTrack
+from station.physics.contact import Array, Contact
+from station.physics.model import Model
+
+if TYPE_CHECKING:
+    from station.diagnosis.observations.build import Recorded
+
+PITCH = 4
+"""Every so many points of a run's even grid are looked at: 4 ms, while an arm's ringing takes tens of them."""
+
+
+class Released:
+    """The slips of runs (r,), each seen at moments (m,) from its rest on; their onsets stand in `rows` (r,) of n."""
+
+    def __init__(self, slips: Sequence[Slipping], contact: Contact, *, rows: Times, count: int) -> None:
+        """`contact` (r m) has the resting blocks at the moments of `seen_ns`, and `count` is n."""
+        self._rows, self._count = rows, count
+        self._swing, self._weight = _swing(slips), _weights(slips)
+        self._way = np.repeat(self._swing.way, self._weight.shape[1], axis=0)
+        self._contact, self._still = contact, still(contact)
+        self._moved = Latest(self._moves, ("push",))
+        self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
+
+    def log_moved(self, model: Model) -> Array:
+        """What the pushes that come with the plate's motion add to the log friction of the onsets (n,)."""
+        return self._moved(model)
+
+    def _moves(self, model: Model) -> Array:
+        found = np.zeros(self._count)
+        if model.acting("push"):
+            push = model.push(self._contact) - model.push(self._still)
+            added = np.array([(push[:, :2] * self._way).sum(axis=1), -push[:, 2]])
+            found[self._rows] = self._log_slope(added.reshape(2, *self._weight.shape)) - self._plain
+        return found
+
+    def _log_slope(self, added: Array) -> Array:
+        """The log of the slopes (r,) at which plates at rest would have released the blocks, see `Swing.tilt_rad`."""
+        tilt = np.maximum.accumulate(self._swing.tilt_rad(added), axis=1)
+        return np.log(np.tan((tilt * self._weight).sum(axis=1)))
+
+
+def released(recorded: Recorded, places: Sequence[int]) -> Released | None:
+    """The slips of the onsets with these places (n,) among the runs, as far as their paths were read; else None."""
+    read = {place: slip for place, slip in recorded.reread.slips.items() if slip.run.swing is not None}
+    rows = [row for row, place in enumerate(places) if place in read]
+    if not rows:
+        return None
+    chosen = [places[row] for row in rows]
+    slips, tracks = [read[place] for place in chosen], [recorded.tracks[place] for place in chosen]
+    return Released(slips, _contact(recorded, slips, tracks, chosen), rows=np.array(rows), count=len(places))
+
+
+def _contact(
+    recorded: Recorded, slips: Sequence[Slipping], tracks: Sequence[RunTrack], places: Sequence[int]
+) -> Contact:
+    """The resting blocks (r m) at the moments at which slips are looked at."""
+    time_ns = seen_ns(slips)
+    place_m, yaw = (np.repeat(values, time_ns.shape[1], axis=0) for values in starts(tracks))
+    return Moments(
+        time_ns=time_ns.ravel(),
+        run=np.repeat(places, time_ns.shape[1]),
+        facts=recorded.facts,
+        attitude=lambda delay_s: recorded.plate.at(time_ns.ravel(), delay_s=delay_s),
+        place_m=place_m,
+        yaw_rad=yaw,
+    ).reported
+
+
+def seen_ns(slips: Sequence[Slipping]) -> Times:
+    """The moments (r, m), ns, at which slips are looked at."""
+    seen = np.array([slip.run.grid_s[node] for slip, node in zip(slips, _nodes(slips), strict=True)])
+    return np.array([slip.origin_ns for slip in slips])[:, None] + np.round(1e9 * seen).astype(np.int64)
+
+
+def _nodes(slips: Sequence[Slipping]) -> Times:
+    """The points (r, m) of the runs' grids that are looked at, up to the last moment of a slip and then that again."""
+    last = np.array([int(np.searchsorted(slip.run.grid_s, slip.tried_s[-1])) // PITCH + 1 for slip in slips])
+    most = np.array([(len(slip.run.grid_s) - 1) // PITCH for slip in slips])
+    return PITCH * np.minimum(np.arange(last.max() + 1), np.minimum(last, most)[:, None])
+
+
+def _weights(slips: Sequence[Slipping]) -> Array:
+    """The weights (r, m) of the points, by which values there are interpolated to the moments and averaged."""
+    nodes = _nodes(slips)
+    found = np.zeros(nodes.shape)
+    for row, slip in enumerate(slips):
+        grid = slip.run.grid_s
+        place = np.clip((slip.tried_s - grid[0]) / (grid[PITCH] - grid[0]), 0.0, nodes[row, -1] / PITCH)
+        before = np.minimum(place.astype(int), int(nodes[row, -1]) // PITCH - 1)
+        np.add.at(found[row], before, slip.chance * (1.0 - (place - before)))
+        np.add.at(found[row], before + 1, slip.chance * (place - before))
+    return found
+
+
+def _swing(slips: Sequence[Slipping]) -> Swing:
+    """The runs' loads at the points, (r, m) in place of (m,)."""
+    nodes = _nodes(slips)
+    parts = [(slip.run.swing, node) for slip, node in zip(slips, nodes, strict=True) if slip.run.swing]
+    return Swing(
+        way=np.array([swing.way for swing, _ in parts]),
+        sliding=np.stack([swing.sliding[:, node] for swing, node in parts], axis=1),
+        resting=np.stack([swing.resting[:, node] for swing, node in parts], axis=1),
+        per_m=np.stack([swing.per_m[:, node] for swing, node in parts], axis=1),
+        still_pull=np.array([swing.still_pull[node] for swing, node in parts]),
+        plate_rad=np.array([swing.plate_rad[node] for swing, node in parts]),
+    )

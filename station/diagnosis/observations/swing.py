@@ -1,0 +1,67 @@
+"""The loads on a block by a plate that turns about another point than told.
+
+A block at r from the told pivot feels the plate's motion as −α × r − ω × (ω × r), and at r + a if the plate truly turns
+about a point that lies −a from it. What a adds is linear in it, so that it is kept per metre (see `driving`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.plate import Attitude
+from station.physics.contact import GRAVITY_M_S2, Array
+
+LEAST_M_S2 = 1e-3
+"""A smaller pull or press has no ratio to another."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Swing:
+    """Pull along `way` (2,) and press (2, m), m/s², of a run's `sliding` and `resting` block by the told pivot.
+
+    `per_m` (2, m, 3) is what each metre of the arm from the true to the told pivot adds to both; `still_pull` (m,) is
+    gravity's pull alone, and `plate_rad` (m,) the plate's tilt.
+    """
+
+    way: Array
+    sliding: Array
+    resting: Array
+    per_m: Array
+    still_pull: Array
+    plate_rad: Array
+
+    @classmethod
+    def of(cls, at: Attitude, way: Array, *, sliding: Array, resting: Array) -> Swing:
+        """Builds it from the plate's motion, the slide's direction (2,), and the loads (m, 3), m/s² in P."""
+        turning = np.stack([_felt(at, axis) for axis in np.eye(3)], axis=-1)
+        return cls(
+            way=way,
+            sliding=np.array([sliding[:, :2] @ way, -sliding[:, 2]]),
+            resting=np.array([resting[:, :2] @ way, -resting[:, 2]]),
+            per_m=np.array([np.einsum("i,mik->mk", way, turning[:, :2]), -turning[:, 2]]),
+            still_pull=GRAVITY_M_S2 * (at.gravity[:, :2] @ way),
+            plate_rad=at.tilt_rad,
+        )
+
+    def loads(self, arm_m: Array) -> Array:
+        """Pull and press (2, m) of the sliding block with an arm (3,), m."""
+        return self.sliding + self.per_m @ arm_m
+
+    def tilt_rad(self, added: Array) -> Array:
+        """The tilts (m,) at which a plate at rest would load a resting block in the ratio that this one does.
+
+        `added` (2, m) is what its pull and press, m/s², have beyond the told ones.
+        """
+        pull, press = self.resting + added
+        pulled = np.abs(self.still_pull) > LEAST_M_S2
+        share = pull / np.where(pulled, self.still_pull, LEAST_M_S2)
+        level = np.maximum(press, LEAST_M_S2) / GRAVITY_M_S2
+        return np.where(pulled, np.arctan2(np.sin(self.plate_rad) * share, level), self.plate_rad)
+
+
+def _felt(at: Attitude, place_m: Array) -> Array:
+    """The acceleration (m, 3), m/s², that a resting block at `place_m` (3,) from the pivot feels by the motion."""
+    turning = np.cross(at.acceleration_rad_s2, place_m)
+    return -(turning + np.cross(at.rate_rad_s, np.cross(at.rate_rad_s, place_m)))
