@@ -1,4 +1,4 @@
-"""What a recording's signature says, and where it stands. `signing`, which needs a package, makes and checks it."""
+"""A recording's signature and its file. `signing`, which needs a package, makes and checks it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SUFFIX = ".sig"
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What a signature says. `fault`: why it does not hold; empty if it does. `authority`: whether that was checked."""
+    """A signature. `fault`: why it does not hold; empty if it does. `authority`: whether that was checked."""
 
     signer: str
     fingerprint: str
@@ -26,7 +26,7 @@ class Signature:
 
 
 def signature_path(recording: Path) -> Path:
-    """Where the signature of a recording stands."""
+    """The file of a recording's signature."""
     return recording.with_name(recording.name + SUFFIX)
 
 

@@ -61,7 +61,7 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
 
 
 def signature_of(recording: Path, *, sha256: str, keys: Path | None) -> Signature:
-    """Who signed a recording whose file has that SHA-256, and whether that holds.
+    """The signer of a recording whose file has that SHA-256, and whether the signature holds.
 
     `keys` is the folder of the rig's keys, whose authority and rights decide who counts; without it a signature is
     known to hold, but not whose it is.
@@ -90,7 +90,7 @@ def _broken(told: dict[str, str | int], certificate: x509.Certificate, signature
 
 
 def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns: int) -> str:
-    """Why a certificate does not count, by the authority and the rights in a folder of keys; empty if it does."""
+    """The reason why a certificate does not count by the authority and rights in a folder of keys; empty if it does."""
     folder = keys / SIGNER if (keys / SIGNER).is_dir() else keys
     authority = _certificate_in(folder / "ca.pem")
     try:

@@ -28,7 +28,7 @@ COMMANDS, EVENTS, SAMPLES = DECISIONS
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """Where a recording differs from what follows from it: topic, stamp (ns), field, and both values.
+    """A difference between a recording and what follows from it: topic, stamp (ns), field, and both values.
 
     `field` is empty, and one value None, where a whole message is missing on one side.
     """
@@ -184,7 +184,7 @@ def _plain(value: Any) -> Any:
 
 
 def signature_line(signature: Signature | None) -> str:
-    """Who signed a recording, in one line."""
+    """The signer of a recording, in one line."""
     if signature is None:
         return "nobody signed it"
     who = f"{signature.signer} ({signature.fingerprint[:16]}…), {_date(signature.signed_ns)}"

@@ -32,7 +32,7 @@ class Difference:
 
     @property
     def stamp_ns(self) -> int:
-        """When the decision was taken, by the recording if it is there."""
+        """The time at which the decision was taken, by the recording if it is there."""
         return topics.capture_ns(_known(self.recorded or self.replayed))
 
     @property
@@ -93,7 +93,7 @@ def replay_whole(machine: SamplingMachine, stream: Iterable[tuple[str, Message, 
 
 
 UNRECORDED_S = 1.0
-"""What was decided so shortly before the end may not have reached the recorder. The recorder takes what is sent in the
+"""A decision so shortly before the end may not have reached the recorder. The recorder takes what is sent in the
 same process within milliseconds; a busy machine is given a second."""
 
 

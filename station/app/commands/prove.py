@@ -1,4 +1,4 @@
-"""Where the proof of the diagnosis is: it belongs to the checkout, not to what is installed."""
+"""Says where the proof of the diagnosis is: it belongs to the checkout, not to what is installed."""
 
 from __future__ import annotations
 

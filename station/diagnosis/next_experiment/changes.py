@@ -24,7 +24,7 @@ BY_HAND_S = 30.0
 """The cost in seconds of a run before which a person has to do something: somebody has to be there all the time.
 Another value moves the border between a short plan by hand and a long one without (`station plan --separate A,B`)."""
 OTHERWISE_S = 8.0
-"""What a run takes beside its dwell and its tilt: reference, return and rest (`station run --lockstep`, 50 runs)."""
+"""The time of a run beside its dwell and its tilt: reference, return and rest (`station run --lockstep`, 50 runs)."""
 
 RATES_DEG_S = (2.0, 12.0)
 MASSES = (0.5, 1.0, 2.0, 5.0)
@@ -128,6 +128,6 @@ def together(first: Change) -> Iterator[Changes]:
 
 
 def run_s(draw: Draw, *, tilt_rad: float, changes: Changes) -> float:
-    """What a run takes on average, s, a person's time included."""
+    """The mean duration of a run, s, a person's time included."""
     hands = sum(bool(change.by_hand) for change in changes)
     return float(np.mean(draw["dwell_s"] + tilt_rad / draw["rate"])) + OTHERWISE_S + BY_HAND_S * hands

@@ -132,7 +132,7 @@ def _null(question: Question, evidence: Evidence, effects: Sequence[Effect]) -> 
 
 
 def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Array:
-    """What each rival changes in the residuals (rows, rivals)."""
+    """The changes of the residuals (rows, rivals) by each rival."""
     at = stack(evidence, residuals(evidence, null.model))
     changed = (stack(evidence, residuals(evidence, null.model.with_term(one.term))) for one in rivals)
     return np.column_stack([one - at for one in changed])

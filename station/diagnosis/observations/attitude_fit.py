@@ -110,7 +110,7 @@ def _delay(time_s: Array, gravity: Array, rate_rad_s: Array, parts: Sequence[sli
 
 
 def _filtered(time_s: Array, level: Array, slopes: tuple[Array, Array], parts: Sequence[slice]) -> Array:
-    """What a filter of the rates leaves in the level (n, 2), without the bias of the trapezoid rule; x' and x'' (n, 2).
+    """The trace of a filter of the rates in the level (n, 2), without the trapezoid rule's bias; x' and x'' (n, 2).
 
     A rate whose slope jumps by J within an interval h, at a share f of it, is integrated to J h^2 f (1 - f) / 2 too
     much. x'' grows by J (1 - f) / 2, J / 2 and J f / 2 from reading to reading: the regression is h^2 / 10 with f

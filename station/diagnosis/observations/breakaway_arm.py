@@ -69,7 +69,7 @@ def _followed(paths: Breakaways, law: Law, arm_m: Array) -> Array:
 
 
 def _gain(paths: Breakaways, law: Law, arm_m: Array, beside: Law) -> float:
-    """What an arm beside a law adds to the log likelihood of another alone.
+    """The gain in log likelihood by an arm beside a law, over another law alone.
 
     It is no more than its scatter from run to run lets it be worth.
 

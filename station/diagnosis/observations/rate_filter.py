@@ -1,4 +1,4 @@
-"""What an arm's filter has made of its rates, undone by the readings of the attitude.
+"""The filter of an arm's rates, undone by the readings of the attitude.
 
 A driver may smooth its rates by any linear filter: a mean over some time, a lag of first order, or several in a row. If
 x'(t) is what recorded rates make of the attitude's motion, the attitude is then their integral and sum over k of b_k

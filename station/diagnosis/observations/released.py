@@ -40,7 +40,7 @@ class Released:
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 
     def log_moved(self, model: Model) -> Array:
-        """What the pushes that come with the plate's motion add to the log friction of the onsets (n,)."""
+        """The log friction of the onsets (n,) that the pushes of the moving plate add."""
         return self._moved(model)
 
     def _moves(self, model: Model) -> Array:

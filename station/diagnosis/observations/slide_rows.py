@@ -128,7 +128,7 @@ def _velocities(windows: Windows, way_rad: Array) -> Array:
 
 
 def _uneven(windows: Windows, plate: PlateMotion) -> Array:
-    """What the plate's acceleration at the nodes lacks of its mean over each window (n, 3), rad/s².
+    """The plate's mean acceleration over each window less that at the nodes (n, 3), rad/s².
 
     A plate that is set in motion or stopped has corners there, which three points do not show.
     """

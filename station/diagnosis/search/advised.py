@@ -19,7 +19,7 @@ ELSEWHERE: Mapping[Family, str] = MappingProxyType(
         "place": "several places, in random order",
     }
 )
-"""What separates the effects of a family on an apparatus whose plate does not tilt."""
+"""The experiment that separates the effects of a family on an apparatus whose plate does not tilt."""
 
 
 def tilts(evidence: Evidence) -> bool:

@@ -87,7 +87,7 @@ def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located
 
 
 def summary_of(before: Fit, place: Place) -> str:
-    """What a place's residuals depend on, and how strongly, in one sentence."""
+    """One sentence that says on what a place's residuals depend, and how strongly."""
     residual, smooth, _ = smooth_part(before, place)
     channel, what = place.channel, place.channel.title
     if place.covariate == "all":
