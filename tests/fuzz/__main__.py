@@ -91,17 +91,18 @@ def _of_job(options: argparse.Namespace, begin: int) -> Iterator[Outcome]:
 
 def _of_process(options: argparse.Namespace, begin: int) -> Generator[Outcome, None, int]:
     """The outcomes that one process tells, and the number to go on with; the input at which it died is a finding."""
-    process, open_number = _start(options, begin), None
-    assert process.stdout is not None
-    for line in process.stdout:
-        told = json.loads(line)
-        if "begins" in told:
-            open_number = told["begins"]
-            continue
-        open_number, begin = None, told["number"] + options.jobs
-        peak = f" (peak {told['peak'] / 1e9:.2f} GB)" if told["finding"] else ""
-        yield Outcome(told["target"], told["number"], told["refused"], told["s"], told["finding"] + peak)
-    status = process.wait()
+    open_number = None
+    with _start(options, begin) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            told = json.loads(line)
+            if "begins" in told:
+                open_number = told["begins"]
+                continue
+            open_number, begin = None, told["number"] + options.jobs
+            peak = f" (peak {told['peak'] / 1e9:.2f} GB)" if told["finding"] else ""
+            yield Outcome(told["target"], told["number"], told["refused"], told["s"], told["finding"] + peak)
+    status = process.returncode
     if open_number is not None:
         yield Outcome("?", open_number, False, 0.0, f"the process died (status {status})")
         return open_number + options.jobs

@@ -18,6 +18,7 @@ from station.app.verifying import Verification, signature_line, verify
 NAME = "verify"
 HELP = "derive a recording's corners, decisions and samples again: identical, or where not? who signed it?"
 EXAMPLE = "station verify sim.mcap"
+ONE = "something differs from what follows from the recording, a signature does not hold, or nothing could be derived"
 _SIGNS = {"identical": "✓", "different": "✗", "not derived": "–"}
 
 

@@ -59,7 +59,8 @@ def test_workers_end_with_a_command_that_is_killed(tmp_path: Path):
     """A proof that was killed left its workers, which went on with their cases and then waited for ever."""
     script = tmp_path / "slow.py"
     script.write_text(SLOW, encoding="utf-8")
-    command = subprocess.Popen([sys.executable, str(script), str(tmp_path)], cwd=Path(__file__).parents[3])
+    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    command = subprocess.Popen([sys.executable, str(script), str(tmp_path)], env=here)
     names = [tmp_path / name for name in ("a", "b")]
     try:
         _until(lambda: all(name.exists() and name.read_text() for name in names), "both workers at work")
