@@ -88,6 +88,14 @@ def test_senseless_requests_are_refused(stage: TiltStage, path: TiltPath, angle:
         plan_tilt(stage.model, path, start=TiltState(), angle_rad=angle, rate_rad_s=rate, limits=LIMITS)
 
 
+@pytest.mark.parametrize("rate", [1e-4, 1e-7, 1e-300])
+def test_a_motion_without_end_is_refused_before_it_fills_the_memory(
+    stage: TiltStage, path: TiltPath, rate: float
+) -> None:
+    with pytest.raises(UserError, match="Expected a tilt that ends within 600 s"):
+        plan_tilt(stage.model, path, start=TiltState(), angle_rad=0.5, rate_rad_s=rate, limits=LIMITS)
+
+
 def test_an_arm_that_would_swing_round_is_refused(stage: TiltStage, path: TiltPath) -> None:
     small = TiltLimits(max_travel=2.0)
     with pytest.raises(UserError, match="swing the arm round"):
