@@ -33,7 +33,7 @@ def tls_settings(
     if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
         return {}
     folder = Path(environment.get(VARIABLE, "") or "keys").resolve()
-    folder = folder / process if process and (folder / process).is_dir() else folder
+    folder = own_keys(folder, process)
     files = {name: _readable(folder / f"{name}.pem") for name in FILES}
     if open_to_others(files["key"]):
         raise UserError(f"Expected a private key that its owner alone can read, got {files['key']}: chmod 600 it")
@@ -44,6 +44,11 @@ def tls_settings(
     }
     tls = {"root_ca_certificate": str(files["ca"]), "enable_mtls": True, "verify_name_on_connect": True, **own}
     return {"transport/link/tls": tls} | _rights(folder / RIGHTS, rig_id)
+
+
+def own_keys(folder: Path, process: str) -> Path:
+    """The process's own folder among the keys of a rig; `folder` itself where it holds the keys of one process."""
+    return folder / process if process and (folder / process).is_dir() else folder
 
 
 def _readable(file: Path) -> Path:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Protocol
 
-from shared.errors import UserError
 from shared.foxglove import CompressedImage
 from shared.messages import MarkerCorners
 from shared.rig import RigConfig
+from station.app.camera_agent import borrowed
 from station.recording.reader import RecordingReader
 
 GROUP = "repose.picture_tracker"
@@ -106,10 +105,4 @@ def picture_tracker(rig: RigConfig, calibration_toml: str) -> PictureTracker:
     Raises:
         UserError: if the camera agent is not installed here.
     """
-    found = entry_points(group=GROUP, name="mark")
-    if not found:
-        raise UserError(
-            f"Expected the camera agent installed beside the station (entry point {GROUP}: mark) to read the pictures "
-            "again; install the whole `repose-friction` package"
-        )
-    return next(iter(found)).load()(rig, calibration_toml)
+    return borrowed(GROUP, "mark", to="to read the pictures again")(rig, calibration_toml)

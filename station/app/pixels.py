@@ -1,14 +1,13 @@
-"""Finds the camera agent's simulated-time camera without knowing its code: by the package's entry points."""
+"""The camera agent's camera in simulated time, in front of the twin's scenes."""
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from typing import Protocol
 
 from shared.bus import Bus
-from shared.errors import UserError
 from shared.messages import TwinScene
 from shared.rig import RigConfig
+from station.app.camera_agent import borrowed
 from station.app.lockstep import CameraBuilder
 from station.simulators.mujoco.twin import Twin
 
@@ -40,15 +39,9 @@ def pixel_camera(seed: int) -> CameraBuilder:
     Raises:
         UserError: if the camera agent is not installed here.
     """
-    found = entry_points(group=GROUP, name="synthetic")
-    if not found:
-        raise UserError(
-            f"Expected the camera agent installed beside the station for --pixels (entry point {GROUP}: synthetic); "
-            "install the whole `repose` package, or leave --pixels out"
-        )
-    load = next(iter(found)).load
+    camera = borrowed(GROUP, "synthetic", to="for --pixels")
 
     def build(bus: Bus, rig: RigConfig, twin: Twin) -> InFrontOf:
-        return InFrontOf(twin, load()(bus, rig, seed=seed))
+        return InFrontOf(twin, camera(bus, rig, seed=seed))
 
     return build

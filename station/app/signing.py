@@ -20,7 +20,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from shared.bus_keys import RIGHTS
+from shared.bus_keys import RIGHTS, own_keys
 from shared.config import load_table
 from shared.errors import UserError
 from shared.system.files import open_to_others
@@ -40,7 +40,7 @@ def sign(recording: Path, keys: Path, *, now_ns: int) -> Path:
     Raises:
         UserError: if the key is missing, readable by others, or not the one of the certificate.
     """
-    folder = keys / SIGNER if (keys / SIGNER).is_dir() else keys
+    folder = own_keys(keys, SIGNER)
     certificate, key = _certificate_in(folder / "cert.pem"), _private_key(folder / "key.pem")
     if _public_key(certificate) != key.public_key():
         raise UserError(f"Expected the key of cert.pem in {folder}, got the key of another certificate")
@@ -91,7 +91,7 @@ def _broken(told: dict[str, str | int], certificate: x509.Certificate, signature
 
 def _stranger(certificate: x509.Certificate, name: str, keys: Path, *, signed_ns: int) -> str:
     """The reason why a certificate does not count by the authority and rights in a folder of keys; empty if it does."""
-    folder = keys / SIGNER if (keys / SIGNER).is_dir() else keys
+    folder = own_keys(keys, SIGNER)
     authority = _certificate_in(folder / "ca.pem")
     try:
         certificate.verify_directly_issued_by(authority)

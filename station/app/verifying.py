@@ -6,7 +6,6 @@ consistently, pictures included, is found out by no derivation; only a signature
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
@@ -17,6 +16,7 @@ from shared.errors import UserError
 from station.app.attached import attached_rig
 from station.app.commands.check import machine_of
 from station.app.corners_again import CornersAgain, corners_again, picture_tracker
+from station.app.outputs import without_nan
 from station.app.signature import Signature, file_sha256, signature_path
 from station.recording.reader import RecordingReader, open_recording
 from station.sampling.machine import INPUTS
@@ -81,8 +81,8 @@ class Verification:
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for scripts; what JSON cannot say is null."""
-        parts = [_plain(asdict(part)) for part in self.parts]
-        first = None if self.first is None else _plain(asdict(self.first))
+        parts = [without_nan(asdict(part)) for part in self.parts]
+        first = None if self.first is None else without_nan(asdict(self.first))
         signature = None if self.signature is None else asdict(self.signature)
         return {
             "file": str(self.path),
@@ -173,14 +173,6 @@ def _compared(name: str, verdicts: dict[str, Verdict]) -> Part:
 def _mismatch(topic: str, difference: Difference) -> Mismatch:
     name, recorded, derived = difference.changed
     return Mismatch(topic, difference.stamp_ns, name, recorded, derived)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def signature_line(signature: Signature | None) -> str:

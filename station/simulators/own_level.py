@@ -32,11 +32,14 @@ class OwnLevel(Effect):
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """The factor (n,) of each moment's run."""
         del values
-        return self._factor[np.clip(np.rint(contact.run).astype(int), 0, len(self._factor) - 1)]
+        return self._of(contact.run)
 
     def of_run(self, number: float) -> float:
         """The factor of the run with this number."""
-        return float(self._factor[np.clip(np.rint(number).astype(int), 0, len(self._factor) - 1)])
+        return float(self._of(np.array(number)))
+
+    def _of(self, numbers: Array) -> Array:
+        return self._factor[np.clip(np.rint(numbers).astype(int), 0, len(self._factor) - 1)]
 
 
 def without_own_level(model: Model, run: float) -> tuple[Model, float]:

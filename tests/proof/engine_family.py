@@ -62,8 +62,8 @@ class EngineFamily(PlannedFamily):
         """The engine with the block of these numbers."""
 
     def bad(self, contact: Contact) -> Engine:
-        """The engine with bad settings; a family without one has no tier `artefact`."""
-        raise NotImplementedError
+        """The engine with bad settings: as it is, where it is nothing but artefacts."""
+        return self.engine(contact)
 
     def why_not(self) -> str | None:
         """Engines are heavy, and no extra of ours."""

@@ -6,13 +6,13 @@ This is the emergency stop of software: it asks the arm agent over the bus. It i
 from __future__ import annotations
 
 import argparse
-import time
 
 from shared.bus_rights import OBSERVER
 from shared.clock import SystemClock
-from shared.messages import ArmReply, ArmStop, Message
+from shared.messages import ArmReply, ArmStop
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
+from station.app.asking import asked
 
 NAME = "arm stop"
 HELP = "emergency stop of the arm, over the bus"
@@ -31,17 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Asks again and again until the arm agent has answered."""
     rig, clock = assembly.rig_from(options.rig), SystemClock()
-    stopped: list[bool] = []
-
-    def answered(reply: Message | None) -> None:
-        stopped.extend([True] * (isinstance(reply, ArmReply) and reply.accepted))
-
     with ZenohBus.of(OBSERVER, rig, clock=clock) as bus:
-        end = time.monotonic() + _ANSWER_S
-        while not stopped and time.monotonic() < end:
-            bus.request("arm/stop", ArmStop(clock.now_ns(), options.reason), answered, timeout_s=0.3)
-            bus.poll(0.3)
-    if stopped:
+        reply = asked(bus, "arm/stop", ArmStop(clock.now_ns(), options.reason), within_s=_ANSWER_S)
+    if isinstance(reply, ArmReply) and reply.accepted:
         print(f"The arm of rig '{rig.id}' is stopped.")
         return 0
     print(f"The arm agent of rig '{rig.id}' did not answer within {_ANSWER_S:g} s: press the red button.")

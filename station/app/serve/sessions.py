@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +10,15 @@ from typing import Any
 from shared.bus import Bus
 from shared.clock import Clock
 from shared.errors import UserError
-from shared.messages import SESSION_ACTIONS, ArmReply, ArmStop, Message, SessionReply, SessionRequest
+from shared.messages import SESSION_ACTIONS, ArmReply, ArmStop, SessionReply, SessionRequest
 from shared.rig import RigConfig
 from station.app import assembly
+from station.app.asking import asked
 from station.app.commands.rig import HELPERS
 from station.app.recordings import recording_path
 from station.app.serve.jobs import Program
 
-_STOP_S, _CONTROL_S, _ANSWER_S = 3.0, 2.0, 0.3
+_STOP_S, _CONTROL_S = 3.0, 2.0
 _MOST_SAMPLES = 100_000
 
 
@@ -72,7 +72,7 @@ class Sessions:
         if action not in SESSION_ACTIONS:
             raise UserError(f"Expected start, {', '.join(SESSION_ACTIONS)}, got '{action}'")
         request = SessionRequest(self._clock.now_ns(), action)
-        reply = self._asked("session/control", request, within_s=_CONTROL_S)
+        reply = asked(self._bus, "session/control", request, within_s=_CONTROL_S)
         if isinstance(reply, SessionReply) and reply.accepted:
             return
         if action == "stop" and self._program is not None and self._program.runs:
@@ -88,25 +88,9 @@ class Sessions:
             UserError: if the arm agent does not answer.
         """
         stop = ArmStop(self._clock.now_ns(), "emergency stop on the page")
-        reply = self._asked("arm/stop", stop, within_s=_STOP_S)
+        reply = asked(self._bus, "arm/stop", stop, within_s=_STOP_S)
         if not (isinstance(reply, ArmReply) and reply.accepted):
             raise UserError(f"The arm agent did not answer within {_STOP_S:g} s: press the red button")
-
-    def _asked(self, service: str, request: Message, *, within_s: float) -> Message | None:
-        """The answer to a request, which is repeated until there is one or time is up."""
-        replies: list[Message] = []
-        answered = threading.Event()
-
-        def on_reply(reply: Message | None) -> None:
-            if reply is not None:
-                replies.append(reply)
-                answered.set()
-
-        end = time.monotonic() + within_s
-        while not answered.is_set() and time.monotonic() < end:
-            self._bus.request(service, request, on_reply, timeout_s=_ANSWER_S, direct=True)
-            answered.wait(_ANSWER_S)
-        return replies[0] if replies else None
 
     def told(self) -> dict[str, Any] | None:
         """The session that this page has started, with its last lines; None if there is none."""

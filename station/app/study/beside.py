@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from station.app.outputs import without_nan
 from station.app.study.compare import ALPHA, Row, Verdict
 from station.app.study.paper import PAIRS, PaperPair
 from station.friction.filters import FILTERS
@@ -127,20 +127,17 @@ def _yes(value: bool | None) -> str:
 
 def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, Any]:
     """Both tables with all digits; what is not a number is null."""
-    return {
+    told = {
         "rows": [
-            {key: _plain(value) for key, value in asdict(row).items()}
-            | {"difference": _plain(row.difference), "in_standard_errors": _plain(row.in_standard_errors)}
+            asdict(row)
+            | {"difference": row.difference, "in_standard_errors": row.in_standard_errors}
             | {"agrees": row.agrees}
             for row in rows
         ],
         "anisotropy": [
             {"pair": one.pair, "paper": one.paper, "found": one.found, "agrees": one.agrees}
-            | {"test": one.test and {key: _plain(value) for key, value in asdict(one.test).items()}}
+            | {"test": one.test and asdict(one.test)}
             for one in verdicts
         ],
     }
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return without_nan(told)

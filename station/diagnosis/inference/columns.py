@@ -36,8 +36,8 @@ class Variant:
     """An effect at its null, or at one of its `sizes`, with its shapes at one of their starts, and its columns.
 
     `numbers` counts the effect's parameters that are identifiable in these runs, shapes among them. `twice_gain` is
-    what it brings at that size, in twice the log likelihood: slopes say nothing of a law that sets in beyond a size,
-    or of residuals that a tail of the noise takes for outliers.
+    what it brings at that size, in twice the log likelihood, where `at_sizes` has found it: slopes say nothing of a law
+    that sets in beyond a size, or of residuals that a tail of the noise takes for outliers.
     """
 
     effect: Effect
@@ -127,7 +127,7 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
     np.add.at(of_runs, block, share)
     return Scores(
-        variants=tuple(replace(one, twice_gain=_twice_gain(evidence, fit, one.start)) for one in variants),
+        variants=tuple(variants),
         # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
@@ -136,6 +136,12 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
         high=np.array(high),
         runs=int(evidence.counted.sum()),
     )
+
+
+def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:
+    """The same scores, whose variants at a size have their `twice_gain`; it takes a short fit for each of them."""
+    gained = (replace(one, twice_gain=_twice_gain(evidence, fit, one.start)) for one in scored.variants)
+    return replace(scored, variants=tuple(gained))
 
 
 def _null_sizes(effect: Effect) -> dict[str, float]:

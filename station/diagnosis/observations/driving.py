@@ -14,6 +14,7 @@ import numpy as np
 
 from station.diagnosis.observations.plate import Attitude
 from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.turning import turned_push
 
 
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
@@ -24,8 +25,8 @@ def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
 def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
     """The part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest."""
     rate, place, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
-    turning = np.cross(plate.acceleration_rad_s2, place) + np.cross(rate, np.cross(rate, place))
-    return -(plate.pivot_m_s2 + turning + 2.0 * np.cross(rate, velocity))
+    turned = turned_push(plate.acceleration_rad_s2, rate, place)
+    return turned - plate.pivot_m_s2 - 2.0 * np.cross(rate, velocity)
 
 
 def _flat(vectors: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from station.diagnosis.observations.plate import Attitude
 from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.turning import turned_push
 
 LEAST_M_S2 = 1e-3
 """A smaller pull or press has no ratio to another."""
@@ -35,7 +36,7 @@ class Swing:
     @classmethod
     def of(cls, at: Attitude, way: Array, *, sliding: Array, resting: Array) -> Swing:
         """Builds it from the plate's motion, the slide's direction (2,), and the loads (m, 3), m/s² in P."""
-        turning = np.stack([_felt(at, axis) for axis in np.eye(3)], axis=-1)
+        turning = _felt_per_m(at)
         return cls(
             way=way,
             sliding=np.array([sliding[:, :2] @ way, -sliding[:, 2]]),
@@ -61,7 +62,6 @@ class Swing:
         return np.where(pulled, np.arctan2(np.sin(self.plate_rad) * share, level), self.plate_rad)
 
 
-def _felt(at: Attitude, place_m: Array) -> Array:
-    """The acceleration (m, 3), m/s², that a resting block at `place_m` (3,) from the pivot feels by the motion."""
-    turning = np.cross(at.acceleration_rad_s2, place_m)
-    return -(turning + np.cross(at.rate_rad_s, np.cross(at.rate_rad_s, place_m)))
+def _felt_per_m(at: Attitude) -> Array:
+    """The push (m, 3, 3), m/s², that a resting block feels along P's axes for each metre from the pivot, along each."""
+    return np.stack([turned_push(at.acceleration_rad_s2, at.rate_rad_s, axis) for axis in np.eye(3)], axis=-1)

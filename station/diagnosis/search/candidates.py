@@ -11,7 +11,7 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
-from station.diagnosis.inference.columns import Scores, Variant, scores
+from station.diagnosis.inference.columns import Scores, Variant, at_sizes, scores
 from station.diagnosis.inference.errors import UNIFORM
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.gain import estimate, gain, overdispersion, p_value
@@ -108,14 +108,14 @@ def candidates_of(scored: Scores, coinciding: Coinciding) -> tuple[list[Candidat
 
 def single_candidates(evidence: Evidence, current: Fit, effects: Sequence[Effect]) -> list[Candidate]:
     """The effects alone, by their scores around a fit."""
-    return [candidate for candidate, _ in _singles(scores(evidence, current, effects))]
+    return [candidate for candidate, _ in _singles(at_sizes(evidence, current, scores(evidence, current, effects)))]
 
 
 def tested_alone(
     evidence: Evidence, current: Fit, effects: Sequence[Effect], rng: np.random.Generator
 ) -> tuple[list[Candidate], Calibration]:
     """The candidates of `single_candidates`, and the session's own null that is drawn from the fit."""
-    scored = scores(evidence, current, effects)
+    scored = at_sizes(evidence, current, scores(evidence, current, effects))
     calibration = calibrate(scored, [variant.columns for variant in scored.variants], rng)
     return [candidate for candidate, _ in _singles(scored)], calibration
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
-from station.diagnosis.inference.columns import Scores, scores, variants_of
+from station.diagnosis.inference.columns import Scores, at_sizes, scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit, levelled
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
@@ -189,7 +189,7 @@ def looked_at(
     """The test of what a fit leaves: candidates and places with their corrected p; nothing is chosen yet."""
     rest = _rest(current, offered, coinciding)
     places, columns = places_of(evidence, _column_count(evidence, rest))
-    scored = scores(evidence, current, rest, columns)
+    scored = at_sizes(evidence, current, scores(evidence, current, rest, columns))
     candidates, couples = candidates_of(scored, coinciding)
     spots = [place_candidate(scored, place, of=len(places)) for place in places]
     progress(f"drawing the session's null for {len(candidates) + len(spots)} candidates")

@@ -13,6 +13,7 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.turning import turned_push
 
 
 class PivotOffset(Effect):
@@ -33,5 +34,4 @@ class PivotOffset(Effect):
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Gives the force per mass (n, 3), m/s², by the law of this module."""
         arm = np.array([values["x_m"], values["y_m"], values["z_m"]])
-        swing = np.cross(contact.rate_rad_s, np.cross(contact.rate_rad_s, arm))
-        return -np.cross(contact.acceleration_rad_s2, arm) - swing
+        return turned_push(contact.acceleration_rad_s2, contact.rate_rad_s, arm)

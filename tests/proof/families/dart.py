@@ -97,7 +97,3 @@ class Dart(EngineFamily):
     def engine(self, contact: Contact) -> Engine:
         """See `DartBlock`."""
         return DartBlock(contact)
-
-    def bad(self, contact: Contact) -> Engine:
-        """It has no other."""
-        return self.engine(contact)

@@ -95,7 +95,3 @@ class Drake(EngineFamily):
     def engine(self, contact: Contact) -> Engine:
         """See `DrakeBlock`."""
         return DrakeBlock(contact)
-
-    def bad(self, contact: Contact) -> Engine:
-        """It has no other."""
-        return self.engine(contact)
