@@ -1,4 +1,4 @@
-"""What the station borrows of the camera agent without knowing its code: by the package's entry points."""
+"""Objects of the camera agent that the station uses without knowing its code: by the package's entry points."""
 
 from __future__ import annotations
 

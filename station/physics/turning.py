@@ -1,4 +1,4 @@
-"""What a turning frame adds to the motion of a point that is fixed in it (Landau & Lifshitz, Mechanics, section 39)."""
+"""The push of a turning frame on a point that is fixed in it (Landau & Lifshitz, Mechanics, section 39)."""
 
 from __future__ import annotations
 

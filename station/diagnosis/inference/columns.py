@@ -12,13 +12,13 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.parameters import Free, told
-from station.diagnosis.likelihood.slopes import differences, near, residuals
+from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 from station.physics.effect import Effect
-from station.physics.model import Term
+from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
 MOST_VARIANTS = 12
@@ -85,31 +85,64 @@ def _grid(parameters: Sequence[Parameter]) -> Iterator[dict[str, float]]:
         yield dict(zip((one.name for one in parameters), values, strict=True))
 
 
-def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
-    """The scores of all variants of the effects, then of the `extra` columns (rows, E)."""
-    at = residuals(evidence, fit.model)
-    whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
-    white = whitening(stack(evidence, at))
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Looked:
+    """The change of each row by K numbers of effects: slopes `table` (rows, K), one column for each number.
+
+    `low`, `high` (K,) are the bounds of a number relative to its null. Slopes do not depend on the noise.
+    """
+
+    variants: tuple[Variant, ...]
+    table: Array
+    low: Array
+    high: Array
+
+    def of(self, effects: Sequence[Effect]) -> Looked:
+        """The slopes of some of the effects."""
+        chosen = [one for one in self.variants if any(one.effect is effect for effect in effects)]
+        columns = [column for one in chosen for column in one.columns]
+        ends = itertools.accumulate((len(one.columns) for one in chosen), initial=0)
+        variants = [
+            replace(one, columns=tuple(range(begin, begin + len(one.columns))))
+            for one, begin in zip(chosen, ends, strict=False)
+        ]
+        table, low, high = self.table[:, columns], self.low[columns], self.high[columns]
+        return Looked(variants=tuple(variants), table=table, low=low, high=high)
+
+
+def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looked:
+    """The slopes of all variants of the effects around a model."""
+    at = residuals(evidence, model)
     parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
-    place = 0
-    with near(evidence, fit.model):  # an effect at its null changes nothing
-        own = stack(evidence, differences(evidence, fit.model, fit.free, at))
+    with near(evidence, model):  # an effect at its null changes nothing
         for effect, start in variants_of(evidence, effects):
             free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
             null = Term(effect, {**start.values, **_null_sizes(effect)})
-            parts.append(stack(evidence, differences(evidence, fit.model.with_term(null), free, at)))
-            columns = tuple(range(place, place + len(free)))
+            parts.append(stack(evidence, differences(evidence, model.with_term(null), free, at)))
+            columns = tuple(range(len(low), len(low) + len(free)))
             variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
             begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
             low += [number.low - value for number, value in zip(free, begin, strict=True)]
             high += [number.high - value for number, value in zip(free, begin, strict=True)]
-            place += len(free)
-    if extra is not None:
-        parts.append(extra)
-        low += [-np.inf] * extra.shape[1]
-        high += [np.inf] * extra.shape[1]
+    table = np.column_stack(parts) if parts else np.zeros((len(stack(evidence, at)), 0))
+    return Looked(variants=tuple(variants), table=table, low=np.array(low), high=np.array(high))
+
+
+def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
+    """The scores of all variants of the effects, then of the `extra` columns (rows, E)."""
+    return scores_of(evidence, fit, looked(evidence, fit.model, effects), extra)
+
+
+def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = None) -> Scores:
+    """The scores of slopes around a fit, then of the `extra` columns (rows, E), which have no bounds."""
+    at = residuals(evidence, fit.model)
+    whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
+    white = whitening(stack(evidence, at))
+    own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
+    beside = np.zeros((len(own), 0)) if extra is None else extra
+    unbound = np.full(beside.shape[1], np.inf)
     counted = evidence.counted[whitening.run]
-    table = whitening(np.column_stack([own, *parts]))[counted]
+    table = whitening(np.column_stack([own, seen.table, beside]))[counted]
     block, tail = whitening.block[counted], whitening.tail[counted]
     slope, _ = pulls(white[counted], tail, whitening.limit[counted])
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
@@ -127,13 +160,13 @@ def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
     np.add.at(of_runs, block, share)
     return Scores(
-        variants=tuple(variants),
+        variants=seen.variants,
         # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
         of_runs=of_runs[np.unique(evidence.block[evidence.counted])],
-        low=np.array(low),
-        high=np.array(high),
+        low=np.concatenate([seen.low, -unbound]),
+        high=np.concatenate([seen.high, unbound]),
         runs=int(evidence.counted.sum()),
     )
 

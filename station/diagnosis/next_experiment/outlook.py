@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.columns import Scores, drawn_scores, scores
+from station.diagnosis.inference.columns import Looked, Scores, drawn_scores, looked, scores, scores_of
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.gain import gain, smallest_p
 from station.diagnosis.inference.parameters import free_numbers, vector_of
@@ -26,7 +26,7 @@ from station.diagnosis.likelihood.whitening import stack
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.smooth import smooth_terms
-from station.diagnosis.search.untestable import untestable
+from station.diagnosis.search.untestable import untestable_by
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -101,9 +101,11 @@ class Trial:
 def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
     """The scores of all candidates on a session, and the rivals' own signals beside them."""
     named = [one for one in question.effects if one.layer != "numerics" and one not in _acting(question.beside)]
-    null, reasons = _null(question, evidence, named)
-    offered = [*(effect for effect in named if effect.id not in reasons), *smooth_terms(evidence)]
-    scored = scores(evidence, null, offered, _signals(evidence, null, question.rivals))
+    smooth = smooth_terms(evidence)
+    seen = looked(evidence, question.beside, [*named, *smooth])
+    null, reasons = _null(question, evidence, seen, named)
+    offered = [*(effect for effect in named if effect.id not in reasons), *smooth]
+    scored = scores_of(evidence, null, seen.of(offered), _signals(evidence, null, question.rivals))
     first = len(scored.score) - len(question.rivals)
     return Trial(
         question=question,
@@ -118,15 +120,20 @@ def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
 def sharp(question: Question, evidence: Evidence) -> float:
     """The information of the only rival's signal in a run, while all else of the model is free."""
     absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
-    null, _ = _null(question, evidence, absorbed)
+    null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)
     scored = scores(evidence, null, (), _signals(evidence, null, question.rivals))
     return float(scored.information[0, 0]) / evidence.runs
 
 
-def _null(question: Question, evidence: Evidence, effects: Sequence[Effect]) -> tuple[Fit, Mapping[str, str]]:
-    """The model beside the rivals as if it were fitted, and which of the effects the session cannot show, and why."""
+def _null(
+    question: Question, evidence: Evidence, seen: Looked, effects: Sequence[Effect]
+) -> tuple[Fit, Mapping[str, str]]:
+    """The model beside the rivals as if it were fitted, and which of the effects the session cannot show, and why.
+
+    `seen` are the slopes of these effects, and of others, around that model.
+    """
     base = question.beside
-    reasons = untestable(evidence, standing(evidence, base, question.noise), effects)
+    reasons = untestable_by(evidence, standing(evidence, base, question.noise), seen.of(effects), effects)
     absorbed = [effect for effect in effects if effect.absorbed_by_mu and effect.id in reasons]
     return standing(evidence, allowing_for(base, absorbed), question.noise), reasons
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.columns import Scores, scores
+from station.diagnosis.inference.columns import Looked, Scores, looked, scores_of
 from station.diagnosis.inference.fit import Fit, noise_of
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.observations.channel import Channel
@@ -22,7 +22,12 @@ from station.physics.effect import Effect
 
 def untestable(evidence: Evidence, null: Fit, effects: Sequence[Effect]) -> dict[str, str]:
     """The reasons why effects cannot be seen in this recording, by id; effects that can be seen are not in it."""
-    scored = scores(evidence, replace(null, noise=noise_of_alike(evidence, null)), effects)
+    return untestable_by(evidence, null, looked(evidence, null.model, effects), effects)
+
+
+def untestable_by(evidence: Evidence, null: Fit, seen: Looked, effects: Sequence[Effect]) -> dict[str, str]:
+    """The same from slopes of these effects that are known already."""
+    scored = scores_of(evidence, replace(null, noise=noise_of_alike(evidence, null)), seen)
     reasons = {effect.id: _reason(evidence, scored, effect) for effect in effects}
     return {name: reason for name, reason in reasons.items() if reason}
 
