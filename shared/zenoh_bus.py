@@ -4,7 +4,7 @@ Every process listens on its own explicit endpoint and connects to the others'; 
 rigs on one network never take each other's commands. No process forwards for others: who reaches the camera agent's
 port reaches the camera agent alone, whichever mode of Zenoh's he comes in. Corners and events go through Zenoh's
 advanced publisher and subscriber (cache, heartbeat, recovery): a cut link or a restarted station loses none of them.
-Zenoh's callbacks only enqueue; `poll` runs the handlers on the caller's thread.
+Zenoh's callbacks only enqueue; `poll` runs the handlers on the caller's thread, which never waits for a link.
 """
 
 from __future__ import annotations
@@ -30,11 +30,14 @@ from shared.bus_rights import OBSERVER
 from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
+from shared.outbox import Outbox
 from shared.rig import RigConfig
 
 _LOG = logging.getLogger(__name__)
 _ALIVE = "@alive"
 _LEASE_MS = 1000
+_CLOSING_S = 6.0
+"""A little longer than Zenoh waits for a link that takes nothing before it gives it up (5 s)."""
 _PRIORITIES = (
     zenoh.Priority.REAL_TIME,
     zenoh.Priority.INTERACTIVE_HIGH,
@@ -116,6 +119,7 @@ class ZenohBus:
                 f"Expected to listen on {', '.join(listen) or 'nothing'}, but Zenoh refused ({_why(error)}); "
                 "is the same process already running, or the address not this machine's?"
             ) from error
+        self._outbox = Outbox()
         watcher = self._session.liveliness().declare_subscriber(
             f"{self._prefix}/{_ALIVE}/*", self._on_alive, history=True
         )
@@ -151,8 +155,14 @@ class ZenohBus:
 
     def publish(self, topic: str, message: Message | Recipe) -> None:
         """See `Bus.publish`."""
-        publisher = self._publishers.get(topic) or self._declare_publisher(topic)
-        publisher.put(wire.encode(message.made() if isinstance(message, Recipe) else message))
+        payload = wire.encode(message.made() if isinstance(message, Recipe) else message)
+        if topics.topic(topic).traffic.drop:
+            self._put(topic, payload)
+        else:
+            self._outbox.put(functools.partial(self._put, topic, payload))
+
+    def _put(self, topic: str, payload: bytes) -> None:
+        (self._publishers.get(topic) or self._declare_publisher(topic)).put(payload)
 
     def _declare_publisher(self, name: str) -> Any:
         traffic = topics.topic(name).traffic
@@ -260,15 +270,20 @@ class ZenohBus:
         line, key = topics.SERVICES[service], self._key(service)
 
         def answer(query: zenoh.Query) -> None:
-            with query:
-                payload = query.payload.to_bytes() if query.payload else b""
-                try:
-                    asked = wire.decode(line.request, payload)
-                except UserError as error:
-                    self._leave_out(service, error)
-                    return  # unanswered: a process that cannot ask would not understand either
-                with contextlib.suppress(zenoh.ZError):  # the asker is gone
-                    query.reply(key, wire.encode(server(asked)))
+            payload = query.payload.to_bytes() if query.payload else b""
+            try:
+                asked = wire.decode(line.request, payload)
+            except UserError as error:
+                self._leave_out(service, error)
+                query.drop()  # unanswered: a process that cannot ask would not understand either
+                return
+            sending = functools.partial(reply, query, wire.encode(server(asked)))
+            # A direct answer is a matter of microseconds (clocks), and keeps Zenoh's own thread alone.
+            sending() if direct else self._outbox.put(sending)
+
+        def reply(query: zenoh.Query, payload: bytes) -> None:
+            with query, contextlib.suppress(zenoh.ZError):  # the asker is gone
+                query.reply(key, payload)
 
         def callback(query: zenoh.Query) -> None:
             if direct:
@@ -337,7 +352,8 @@ class ZenohBus:
         return len(taken)
 
     def close(self) -> None:
-        """See `Bus.close`."""
+        """See `Bus.close`; what was published is sent first, if the network takes it."""
+        self._outbox.close(within_s=_CLOSING_S)
         for entity in [*self._entities, *self._publishers.values()]:
             with contextlib.suppress(zenoh.ZError):
                 entity.undeclare()
