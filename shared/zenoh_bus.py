@@ -13,6 +13,7 @@ import contextlib
 import functools
 import json
 import logging
+import os
 import queue
 import re
 import threading
@@ -38,6 +39,11 @@ _ALIVE = "@alive"
 _LEASE_MS = 1000
 _CLOSING_S = 6.0
 """A little longer than Zenoh waits for a link that takes nothing before it gives it up (5 s)."""
+_RECEIVERS = 8
+"""Zenoh's threads that receive, for all links together. It closes a dead link on one of them, which waits for up to ten
+seconds (SO_LINGER) for what the link has not taken. Of the two that it has by itself two dead links take both, and the
+arm agent hears nothing from anybody, its joints included. A rig has at most six processes that it is linked with.
+`make faults ARGS="--row 'cable cut'"` shows it."""
 _PRIORITIES = (
     zenoh.Priority.REAL_TIME,
     zenoh.Priority.INTERACTIVE_HIGH,
@@ -112,6 +118,7 @@ class ZenohBus:
         self._recovering: dict[str, Any] = {}
         self.malformed: Counter[str] = Counter()
         """Payloads by topic or service that were no message, and were left out."""
+        os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {_RECEIVERS}))")  # no entry of the configuration
         try:
             self._session = zenoh.open(_config(listen, connect, rig_id=rig_id, process=process))
         except zenoh.ZError as error:
