@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from station.simulators.planar.simulate import simulate
 RATE_RAD_S = math.radians(2)
 BELOW_RAD = math.radians(2)
 AFTER_S, FOLLOWED_S = 0.6, 0.25
-_STEEPEST_RAD = math.radians(80)
+_STEEPEST_RAD, _FARTHER_RAD = math.radians(80), math.radians(2)
 _LONGEST_S = 500
 _SHORT_S = 0.01
 
@@ -45,8 +45,10 @@ class Nothing:
 asked = json.load(sys.stdin)
 sys.path[:] = asked["path"]
 sys.meta_path.insert(0, Nothing())
-file = importlib.import_module(asked["module"])
-paths = [file.tilt_test(file.example(), file.Ramp(*ramp)).tolist() for ramp in asked["ramps"]]
+paths = []
+for module, ramps in asked["files"]:
+    file = importlib.import_module(module)
+    paths.append([file.tilt_test(file.example(), file.Ramp(*ramp)).tolist() for ramp in ramps])
 with open("paths.json", "w") as out:  # an engine may print what it likes
     json.dump(paths, out)
 """
@@ -73,27 +75,63 @@ class Deviation:
         return 1e3 * self.path_mm / self.speed_mm_s
 
 
+class Compared(NamedTuple):
+    """An exported file, the model that it is of, and directions (n,), rad, of the descent in the plate."""
+
+    file: ExportedFile
+    model: Model
+    directions: Sequence[float]
+
+
 def deviations(file: ExportedFile, model: Model, directions: Sequence[float]) -> list[Deviation]:
     """The deviations (n,) in directions (n,), rad, of the descent in the plate.
 
     Raises:
         UserError: if the block does not slide by itself, or the file does not run, such as without its engine.
     """
-    steepest = [_from_level(model, down) for down in directions]
+    (found,) = all_deviations([Compared(file, model, directions)])
+    return found
+
+
+def all_deviations(compared: Sequence[Compared]) -> list[list[Deviation]]:
+    """The deviations of files of one engine, which one Python runs one after another: an engine loads for a second.
+
+    Raises:
+        UserError: as `deviations`, for any of the files; also if two have one name.
+    """
+    if len({one.file.name for one in compared}) < len(compared):
+        raise UserError("Expected files of different names to run together, but two have the same; rename one")
+    chosen = [_ramps(one.model, one.directions) for one in compared]
+    ran = _run([one.file for one in compared], chosen)
+    return [
+        [_deviation(ramp, path, _ours(one.model, ramp, path)) for ramp, path in zip(of_file, paths, strict=True)]
+        for one, of_file, paths in zip(compared, chosen, ran, strict=True)
+    ]
+
+
+def _ramps(model: Model, directions: Sequence[float]) -> list[Ramp]:
+    steepest = _from_level(model, directions)
     if not np.isfinite(steepest).all():
         raise UserError("Expected a block that slides by 80 degrees of tilt in every direction, to compare with")
-    chosen = [
-        Ramp(down, max(at - BELOW_RAD, 0.0), RATE_RAD_S, min(at, BELOW_RAD) / RATE_RAD_S + AFTER_S)
-        for down, at in zip(directions, steepest, strict=True)
-    ]
     return [
-        _deviation(ramp, path, _ours(model, ramp, path)) for ramp, path in zip(chosen, _run(file, chosen), strict=True)
+        Ramp(down, max(at - BELOW_RAD, 0.0), RATE_RAD_S, min(at, BELOW_RAD) / RATE_RAD_S + AFTER_S)
+        for down, at in zip(directions, steepest.tolist(), strict=True)
     ]
 
 
-def _from_level(model: Model, down_rad: float) -> float:
-    ends = [0.0, _STEEPEST_RAD / RATE_RAD_S]
-    return float(simulate(ramps(ends, [0.0, _STEEPEST_RAD], downhill_rad=down_rad), model).onset_rad[0])
+def _from_level(model: Model, directions: Sequence[float]) -> Array:
+    """The tilts (n,) at which the blocks start from level; nan for one that holds to the steepest tilt.
+
+    The ramps end soon after: a slide up to the steepest tilt would take most of the comparison's time.
+    """
+    found = np.full(len(directions), np.nan)
+    for end in np.arange(_FARTHER_RAD, _STEEPEST_RAD + 0.5 * _FARTHER_RAD, _FARTHER_RAD):
+        (left,) = np.nonzero(np.isnan(found))
+        if not len(left):
+            break
+        slopes = np.asarray(directions)[left]
+        found[left] = simulate(ramps([0.0, end / RATE_RAD_S], [0.0, end], downhill_rad=slopes), model).onset_rad
+    return found
 
 
 def _ours(model: Model, ramp: Ramp, path: Array) -> Array:
@@ -133,14 +171,19 @@ def _seen(path: Array, *, followed_s: float = FOLLOWED_S) -> tuple[float, Array]
     return at(row, 1), np.array([at(end, column) - path[0, column] for column in (2, 3, 4)])
 
 
-def _run(file: ExportedFile, chosen: Sequence[Ramp]) -> list[Array]:
+def _run(files: Sequence[ExportedFile], chosen: Sequence[Sequence[Ramp]]) -> list[list[Array]]:
     with TemporaryDirectory() as folder:
-        Path(folder, file.name).write_text(file.text, encoding="utf-8")
-        asked = {"path": [folder, *sys.path], "module": Path(file.name).stem, "ramps": [list(ramp) for ramp in chosen]}
+        for file in files:
+            Path(folder, file.name).write_text(file.text, encoding="utf-8")
+        ramps = [[list(ramp) for ramp in of_file] for of_file in chosen]
+        modules = [Path(file.name).stem for file in files]
+        asked = {"path": [folder, *sys.path], "files": list(zip(modules, ramps, strict=True))}
         words = [sys.executable, "-I", "-c", _CHILD]
         told: dict[str, Any] = {"input": json.dumps(asked), "encoding": "utf-8", "timeout": _LONGEST_S}
         done = subprocess.run(words, cwd=folder, capture_output=True, check=False, **told)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
-            raise UserError(f"Expected {file.name} to run in its engine, but it ended with: {last}")
-        return [np.array(path) for path in json.loads(Path(folder, "paths.json").read_text(encoding="utf-8"))]
+            names = ", ".join(file.name for file in files)
+            raise UserError(f"Expected {names} to run in its engine, but it ended with: {last}")
+        told_paths = json.loads(Path(folder, "paths.json").read_text(encoding="utf-8"))
+        return [[np.array(path) for path in of_file] for of_file in told_paths]

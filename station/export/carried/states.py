@@ -34,16 +34,21 @@ USUAL: dict[str, Any] = {
     "spare_m_s2": math.nan,
 }
 """A steel cube of 10 mm at rest in the middle of a plate that is tilted by 17°, towards +x."""
+_VECTORS = ("rate_rad_s", "acceleration_rad_s2")
 
 
 def contact(**said: Any) -> Contact:
     """The block on the plate at as many moments as the longest of the fields that are `said`; see `Contact`."""
-    values = {name: np.asarray(said.get(name, usual)) for name, usual in USUAL.items()}
-    vectors = ("rate_rad_s", "acceleration_rad_s2")
-    counts = [len(value) for name, value in values.items() if value.ndim == (2 if name in vectors else 1)]
+    counts = [len(value) for name, value in said.items() if np.ndim(value) == (2 if name in _VECTORS else 1)]
     n = max(counts, default=1)
-    shaped = {name: np.broadcast_to(value, (n, 3) if name in vectors else (n,)) for name, value in values.items()}
-    return Contact(**{name: value if name == "moving" else value.astype(float) for name, value in shaped.items()})
+    return Contact(
+        **{
+            name: np.full(
+                (n, 3) if name in _VECTORS else n, said.get(name, usual), dtype=bool if name == "moving" else float
+            )
+            for name, usual in USUAL.items()
+        }
+    )
 
 
 def view(corners_m: Any, *, tilt_rad: float, down_rad: float, **said: Any) -> View:

@@ -6,7 +6,7 @@ Effects depend on what no engine keeps: how long the block has lain, since when 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,10 +58,11 @@ class Watch:
         self._rising, self._step_from_s, self._begun = 1.0, 0.0, False
         self._rest_from_s = self._slid_from_s = math.nan
         self._from = np.zeros(2)
+        self._known: tuple[Array, Contact] | None = None
 
     def take(self, now: Moment) -> None:
         """Takes the next moment, before anything is asked about it."""
-        last, self.last = self.last, now
+        last, self.last, self._known = self.last, now, None
         if math.isnan(last.time_s):
             self._rest_from_s = now.time_s - float(self.said.get("rest_s", USUAL["rest_s"]))
             self._step_from_s = now.time_s
@@ -81,23 +82,33 @@ class Watch:
 
     def slides(self, *, excess: float) -> bool:
         """Decides by the `excess` of the load over friction, m/s², whether the block slides from now on."""
-        now, speed = self.last, self.last.speed_m_s
+        now, speed, moved = self.last, self.last.speed_m_s, self.moving
         if not self.moving and (excess > 0 or speed > GOES_M_S):
             self.moving, self._slid_from_s, self._from = True, now.time_s, now.place[:2].copy()
         elif self.moving and excess < 0 and speed < STOPS_M_S:
             self.moving = False
             if np.linalg.norm(now.place[:2] - self._from) > SLIP_M:
                 self._rest_from_s = now.time_s
+        if self.moving != moved:
+            self._known = None
         return self.moving
 
     def contact(self, *, way_rad: float, gravity: Array | None = None) -> Contact:
-        """The state at the last moment, for a slide in the direction `way_rad` under this gravity (3,)."""
+        """The state at the last moment, for a slide in the direction `way_rad` under this gravity (3,).
+
+        A law asks some times a moment: what does not depend on the direction is kept until something changes.
+        """
+        down = self.last.gravity if gravity is None else gravity
+        if self._known is None or self._known[0] is not down:
+            self._known = (down, self._contact(down))
+        return replace(self._known[1], way_rad=np.array([way_rad]))
+
+    def _contact(self, down: Array) -> Contact:
+        """The state at the last moment under this gravity (3,), for a slide in any direction."""
         now = self.last
-        down = now.gravity if gravity is None else gravity
         until_s = self._slid_from_s if self.moving else now.time_s
         known = {
             "moving": self.moving,
-            "way_rad": way_rad,
             "speed_m_s": now.speed_m_s if self.moving else 0.0,
             "x_m": now.place[0],
             "y_m": now.place[1],
