@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -90,8 +91,7 @@ def simulate(part: Part) -> None:
         recording.describe()
         session = Lockstep(rig, plan, recording=recording, left_out=LEFT_OUT)
         session.twin.world.place_block(*place_of(part), part.yaw_rad)
-        with _counter(part).open("ab", buffering=0) as counted:
-            outcome = session.run(on_sample=lambda _: counted.write(b"."))
+        outcome = session.run(on_sample=partial(_count, _counter(part)))
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
     os.replace(growing, part.path)
@@ -108,6 +108,11 @@ def tidy(folder: Path) -> None:
 def _counter(part: Part) -> Path:
     """A file that has a byte for each sample of a growing session: whoever looks on counts them without a pipe."""
     return part.unfinished_path.with_suffix(".samples")
+
+
+def _count(counter: Path, _samples: int) -> None:
+    with counter.open("ab") as file:
+        file.write(b".")
 
 
 def _finished(part: Part) -> int:
