@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 
 from rich.console import Console
 
@@ -34,3 +36,22 @@ class Told:
 def told_time(seconds: float) -> str:
     """A duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"
+
+
+@contextmanager
+def looked_at(look: Callable[[], None], *, every_s: float) -> Generator[None]:
+    """Calls `look` every so often while the block waits for other processes, and once more at its end."""
+    over = threading.Event()
+
+    def keep_looking() -> None:
+        while not over.wait(every_s):
+            look()
+
+    looking = threading.Thread(target=keep_looking, name="progress", daemon=True)
+    looking.start()
+    try:
+        yield
+        look()
+    finally:
+        over.set()
+        looking.join()

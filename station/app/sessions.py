@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
@@ -14,6 +12,7 @@ from shared.errors import UserError
 from shared.messages import CameraGeometry, Sample
 from shared.system.processes import usable_processors
 from station.friction.pairs import Session
+from station.pool import spread
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
 
@@ -59,8 +58,8 @@ def read_sessions(
     jobs = min(jobs or usable_processors(), len(sizes))
     if jobs < 2 or sum(sizes) < _WORTH_A_PROCESS_BYTES:
         return [read_session(path, spare=spare) for path in paths]
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return list(pool.map(partial(read_session, spare=spare), paths))
+    with spread(partial(read_session, spare=spare), paths, jobs=jobs) as read:
+        return list(read)
 
 
 def require_different(sessions: Sequence[Session]) -> None:

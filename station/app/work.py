@@ -1,18 +1,37 @@
-"""Long work that is spread over processes: its bar, one thread each, and results that are whole or not there."""
+"""Long work that is spread over processes: its bar, and results that are whole or not there."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Set to 1 where all cores have a process each."""
+from station.pool import spread
+
+Task = TypeVar("Task")
+
+
+def work_on(tasks: Sequence[Task], work: Callable[[Task], None], *, jobs: int, title: str, console: Console) -> None:
+    """Calls `work` on every task, in any order, with a bar; each call writes its own result, whole or not at all.
+
+    Ctrl-C leaves the tasks at hand to the next call. Workers of a cluster see the same folders.
+    """
+    if not tasks:
+        return
+    with bar(console) as progress:
+        shown = progress.add_task(title, total=len(tasks))
+        try:
+            with spread(work, tasks, jobs=jobs, in_order=False) as done:
+                for _ in done:
+                    progress.advance(shown)
+        except BaseException:
+            progress.console.print("Stopped; the same command goes on from here.")
+            raise
 
 
 def bar(console: Console) -> Progress:

@@ -9,15 +9,15 @@ time. `tosses` says how a copy is made.
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from joblib import Parallel, delayed
 
 from station.app.diagnosing import diagnose_file
 from station.diagnosis.result import Diagnosis
+from station.pool import spread
 from station.recording.importers import cube_tosses, write
 from tests.benchmarks.tosses import Toss, heading_of, permuted, slide_of, tosses_of, turned, write_table
 from tests.proof.intervals import wilson
@@ -30,8 +30,9 @@ CHANCE = 0.1
 needs_data = pytest.mark.skipif(not REAL.is_file(), reason="REPOSE_CUBE_TOSSES does not name the table of tosses")
 
 
-def diagnosed(tosses: list[Toss], folder: Path, name: str) -> Diagnosis:
+def diagnosed(folder: Path, named: tuple[str, list[Toss]]) -> Diagnosis:
     """What the command says of them."""
+    name, tosses = named
     path = folder / f"{name}.mcap"
     write(cube_tosses.read(write_table(tosses, folder / f"{name}.parquet")), path)
     try:
@@ -52,14 +53,14 @@ def said(name: str, found: Diagnosis) -> str:
 def test_how_often_anything_is_claimed_of_permuted_tosses(tmp_path: Path) -> None:
     tosses = tosses_of(REAL)
     print(f"\n{len(tosses)} tosses, {sum(toss.slide.stop > 0 for toss in tosses)} of which slide flat")
-    print(said("recorded", diagnosed(tosses, tmp_path, "recorded")))
+    print(said("recorded", diagnosed(tmp_path, ("recorded", tosses))))
     copies = [permuted(tosses, np.random.default_rng([20261127, number])) for number in range(COPIES)]
-    work = (delayed(diagnosed)(copy, tmp_path, f"copy {number}") for number, copy in enumerate(copies, start=1))
-    made: Any = Parallel(n_jobs=JOBS, return_as="generator")(work)
+    named = [(f"copy {number}", copy) for number, copy in enumerate(copies, start=1)]
     claimed = 0
-    for number, found in enumerate(made, start=1):
-        claimed += found.verdict in {"supported", "indistinguishable"}
-        print(said(f"copy {number}", found), flush=True)
+    with spread(partial(diagnosed, tmp_path), named, jobs=JOBS) as made:
+        for (name, _), found in zip(named, made, strict=True):
+            claimed += found.verdict in {"supported", "indistinguishable"}
+            print(said(name, found), flush=True)
     low, high = wilson(claimed, COPIES)
     print(f"claimed of copies: {claimed} of {COPIES}, {claimed / COPIES:.0%} ({low:.0%} … {high:.0%} at 95 %)")
     assert low < CHANCE

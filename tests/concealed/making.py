@@ -6,13 +6,13 @@ The key's hash is printed and written before any recording exists. Cases that ex
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from station.pool import spread
 from tests.concealed.sealing import finished, sealed
 
 T = TypeVar("T")
@@ -62,16 +62,16 @@ def make(
     out, key_folder = options.out, options.key or options.out
     out.mkdir(parents=True, exist_ok=True)
     key_folder.mkdir(parents=True, exist_ok=True)
-    with multiprocessing.get_context("spawn").Pool(options.jobs) if options.jobs > 1 else _Here() as pool:
-        # Another process finds a function of a module, and nothing of a __main__.
-        planning = partial(plan, options.tier, seed=options.seed, only=only)
-        plans = list(_progress(pool.imap(planning, range(options.cases)), options.cases, "planned"))
-        told = {"tier": options.tier, "seed": options.seed, "only": list(only)}
-        text, digest = sealed(told | {"cases": {one.id: one.entry for one in plans}})
-        if not _seal(key_folder, text, digest):
-            return 2
-        missing = [one for one in plans if not done(out / one.id)]
-        list(_progress(pool.imap(partial(write, out=out), missing), len(missing), "written"))
+    planning = partial(plan, options.tier, seed=options.seed, only=only)
+    with spread(planning, range(options.cases), jobs=options.jobs) as planned:
+        plans = list(_progress(planned, options.cases, "planned"))
+    told = {"tier": options.tier, "seed": options.seed, "only": list(only)}
+    text, digest = sealed(told | {"cases": {one.id: one.entry for one in plans}})
+    if not _seal(key_folder, text, digest):
+        return 2
+    missing = [one for one in plans if not done(out / one.id)]
+    with spread(partial(write, out=out), missing, jobs=options.jobs) as written:
+        list(_progress(written, len(missing), "written"))
     print(f"{len(plans)} cases in {out}, {len(missing)} of them written now")
     return 0
 
@@ -104,18 +104,6 @@ def _seal(folder: Path, text: str, digest: str) -> bool:
     seal.write_text(f"{digest}  {KEY}\n", encoding="utf-8")
     (folder / KEY).write_text(text, encoding="utf-8")
     return True
-
-
-class _Here:
-    """Stands in for a pool: does everything in this process."""
-
-    def __enter__(self) -> _Here:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    imap = map
 
 
 def _progress(done: Iterable[T], count: int, what: str) -> Iterator[T]:

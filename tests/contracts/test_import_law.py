@@ -15,6 +15,7 @@ DOORS = {
     "rerun": ("station/view/",),
     # A deployment tries on the Pi whether the import works there.
     "picamera2": ("pi_agent/cameras/pi_camera.py", "station/app/deploy/target/smoke.py"),
+    "joblib": ("station/pool.py",),
     "mujoco": ("station/simulators/mujoco/", "station/arm/"),
     "rospy": ("station/arm/drivers/",),
     "pymavlink": ("station/angles/sources/",),

@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 
 from shared.rig import load_rig
-from station.app.work import bar
+from station.app.work import bar, work_on
 from tests.proof.families import Family, recording_of
 from tests.proof.generator import make_tier
 from tests.proof.key import Truth, open_key
@@ -21,7 +21,6 @@ from tests.proof.rivals import reasons, rivals
 from tests.proof.said import Said, number, read_said
 from tests.proof.scoring import Scored
 from tests.proof.trial import Trial, run_trial, tool_digest
-from tests.proof.workers import work_on
 
 REFITTED = ("effects", "none")
 """Answers whose gates ask for a held-out score: how much of a gap was closed, and that nothing was lost on nulls."""

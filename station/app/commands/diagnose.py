@@ -13,11 +13,10 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import tomli_w
-from joblib import Parallel, delayed
 from rich.console import Console
 
 from shared.errors import UserError
@@ -33,6 +32,7 @@ from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue_of_table
+from station.pool import spread
 from station.recording.reader import open_recording
 from station.simulators.simulator import LIMIT_S
 
@@ -152,15 +152,12 @@ def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -
                     status=status.update,
                 )
             ]
-    jobs = min(options.jobs or os.cpu_count() or 1, len(files))
-    # joblib's backend can be Dask or Ray, if the caller has set one up (joblib.parallel_config).
     asked = {name: getattr(options, name) for name in _ASKED}
-    work = (delayed(diagnose_file)(path, **asked) for path in files)
-    made: Any = Parallel(n_jobs=jobs, return_as="generator")(work)
     found: list[Examined] = []
-    for path, one in zip(files, made, strict=True):
-        console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
-        found.append(one)
+    with spread(partial(diagnose_file, **asked), files, jobs=options.jobs) as made:
+        for path, one in zip(files, made, strict=True):
+            console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
+            found.append(one)
     return found
 
 

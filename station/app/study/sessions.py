@@ -6,14 +6,9 @@ study off (Ctrl-C, kill -9, a power cut), the next call finds whole sessions and
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Sequence
-from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
-from multiprocessing import connection
-from multiprocessing.sharedctypes import Synchronized
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -22,18 +17,17 @@ from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app import recordings
 from station.app.lockstep import Lockstep
-from station.app.progress import Told
+from station.app.progress import Told, looked_at
 from station.app.study.design import Part, place_of, plan_of
 from station.app.study.essentials import LEFT_OUT, Essentials
 from station.app.study.rigs import rig_of
-from station.app.work import THREADS, bar
+from station.app.work import bar
+from station.pool import spread
 from station.recording.reader import open_recording
 
 LOOK_S = 0.5
 FLUSH_S = 10.0
 """Simulated: what a killed session loses does not matter here, it is done anew."""
-_done: Synchronized[int] | None = None
-"""Samples that all the workers have finished; each worker has it from its birth."""
 
 
 def whole(part: Part) -> bool:
@@ -60,29 +54,23 @@ def simulate_all(parts: Sequence[Part], *, jobs: int, console: Console) -> int:
     if not todo:
         return 0
     todo[0].unfinished_path.parent.mkdir(parents=True, exist_ok=True)
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    context = multiprocessing.get_context("spawn")
-    done: Synchronized[int] = context.Value("i", 0)
-    with (
-        bar(console) as progress,
-        ProcessPoolExecutor(min(jobs, len(todo)), mp_context=context, initializer=_begin, initargs=(done,)) as pool,
-    ):
-        total = sum(part.samples for part in parts)
-        before = total - sum(part.samples for part in todo)
-        shown = progress.add_task(f"samples, {len(todo)} sessions to do", total=total - before)
-        told = Told(console, total=total - before)
-        waiting = {pool.submit(simulate, part) for part in todo}
+    for part in todo:
+        _counter(part).unlink(missing_ok=True)
+    total = sum(part.samples for part in todo)
+    told = Told(console, total=total)
+    with bar(console) as progress:
+        shown = progress.add_task(f"samples, {len(todo)} sessions to do", total=total)
+
+        def look() -> None:
+            done = sum(map(_finished, todo))
+            progress.update(shown, completed=done)
+            told.at(done)
+
         try:
-            while waiting:
-                finished, waiting = wait(waiting, timeout=LOOK_S, return_when=FIRST_EXCEPTION)
-                for one in finished:
-                    one.result()
-                progress.update(shown, completed=done.value)
-                told.at(done.value)
+            with looked_at(look, every_s=LOOK_S), spread(simulate, todo, jobs=jobs, in_order=False) as whole_ones:
+                for _ in whole_ones:
+                    pass
         except BaseException:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
             progress.console.print("Broken off; the same command goes on with the sessions that are not whole.")
             raise
     return len(todo)
@@ -103,10 +91,11 @@ def simulate(part: Part) -> None:
         recording.describe()
         session = Lockstep(rig, plan, recording=recording, left_out=LEFT_OUT)
         session.twin.world.place_block(*place_of(part), part.yaw_rad)
-        outcome = session.run(on_sample=_count)
+        outcome = session.run(on_sample=partial(_count, _counter(part)))
     if outcome.fault:
         raise UserError(f"{growing}: expected {part.samples} samples, got {outcome.samples}: {outcome.fault}")
     os.replace(growing, part.path)
+    _counter(part).unlink()
 
 
 def tidy(folder: Path) -> None:
@@ -116,23 +105,19 @@ def tidy(folder: Path) -> None:
         unfinished.rmdir()
 
 
-def _begin(done: Synchronized[int]) -> None:
-    """A worker leaves Ctrl-C to its parent, which ends it, and ends by itself when its parent is killed."""
-    global _done  # noqa: PLW0603 (a value shared by processes can only be handed over at a worker's birth)
-    _done = done
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+def _counter(part: Part) -> Path:
+    """A file that has a byte for each sample of a growing session: whoever looks on counts them without a pipe."""
+    return part.unfinished_path.with_suffix(".samples")
 
 
-def _end_with_parent() -> None:
-    """Without this a killed study's workers would go on, beside those of the call that goes on with it."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        connection.wait([parent.sentinel])
-        os._exit(1)
+def _count(counter: Path, _samples: int) -> None:
+    with counter.open("ab") as file:
+        file.write(b".")
 
 
-def _count(_samples: int) -> None:
-    if _done is not None:
-        with _done.get_lock():
-            _done.value += 1
+def _finished(part: Part) -> int:
+    """The samples of a session that are done."""
+    try:
+        return _counter(part).stat().st_size
+    except FileNotFoundError:  # it has not begun, or it is whole
+        return part.samples if part.path.exists() else 0

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from functools import partial
+from typing import Protocol
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
@@ -27,6 +27,7 @@ from station.diagnosis.search.search import Search, in_stages, with_wander
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.pool import spread
 
 FOLDS = int(thresholds.FOLDS)
 
@@ -120,15 +121,16 @@ def nested(
         plain = Model(mu_s=whole.null.model.mu_s)
         return tuple(_refitted(with_wander(evidence.without(out), plain), whole, anew=True) for out in outs)
     begin = whole.null.model, whole.fitter.ends()
-    work = (delayed(_searched)(evidence, effects, begin, out, [seed, number]) for number, out in enumerate(outs))
-    found: Any = Parallel(n_jobs=min(jobs, FOLDS))(work)
-    return tuple(found)
+    work = partial(_searched, evidence, effects, begin, seed)
+    with spread(work, enumerate(outs), jobs=min(jobs, FOLDS)) as found:
+        return tuple(found)
 
 
 def _searched(
-    evidence: Evidence, effects: Sequence[Effect], begin: tuple[Model, Begins], left_out: Bools, seed: Sequence[int]
+    evidence: Evidence, effects: Sequence[Effect], begin: tuple[Model, Begins], seed: int, numbered: tuple[int, Bools]
 ) -> Fold:
-    start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng(seed)
+    number, left_out = numbered
+    start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng([seed, number])
     part = with_wander(evidence.without(left_out), start)
     found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
     names = tuple(effect.id for effect in found.found)

@@ -6,15 +6,15 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.errors import UserError
 from station.app.recordings import plan_toml
+from station.pool import spread
 from station.recording.provenance import Provenance
 from station.recording.writer import Recording, partial_path
 from tests.proof.patch_world import rig as rigs
@@ -72,7 +72,8 @@ def seal(order: Order, *, jobs: int) -> str:
         if held != order.header():
             raise UserError(f"Expected a folder of this order, but {path} is of {held}; choose another --out")
         return hashlib.sha256(content).hexdigest()
-    keys = _spread(_key_of, [(order, *one) for one in order.numbered()], jobs)
+    with spread(partial(_key_of, order), order.numbered(), jobs=jobs) as made:
+        keys = list(made)
     content = (json.dumps({**order.header(), "cases": keys}, indent=1, sort_keys=True) + "\n").encode()
     order.keys.mkdir(parents=True, exist_ok=True)
     _write(path, content)
@@ -83,19 +84,14 @@ def make(order: Order, *, jobs: int, tell: Callable[[str], None]) -> None:
     """Makes the recordings that are not there yet."""
     (order.keys / TRUTH).mkdir(parents=True, exist_ok=True)
     keys = json.loads((order.keys / KEY).read_bytes())["cases"]
-    todo = [(order, key) for key in keys if not _truth_path(order, key["case"]).exists()]
-    for line in _spread(_record, todo, jobs):
-        tell(line)
+    todo = [key for key in keys if not _truth_path(order, key["case"]).exists()]
+    with spread(partial(_record, order), todo, jobs=jobs) as lines:
+        for line in lines:
+            tell(line)
 
 
-def _spread(what: Callable[..., Any], calls: Sequence[tuple[Any, ...]], jobs: int) -> list[Any]:
-    if jobs < 2 or len(calls) < 2:
-        return [what(*call) for call in calls]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        return [waiting.result() for waiting in [pool.submit(what, *call) for call in calls]]
-
-
-def _key_of(order: Order, number: int, ids: Sequence[str]) -> dict[str, Any]:
+def _key_of(order: Order, numbered: tuple[int, Sequence[str]]) -> dict[str, Any]:
+    number, ids = numbered
     seed = order.seed * 100_003 + number * 101 + sum(map(ord, order.tier)) * 1_000_003
     return make_case(name_of(number), order.tier, ids, seed=seed, runs=order.runs).key()
 

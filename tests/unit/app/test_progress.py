@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import threading
 
 from rich.console import Console
 
-from station.app.progress import EVERY_S, Told
+from station.app.progress import EVERY_S, Told, looked_at
 
 
 def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
@@ -27,3 +28,18 @@ def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None
     now[0] = 10 * EVERY_S
     shown.at(50)
     assert drawn.getvalue() == ""
+
+
+def test_one_looks_on_while_others_work_and_at_the_end() -> None:
+    looks, thrice = list[int](), threading.Event()
+
+    def look() -> None:
+        looks.append(len(looks))
+        if len(looks) == 3:
+            thrice.set()
+
+    with looked_at(look, every_s=0.001):
+        assert thrice.wait(30)
+        before = len(looks)
+    assert len(looks) > before
+    assert not any(thread.name == "progress" for thread in threading.enumerate())

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[3]
 FORBIDDEN = ("station.physics", "station.diagnosis", "station.simulators", "mujoco", "pi_agent")
-ALLOWED_OF_STATION = ("station.recording", "station.friction.onset")
+ALLOWED_OF_STATION = ("station.recording", "station.friction.onset", "station.pool")
 SOURCES = sorted((ROOT / "tests" / "concealed").rglob("*.py"))
 
 
