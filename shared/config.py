@@ -75,6 +75,8 @@ def own_folders(table: Table, key: str, names: Iterable[str]) -> tuple[Path, ...
 def parse(cls: type[T], table: Table) -> T:
     """Fills the dataclass `cls` from a table; absent keys keep their defaults, tables nest.
 
+    A field whose metadata says `secret` is not shown when it is wrong.
+
     Raises:
         UserError: for an unknown key, a wrong type, a missing key without default, or a value that `cls` refuses
             (a ValueError from its `__post_init__`).
@@ -87,7 +89,7 @@ def parse(cls: type[T], table: Table) -> T:
     values: dict[str, Any] = {}
     for name, spec in specs.items():
         if name in table.values:
-            values[name] = _convert(hints[name], table, name)
+            values[name] = _convert(hints[name], table, name, secret=bool(spec.metadata.get("secret")))
         elif spec.default is MISSING and spec.default_factory is MISSING:
             raise table.error(name, _describe(hints[name]), "nothing: the key is missing")
     try:
@@ -97,7 +99,7 @@ def parse(cls: type[T], table: Table) -> T:
         raise UserError(f"{table.file}, {where}: {error}") from error
 
 
-def _convert(hint: Any, table: Table, key: str) -> Any:
+def _convert(hint: Any, table: Table, key: str, *, secret: bool) -> Any:
     value = table.values[key]
     if hint is Table:
         return table.child(key)
@@ -105,7 +107,7 @@ def _convert(hint: Any, table: Table, key: str) -> Any:
         return parse(hint, table.child(key))  # pyright: ignore[reportArgumentType]
     if (converted := _as(hint, value)) is not None:
         return converted
-    raise table.error(key, _describe(hint), f"{value!r}")
+    raise table.error(key, _describe(hint), "something else, which is not shown" if secret else f"{value!r}")
 
 
 def _as(hint: Any, value: Any) -> Any:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import ipaddress
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 from shared.config import Table, load_table, parse
 from shared.errors import UserError
 from shared.likely import unlikely
+from shared.notify import NAME as NOTIFY
+from shared.notify import NotifyConfig, without_notify
 
 PROCESSES = ("camera", "arm", "twin", "station")
 
@@ -168,8 +170,10 @@ class RigConfig:
     """`[plugins]`: the folders of the user's own importers and simulators, read by the station."""
     simulator: Table = field(default_factory=lambda: Table({}))
     """`[simulator.mujoco]`: the settings of the user's own simulation, read by the station."""
+    notify: NotifyConfig = field(default_factory=NotifyConfig)
+    """`[notify]`: who is told of a session that needs somebody; only a file of the user's own names anybody."""
     text: str = ""
-    """The file itself, word for word, which every recording carries."""
+    """The file itself, word for word but without `[notify]`, which every recording carries."""
 
     def __post_init__(self) -> None:
         if not self.id or set(self.id) & set("/*$#? "):
@@ -182,7 +186,9 @@ def load_rig(path: Path) -> RigConfig:
     Raises:
         UserError: naming file, line and key of what is wrong, or of what was probably meant in another unit.
     """
-    rig = rig_of_table(load_table(path))
+    table = load_table(path)
+    notify = parse(NotifyConfig, table.child(NOTIFY))
+    rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
     mark = (rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect)
     found = unlikely(
         block_m=rig.block.size_m,
@@ -204,10 +210,13 @@ def load_rig(path: Path) -> RigConfig:
 def rig_of_table(table: Table) -> RigConfig:
     """The rig of a table that was read already, such as the one inside a recording, whose sizes are not doubted.
 
+    Its `[notify]` is passed over: a stranger's recording has nobody told of anything.
+
     Raises:
         UserError: naming file, line and key of what is wrong.
     """
-    return parse(RigConfig, Table({**table.values, "text": table.text}, table.file, table.text))
+    values = {key: value for key, value in table.values.items() if key != NOTIFY}
+    return parse(RigConfig, Table({**values, "text": table.text}, table.file, table.text))
 
 
 def _positive(config: object, *names: str) -> None:

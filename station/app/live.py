@@ -14,6 +14,7 @@ from shared.rig import RigConfig
 from station.app import assembly
 from station.app.clocks import ClockKeeper
 from station.app.control import SessionControl
+from station.app.notify.watch import Watch
 from station.app.processes import StopRequest
 from station.app.session import Session
 from station.recording.recorder import Recorder
@@ -61,9 +62,11 @@ class LiveSession:
         stop: StopRequest,
         on_line: Callable[[str, str], None],
         owner: str = "",
+        watch: Watch | None = None,
     ) -> None:
-        self._bus, self._clock, self._stop = bus, clock, stop
-        self._recorder = Recorder(bus, recording, clock=clock, on_stopped=stop.ask)
+        """`watch` tells somebody of what the session needs."""
+        self._bus, self._clock, self._stop, self._watch = bus, clock, stop, watch
+        self._recorder = Recorder(bus, recording, clock=clock, on_stopped=self._on_stopped)
         machine = assembly.sampling_machine(rig, plan)
         self._session = Session(
             bus,
@@ -79,6 +82,8 @@ class LiveSession:
         self._arm_there = True
         bus.subscribe("arm/motion", self._on_outcome)
         bus.subscribe("arm/reply", self._on_outcome)
+        if watch is not None:
+            watch.attach(bus, machine, on_failure=lambda text: self._session.say("warning", text))
 
     @property
     def samples(self) -> int:
@@ -108,6 +113,14 @@ class LiveSession:
         self._clocks.tick(now_ns)
         self._control.tick(now_ns, samples=self.samples)
         self._watch_arm()
+        if self._watch is not None:
+            self._watch.tick(now_ns)
+
+    def _on_stopped(self, reason: str) -> None:
+        """The recording had to stop, and with it the session; on the recorder's thread."""
+        self._stop.ask(reason)
+        if self._watch is not None:
+            self._watch.stopped_recording(reason)
 
     def _watch_arm(self) -> None:
         there = "arm" in self._bus.alive()

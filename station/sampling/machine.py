@@ -85,6 +85,11 @@ class SamplingMachine:
         """The number of runs that have given a sample."""
         return self._state.samples
 
+    @property
+    def outage(self) -> str:
+        """The network's fault that the session waits out, level; empty if it does not."""
+        return self._state.outage
+
     def handle(self, message: Message, *, now_ns: int) -> list[Action]:
         """Takes one message, received at `now_ns`, and returns the actions that follow, in order.
 

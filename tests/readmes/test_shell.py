@@ -40,6 +40,7 @@ ELSEWHERE = {
     "station arm --rig": "runs until it is stopped: tests/system/test_arm_process.py",
     "station run --rig": "needs the other processes of a rig: tests/system/test_rig.py",
     "station replay --live": "needs a session that is running: tests/system/test_view_bus.py",
+    "station notify": "needs a receiver: tests/unit/notify/test_watch.py has one",
     "station study": "6330 samples: tests/recovery/test_study.py does twenty",
     "station serve": "runs until it is stopped: tests/system/test_page.py",
     "station diagnose sim.mcap --simulate mujoco": "every run again in MuJoCo: tests/unit/diagnosis/test_report.py",

@@ -58,6 +58,13 @@ def _own_importer(text: str) -> None:
     assert station(["import", "our-slope", "slope.log", "--rig", str(rig), "--out", "ours.mcap"]) == 0
 
 
+def _notified(text: str) -> None:
+    """It names a url and a command."""
+    told = load_rig(rig_file(Path.cwd(), name="told", extra=text)).notify
+    assert told.url
+    assert "{text}" in told.command
+
+
 def _scene(text: str) -> None:
     """The keys name what a scene calls its bodies."""
     Path("scene.toml").write_text(text, encoding="utf-8")
@@ -71,6 +78,7 @@ READERS: dict[str, Callable[[str], None]] = {
     "smooth": _smooth,
     "physics": _own_effect,
     "plugins": _own_importer,
+    "notify": _notified,
 }
 """What reads a block, by its first table."""
 

@@ -25,6 +25,7 @@ from station.app import assembly, recordings
 from station.app.claim import claim_arm, session_name
 from station.app.display.choice import Display, display_of
 from station.app.lockstep import Lockstep
+from station.app.notify.telling import telling
 from station.app.pixels import pixel_camera
 from station.app.processes import stop_by_signal
 from station.app.signature import keys_folder, signature_path
@@ -89,7 +90,11 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
         )
         display.attach(lockstep.bus)
         stop = stack.enter_context(stop_by_signal())
+        watch = stack.enter_context(telling(rig, plan, path, where=console))
         outcome = lockstep.run(on_sample=display.tell, stop=stop)
+        if recording.stopped:
+            watch.stopped_recording(recording.stopped)
+        watch.ended(outcome.fault, samples=outcome.samples)
     wall = time.perf_counter() - begin
     console.print(
         f"{outcome.samples} samples, {outcome.simulated_s:.1f} s of the rig's time in {wall:.1f} s: "
@@ -107,6 +112,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
     clock = SystemClock()
     with ExitStack() as stack:
         stop = stack.enter_context(stop_by_signal())
+        watch = stack.enter_context(telling(rig, plan, path, where=console))  # left after arm and bus are let go
         bus = ZenohBus.of("station", rig, clock=clock)
         stack.callback(bus.close)
         bus.announce("station")
@@ -125,9 +131,11 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
             stop=stop,
             on_line=display.line,
             owner=owner,
+            watch=watch,
         )
         display.attach(bus)
         fault = session.run(on_tick=lambda: display.tell(session.samples))
+        watch.ended(fault, samples=session.samples)
     status = _close(path, fault, display, json_lines=options.json_lines)
     sign_session(path, where=console)
     return status
