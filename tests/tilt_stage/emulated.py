@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import threading
 import time
 import tty
 from collections.abc import Generator
@@ -154,6 +155,24 @@ def opened(stage: EmulatedStage) -> Generator[Pty]:
         pty.close()
 
 
+@contextlib.contextmanager
+def answering(pty: Pty) -> Generator[None]:
+    """Lets the stage answer from a thread, in no time of its own, while a driver connects."""
+    ended = threading.Event()
+
+    def serve() -> None:
+        while not ended.wait(0.005):
+            pty.serve(pty.stage.now_ms)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
 def main(link: Path, rig_file: str) -> None:
     """Serves a stage in real time, and moves the twin as it moves."""
     from shared.clock import SystemClock  # noqa: PLC0415 - the object above needs no bus
@@ -172,7 +191,7 @@ def main(link: Path, rig_file: str) -> None:
             position = tuple(degree * angle for angle in pty.stage.at)
             velocity = tuple(degree * speed for speed in pty.stage.speed)
             bus.publish("twin/target", JointTarget(clock.now_ns(), position, velocity))
-            time.sleep(0.005)
+            time.sleep(0.01)
 
 
 if __name__ == "__main__":

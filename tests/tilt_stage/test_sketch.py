@@ -37,8 +37,9 @@ def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if compiler is None:
         pytest.skip("compiling the sketch needs g++ or clang++")
     program = tmp_path_factory.mktemp("sketch") / "stage"
-    words = [compiler, "-Wall", "-Werror", "-I", str(SKETCH), "-o", str(program), str(HERE / "arduino" / "main.cpp")]
-    subprocess.run(words, check=True)
+    arduino = HERE / "arduino"
+    words = ["-Wall", "-Werror", "-I", str(SKETCH), "-I", str(arduino), "-o", str(program), str(arduino / "main.cpp")]
+    subprocess.run([compiler, *words], check=True)
     return program
 
 

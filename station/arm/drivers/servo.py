@@ -27,6 +27,7 @@ from station.rig.arm_model import ArmModel
 
 _UNIT_RAD = np.pi / 180 / lines.PER_DEGREE
 _PERIOD_NS = 15_000_000  # two ticks of the agent: at 115200 baud a set-point of two axes takes 3 ms
+_LISTEN_S, _ASK_EVERY = 0.02, 12  # a board that starts hears nothing for a second or two
 _ARMING_NS = 500_000_000
 
 
@@ -62,9 +63,10 @@ class ServoStage:
 
     def _greet(self) -> lines.Hello:
         """Asks the stage what it is, until it answers."""
-        for _ in range(max(1, round(self._options.answer_timeout_s / 0.25))):
-            self._link.write(lines.line("?"))
-            time.sleep(0.25)
+        for turn in range(max(1, round(self._options.answer_timeout_s / _LISTEN_S))):
+            if turn % _ASK_EVERY == 0:
+                self._link.write(lines.line("?"))
+            time.sleep(_LISTEN_S)
             for words in self._lines.take(self._link.read()):
                 if answer := lines.hello(words):
                     return answer
