@@ -133,6 +133,7 @@ def servo(stage: TiltStage) -> Generator[End]:
         axes=len(home), limit=1000 * emulated.PER_DEGREE, us_per_90=0, placed=True, at=home
     )
     clock = SimulatedClock()
+    began_ns = clock.now_ns()
     with emulated.opened(arm) as pty:
         options = Table({"port": pty.port})
         link = DriverLink(bus=MemoryBus(clock), model=stage.model, options=options)
@@ -141,7 +142,7 @@ def servo(stage: TiltStage) -> Generator[End]:
 
         def advance() -> None:
             clock.advance_to(clock.now_ns() + TICK_NS)
-            pty.serve(clock.now_ns() // 1_000_000)
+            pty.serve((clock.now_ns() - began_ns) // 1_000_000)
             time.sleep(0.001)  # the kernel hands the bytes on
             driver.tick(clock.now_ns())
 
