@@ -18,7 +18,7 @@ from pathlib import Path
 
 from station.arm.drivers._servo_lines import FOLLOWING, HELD, IDLE, LEVELLING, PER_DEGREE, VERSION, Lines, line
 
-PERIOD_MS = 20
+PERIOD_MS = 10
 WATCHDOG_MS, LEVEL_AFTER_MS = 500, 5000
 FASTEST, LEVELLING_SPEED, JUMP = 60 * PER_DEGREE, 3 * PER_DEGREE, 5 * PER_DEGREE
 

@@ -23,7 +23,7 @@ const long JUMP = 5 * DEGREE;                       // a set-point this far from
 const long LEVELLING = 3 * DEGREE;                  // a second
 const unsigned long WATCHDOG_MS = 500;              // without a set-point for so long it holds
 const unsigned long LEVEL_AFTER_MS = 5000;          // and so much later it levels
-const unsigned long PERIOD_MS = 20;                 // a servo takes no more than 50 pulses a second
+const unsigned long PERIOD_MS = 10;                 // it moves and reports; a servo gets the newest pulse every 20 ms
 
 // ---- what it is -----------------------------------------------------------------------------------------------------
 
