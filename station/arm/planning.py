@@ -176,7 +176,9 @@ def search(
     Raises UserError for a stage, which has no other pose.
     """
     if len(model.joints) < FULL:
-        raise UserError(f"Expected an arm of {FULL} joints to search poses for; {model.name} is a stage and has one pose.")
+        raise UserError(
+            f"Expected an arm of {FULL} joints to search poses for; {model.name} is a stage and has one pose."
+        )
     ranked = functools.partial(_ranked, model, turns_rad=turns_rad, azimuths_rad=azimuths_rad, obstacles=obstacles)
     coarse = ranked(distances_m=_DISTANCES_M, heights_m=_HEIGHTS_M)
     distance, _, height = coarse.pivots_m[int(coarse.best(1)[0])].tolist()

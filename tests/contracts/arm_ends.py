@@ -129,9 +129,7 @@ def servo(stage: TiltStage) -> Generator[End]:
     emulated = import_module("tests.tilt_stage.emulated")  # a pty, which only some systems have
     unit = math.pi / 180 / emulated.PER_DEGREE
     home = [round(angle / unit) for angle in stage.home_rad]
-    arm = emulated.EmulatedStage(
-        axes=len(home), limit=1000 * emulated.PER_DEGREE, us_per_90=0, placed=True, at=home
-    )
+    arm = emulated.EmulatedStage(axes=len(home), limit=1000 * emulated.PER_DEGREE, us_per_90=0, placed=True, at=home)
     clock = SimulatedClock()
     began_ns = clock.now_ns()
     with emulated.opened(arm) as pty:

@@ -106,7 +106,9 @@ class ServoStage:
             self._say(now_ns, "A")
         else:
             why = lines.MEANING.get(state, f"its state is {state!r}")
-            self._give_up(f"The tilt stage does not follow: {why}; see that its stop button is free and its cable whole.")
+            self._give_up(
+                f"The tilt stage does not follow: {why}; see that its stop button is free and its cable whole."
+            )
 
     def _say(self, now_ns: int, *words: object) -> None:
         self._said_ns = now_ns
