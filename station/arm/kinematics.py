@@ -57,8 +57,8 @@ def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> 
     """Joint angles near `q` (..., n) whose pivot is at `target` (..., 4, 4), and the error left (...,).
 
     Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and not in a leap. The error is the
-    norm of the twist in metres and radians to the target as it is `aimed` at: a caller that finds it above 1e-9 has left
-    the reachable poses.
+    norm of the twist in metres and radians to the target as it is `aimed` at: above 1e-9 the arm has left the poses
+    that it can reach.
     """
     for _ in range(iterations):
         pose, jacobian = pivot_jacobian(model, q)
@@ -70,7 +70,7 @@ def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> 
 
 
 def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
-    """The target (..., 4, 4) of an arm at `pose` (..., 4, 4): for a stage it is turned about the vertical as the pose is.
+    """The target (..., 4, 4) of an arm at `pose` (..., 4, 4); a stage's is turned about the vertical as the pose is.
 
     A stage of one or two axes cannot choose how its plate is turned about the vertical, the z of the base. Gravity in
     the plate, and with it the friction, does not depend on that.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import pytest
 
@@ -204,11 +204,7 @@ def test_a_busy_machine_while_nothing_moves_costs_nothing() -> None:
 def test_a_stage_that_does_not_fit_is_refused_in_words(
     stage: EmulatedStage | None, options: dict[str, object], said: str
 ) -> None:
-    with opened(stage or EmulatedStage()) as pty:
+    with opened(stage or EmulatedStage()) as pty, answering(pty) if stage else nullcontext():
         settings = ArmSettings(driver="servo", model="tilt_stage_2", options=Table({"port": pty.port, **options}))
         with pytest.raises(UserError, match=said):
-            if stage is None:
-                arm_agent(MemoryBus(SimulatedClock()), settings)
-            else:
-                with answering(pty):
-                    arm_agent(MemoryBus(SimulatedClock()), settings)
+            arm_agent(MemoryBus(SimulatedClock()), settings)

@@ -15,7 +15,6 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shared.byte_links import open_link
 from shared.config import parse
@@ -102,7 +101,7 @@ class ServoStage:
         if state == lines.FOLLOWING:
             self._followed, self._number = True, self._number + 1
             self._say(now_ns, "T", self._number, *np.rint(motion.at(elapsed_ns)[0] / _UNIT_RAD).astype(int))
-        elif held or not self._followed and elapsed_ns < _ARMING_NS:
+        elif held or (not self._followed and elapsed_ns < _ARMING_NS):
             self._say(now_ns, "A")
         else:
             why = lines.MEANING.get(state, f"its state is {state!r}")
@@ -156,7 +155,7 @@ def _require_fit(hello: lines.Hello, model: ArmModel, options: ServoOptions) -> 
     """
     if hello.version != lines.VERSION or len(hello.limits) != len(model.joints):
         raise UserError(
-            f"Expected a stage of {len(model.joints)} axes that speaks version {lines.VERSION}, as {model.name} has it; "
+            f"Expected a stage of {len(model.joints)} axes, as {model.name} has them, and version {lines.VERSION}; "
             f"got {len(hello.limits)} axes and version {hello.version}: correct 'model', or AXES in the sketch"
         )
     for joint, (lower, upper) in zip(model.joints, hello.limits, strict=True):
