@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _TRIES = 8
+FULL = 6
+"""The number of joints from which on an arm can bring its plate into any pose."""
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 """The axis after each axis, and the one before it."""
 
@@ -55,19 +57,53 @@ def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> 
     """Joint angles near `q` (..., n) whose pivot is at `target` (..., 4, 4), and the error left (...,).
 
     Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and not in a leap. The error is the
-    norm of the twist in metres and radians: a caller that finds it above 1e-9 has left the reachable poses.
+    norm of the twist in metres and radians to the target as it is `aimed` at: above 1e-9 the arm has left the poses
+    that it can reach.
     """
     for _ in range(iterations):
         pose, jacobian = pivot_jacobian(model, q)
-        step = solve_rate(jacobian, pose_error(pose, target))
+        step = solve_rate(jacobian, pose_error(pose, aimed(model, pose, target)))
         largest = np.max(np.abs(step), axis=-1, keepdims=True)
         q = q + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-12))
-    return q, np.linalg.norm(pose_error(pivot_pose(model, q), target), axis=-1)
+    pose = pivot_pose(model, q)
+    return q, np.linalg.norm(pose_error(pose, aimed(model, pose, target)), axis=-1)
+
+
+def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
+    """The target (..., 4, 4) of an arm at `pose` (..., 4, 4); a stage's is turned about the vertical as the pose is.
+
+    A stage of one or two axes cannot choose how its plate is turned about the vertical, the z of the base. Gravity in
+    the plate, and with it the friction, does not depend on that.
+    """
+    if len(model.joints) >= FULL:
+        return target
+    turn = pose[..., :3, :3] @ np.swapaxes(target[..., :3, :3], -1, -2)
+    angle = np.arctan2(turn[..., 1, 0] - turn[..., 0, 1], turn[..., 0, 0] + turn[..., 1, 1])
+    result = np.broadcast_to(target, pose.shape).copy()
+    result[..., :3, :3] = _about_z(angle) @ result[..., :3, :3]
+    return result
+
+
+def _about_z(angle: Array) -> Array:
+    """The turns about z (..., 3, 3) by angles (...,)."""
+    result = np.zeros((*np.shape(angle), 3, 3))
+    result[..., 0, 0] = result[..., 1, 1] = np.cos(angle)
+    result[..., 1, 0] = np.sin(angle)
+    result[..., 0, 1] = -result[..., 1, 0]
+    result[..., 2, 2] = 1.0
+    return result
 
 
 def solve_rate(jacobian: Array, twist: Array) -> Array:
-    """Joint rates (..., n) that give the twist (..., 6), damped a little, so that it is finite at a singular pose."""
+    """Joint rates (..., n) that give the twist (..., 6), damped a little, so that it is finite at a singular pose.
+
+    Fewer than six joints come as near to the twist as they can, with its turn about the vertical left out (`aimed`).
+    """
     transposed = np.swapaxes(jacobian, -1, -2)
+    if (joints := jacobian.shape[-1]) < FULL:
+        turns, across = jacobian[..., : FULL - 1, :], transposed[..., : FULL - 1]
+        damped = across @ turns + 1e-12 * np.eye(joints)
+        return np.linalg.solve(damped, np.einsum("...ij,...j->...i", across, twist[..., : FULL - 1])[..., None])[..., 0]
     damped = jacobian @ transposed + 1e-12 * np.eye(6)
     return np.einsum("...ij,...j->...i", transposed, np.linalg.solve(damped, twist[..., None])[..., 0])
 

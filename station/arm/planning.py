@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from shared.errors import UserError
 from station.arm.collision import CollisionScene
+from station.arm.kinematics import FULL
 from station.arm.search import Candidates, evaluate, home_poses
 from station.arm.tilt_path import MAX_ANGLE_RAD, TiltPath, TiltStage, tilt_path, tilt_stage
 from station.arm.tilter import settled_model, settled_stage
@@ -97,6 +98,8 @@ def _joint_margin(model: ArmModel, joints_rad: Array) -> float:
 
 
 def _fastest(model: ArmModel, path: TiltPath) -> float:
+    if not path.reach_rad:
+        return 0.0
     return float(np.min(model.max_velocity_rad_s / np.maximum(np.abs(path.slopes).max(axis=0), 1e-9)))
 
 
@@ -170,7 +173,12 @@ def search(
 
     A grid over distance and height of the pivot, the turns of the plate and all branches; then a finer grid round the
     best; then the surroundings. A spherical wrist turns the plate by its last joint alone: one turn is enough.
+    Raises UserError for a stage, which has no other pose.
     """
+    if len(model.joints) < FULL:
+        raise UserError(
+            f"Expected an arm of {FULL} joints to search poses for; {model.name} is a stage and has one pose."
+        )
     ranked = functools.partial(_ranked, model, turns_rad=turns_rad, azimuths_rad=azimuths_rad, obstacles=obstacles)
     coarse = ranked(distances_m=_DISTANCES_M, heights_m=_HEIGHTS_M)
     distance, _, height = coarse.pivots_m[int(coarse.best(1)[0])].tolist()

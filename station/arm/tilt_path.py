@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared.errors import UserError
-from station.arm.kinematics import follow, pivot_jacobian, pivot_pose, pose_error, solve_rate
+from station.arm.kinematics import FULL, aimed, follow, pivot_jacobian, pivot_pose, pose_error, solve_rate
 from station.rig.arm_model import ArmModel, transform
 from station.rig.tilt import tilt_rotation, tilting_axis
 
@@ -25,6 +25,7 @@ MAX_ANGLE_RAD = math.radians(67.5)  # the paper's safe maximum
 _KNOT_RAD = math.radians(1.0)
 _SINGULAR = 20.0  # rad of joint travel per rad of tilt: beyond it the arm is swinging round, not tilting
 _STRETCHED = "the arm is stretched out or at a singular pose"
+_NO_AXIS = "no axis of the stage tilts further that way with the pivot at rest"
 _HOME_TOLERANCE_RAD = 0.05
 
 
@@ -107,7 +108,9 @@ def tilt_stage(
         raise UserError(f"The home pose has {len(home_rad)} angles; {model.name} has {len(model.joints)} joints.")
     world_from_base = transform(base_xyz_m, (0.0, 0.0, base_yaw_rad))
     rough = TiltStage(model=model, world_from_base=world_from_base, home_rad=np.array(home_rad, dtype=np.float64))
-    home, error = follow(model, rough.home_rad, rough.pivot_target(0.0, azimuth_rad=0.0))
+    level = rough.pivot_target(0.0, azimuth_rad=0.0)
+    home, _ = follow(model, rough.home_rad, level)
+    error = float(np.linalg.norm(pose_error(pivot_pose(model, home), level)))
     moved = float(np.max(np.abs(home - rough.home_rad)))
     if error > 1e-9 or moved > _HOME_TOLERANCE_RAD:
         raise UserError(
@@ -133,7 +136,8 @@ def tilt_path(
     twist = np.concatenate([np.zeros(3), stage.world_from_base[:3, :3].T @ tilting_axis(azimuth_rad)])
     rough = _trace(stage, targets, twist=twist, step_rad=float(angles[1]))
     joints, errors = follow(stage.model, rough, targets[: len(rough)], iterations=2)
-    slopes = solve_rate(pivot_jacobian(stage.model, joints)[1], np.broadcast_to(twist, (len(joints), 6)))
+    poses, jacobians = pivot_jacobian(stage.model, joints)
+    slopes = solve_rate(jacobians, _twists(stage.model, poses, targets[: len(rough)], twist=twist))
     count, limit = 0, "the maximum asked for" if len(joints) == len(angles) else _STRETCHED
     for q, slope, error in zip(joints, slopes, errors, strict=True):
         if reason := _obstacle(stage.model, q, slope=slope, error=float(error)) or (touching(q) if touching else ""):
@@ -160,7 +164,8 @@ def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -
     joints: list[Array] = []
     for target in targets:
         pose, jacobian = pivot_jacobian(stage.model, q)
-        correction, slope = solve_rate(jacobian, np.stack([pose_error(pose, target), twist]))
+        here = _twists(stage.model, pose, target, twist=twist)
+        correction, slope = solve_rate(jacobian, np.stack([pose_error(pose, aimed(stage.model, pose, target)), here]))
         if max(np.abs(correction).max(), np.abs(slope).max() * step_rad) > _SINGULAR * _KNOT_RAD:
             break
         q = q + correction
@@ -169,10 +174,16 @@ def _trace(stage: TiltStage, targets: Array, *, twist: Array, step_rad: float) -
     return np.array(joints or [stage.home_rad])
 
 
+def _twists(model: ArmModel, poses: Array, targets: Array, *, twist: Array) -> Array:
+    """The tilt's twist (6,) at poses (..., 4, 4), turned about the vertical as the arm's target is: (..., 6)."""
+    turns = aimed(model, poses, targets)[..., :3, :3] @ np.swapaxes(targets[..., :3, :3], -1, -2)
+    return np.concatenate([np.zeros((*turns.shape[:-2], 3)), turns @ twist[3:]], axis=-1)
+
+
 def _obstacle(model: ArmModel, q: Array, *, slope: Array, error: float) -> str:
     """The reason why the arm cannot take this pose; empty if it can."""
     if not error < 1e-7:
-        return _STRETCHED
+        return _STRETCHED if len(model.joints) >= FULL else _NO_AXIS
     if np.max(np.abs(slope)) > _SINGULAR:
         return "the arm is near a singular pose and would swing round"
     for joint, angle in zip(model.joints, q, strict=True):

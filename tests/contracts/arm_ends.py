@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -121,9 +123,45 @@ def ros2(stage: TiltStage) -> Generator[End]:
         router.close()
 
 
+@contextmanager
+def servo(stage: TiltStage) -> Generator[End]:
+    """The emulated tilt stage, with as many axes as the arm has, on a pty in simulated time."""
+    emulated = import_module("tests.tilt_stage.emulated")  # a pty, which only some systems have
+    unit = math.pi / 180 / emulated.PER_DEGREE
+    home = [round(angle / unit) for angle in stage.home_rad]
+    arm = emulated.EmulatedStage(axes=len(home), limit=1000 * emulated.PER_DEGREE, us_per_90=0, placed=True, at=home)
+    clock = SimulatedClock()
+    began_ns = clock.now_ns()
+    with emulated.opened(arm) as pty:
+        options = Table({"port": pty.port})
+        link = DriverLink(bus=MemoryBus(clock), model=stage.model, options=options)
+        with emulated.answering(pty):
+            driver = load_driver("servo", link=link)
+
+        def advance() -> None:
+            clock.advance_to(clock.now_ns() + TICK_NS)
+            pty.serve((clock.now_ns() - began_ns) // 1_000_000)
+            time.sleep(0.001)  # the kernel hands the bytes on
+            driver.tick(clock.now_ns())
+
+        try:
+            yield End(
+                driver=driver, link=link, now_ns=clock.now_ns, advance=advance, arm_rad=lambda: unit * np.array(arm.at)
+            )
+        finally:
+            driver.close()
+
+
+def require_pty(config: pytest.Config) -> None:
+    """Skips where there are no pseudo-terminals."""
+    del config
+    pytest.importorskip("tty", reason="the emulated stage is on a pty, which Windows does not have")
+
+
 ENDS: dict[str, Callable[[TiltStage], AbstractContextManager[End]]] = {
     "simulated": simulated,
+    "servo": servo,
     "ros1": ros1,
     "ros2": ros2,
 }
-NEEDS: dict[str, Callable[[pytest.Config], None]] = {"ros1": require_ros1}
+NEEDS: dict[str, Callable[[pytest.Config], None]] = {"ros1": require_ros1, "servo": require_pty}

@@ -20,7 +20,7 @@ DOORS = {
     "rospy": ("station/arm/drivers/",),
     "pymavlink": ("station/angles/sources/",),
     "natnet": ("station/angles/sources/",),
-    "serial": ("station/angles/",),
+    "serial": ("shared/byte_links.py",),
 }
 
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Literal
 
+from shared.byte_links import ByteLink, open_link
 from shared.config import parse
 from station.angles.frames import mount_rotation, on_plate
-from station.angles.links import ByteLink, open_link
 from station.angles.reading import Reading, Vector, reading_of_gravity
 from station.angles.sources import SourceLink
 

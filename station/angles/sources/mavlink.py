@@ -12,9 +12,9 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common
 
+from shared.byte_links import ByteLink, open_link
 from shared.config import parse
 from station.angles.frames import gravity_of_aeronautical, mount_rotation, on_plate
-from station.angles.links import ByteLink, open_link
 from station.angles.reading import Reading, Vector, reading_of_gravity
 from station.angles.sources import SourceLink
 

@@ -1,4 +1,4 @@
-"""Byte links to sensors: a serial port (pyserial) or a UDP socket. The only module that knows pyserial."""
+"""Byte links to devices: a serial port (pyserial) or a UDP socket. The only module that knows pyserial."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MOST = 65536
 
 
 class ByteLink(Protocol):
-    """Bytes to and from a sensor; faults are OSErrors."""
+    """Bytes to and from a device; faults are OSErrors."""
 
     def read(self) -> bytes:
         """Returns the bytes that have arrived; none when nothing has."""

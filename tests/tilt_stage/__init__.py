@@ -1,0 +1,1 @@
+"""The servo tilt stage without its hardware: an emulator, a pty for it, and the sketch compiled for this machine."""

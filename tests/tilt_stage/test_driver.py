@@ -1,0 +1,210 @@
+"""The arm agent with the servo driver and the emulated stage on a pty, in simulated time: what keeps it safe."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, nullcontext
+
+import pytest
+
+pytest.importorskip("tty", reason="the emulated stage is on a pty, which Windows does not have")
+
+from shared.bus import Received
+from shared.clock import SimulatedClock
+from shared.config import Table
+from shared.errors import UserError
+from shared.geometry import tilt_of
+from shared.memory_bus import MemoryBus
+from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport, PlatformState, TiltCommand
+from station.arm.agent import arm_agent
+from station.arm.drivers._servo_lines import FOLLOWING, IDLE, PER_DEGREE
+from station.rig.arm_settings import ArmSettings
+from tests.tilt_stage.emulated import EmulatedStage, Pty, answering, opened
+
+TICK_NS = 10_000_000
+
+
+class Bench:
+    """An arm agent, the station's side of its bus, and the stage; the cable may be cut."""
+
+    def __init__(self, pty: Pty, *, armed: bool = True) -> None:
+        self.clock, self.pty, self.stage = SimulatedClock(), pty, pty.stage
+        self.began_ns = self.clock.now_ns()
+        self.bus = MemoryBus(self.clock)
+        self.beats = self.connected = True
+        options = Table({"port": pty.port, "level_by_hand": True})
+        settings = ArmSettings(driver="servo", model="tilt_stage_2", armed=armed, options=options)
+        with answering(pty):
+            self.agent = arm_agent(self.bus, settings)
+        self.reports: list[MotionReport] = []
+        self.tilt_deg = 0.0
+        self.bus.subscribe("arm/motion", self._report)
+        self.bus.subscribe("arm/platform", self._tilt)
+        self.until(lambda: self.clock.now_ns() > self.began_ns + 100_000_000)
+
+    def _report(self, received: Received) -> None:
+        assert isinstance(received.message, MotionReport)
+        self.reports.append(received.message)
+
+    def _tilt(self, received: Received) -> None:
+        state = received.message
+        assert isinstance(state, PlatformState)
+        self.tilt_deg = math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
+
+    def until(self, reached: Callable[[], bool], *, seconds: float = 20.0) -> None:
+        """Lets time pass; fails when it is not so in time."""
+        for _ in range(round(seconds * 1e9 / TICK_NS)):
+            if reached():
+                return
+            self.clock.advance_to(self.clock.now_ns() + TICK_NS)
+            if self.connected:
+                self.pty.serve((self.clock.now_ns() - self.began_ns) // 1_000_000)
+                time.sleep(0.0005)  # the kernel hands the bytes on
+            if self.beats:
+                self.bus.publish("session/heartbeat", Heartbeat(self.clock.now_ns(), armed=True))
+            self.agent.tick(self.clock.now_ns())
+        raise AssertionError(f"not reached; the stage is at {self.stage.at}, reports: {self.reports}")
+
+    def ask(self, service: str, message: Message) -> ArmReply:
+        replies: list[Message | None] = []
+        self.bus.request(service, message, replies.append)
+        assert isinstance(replies[0], ArmReply)
+        return replies[0]
+
+    def tilt(self, angle_deg: float, *, direction: int = 0, azimuth_deg: float = 0.0) -> ArmReply:
+        angle, azimuth = math.radians(angle_deg), math.radians(azimuth_deg)
+        command = TiltCommand(self.clock.now_ns(), 1, direction, azimuth, angle, 1, math.radians(20))
+        return self.ask("arm/command", command)
+
+    def angles(self) -> list[float]:
+        return [angle / PER_DEGREE for angle in self.stage.at]
+
+
+@contextmanager
+def bench(*, armed: bool = True) -> Generator[Bench]:
+    with opened(EmulatedStage()) as pty:
+        made = Bench(pty, armed=armed)
+        try:
+            yield made
+        finally:
+            made.agent.close()
+
+
+def test_the_stage_tilts_in_each_direction_and_at_any_azimuth() -> None:
+    with bench() as rig:
+        for tilt, direction, azimuth, axes in (
+            (20, 0, 0, (20, 0)),
+            (20, 1, 0, (0, 20)),
+            (20, 2, 0, (-20, 0)),
+            (20, 3, 0, (0, -20)),
+            # R = Rx(a) Ry(b) has the wanted gravity if sin a = sin 30° cos 45° and sin b cos a = sin 30° sin 45°.
+            (30, -1, 45, (20.705, 22.208)),
+        ):
+            for angle in (tilt, 0):
+                before = len(rig.reports)
+                assert rig.tilt(angle, direction=direction, azimuth_deg=azimuth).accepted
+                rig.until(lambda before=before: len(rig.reports) == before + 2)
+                assert rig.reports[-1].fault == ""
+                assert rig.tilt_deg == pytest.approx(angle, abs=0.1)
+                if angle:
+                    assert rig.angles() == pytest.approx(axes, abs=0.05)
+
+
+def test_the_stage_is_not_even_armed_before_a_motion_may_be() -> None:
+    with bench(armed=False) as rig:
+        assert "read-only" in rig.tilt(10).reason
+        rig.until(lambda: rig.clock.now_ns() > rig.began_ns + 500_000_000)
+        assert rig.stage.state == IDLE
+        assert not rig.stage.placed
+        assert rig.angles() == [0, 0]
+
+
+def test_an_emergency_stop_stops_the_stage_itself() -> None:
+    with bench() as rig:
+        rig.tilt(40)
+        rig.until(lambda: rig.tilt_deg > 10)
+        rig.ask("arm/stop", ArmStop(rig.clock.now_ns(), "test"))
+        here = rig.angles()
+        rig.until(lambda: rig.stage.state == IDLE)
+        stopped_ns = rig.clock.now_ns()
+        rig.until(lambda: rig.clock.now_ns() > stopped_ns + 2_000_000_000)
+        assert rig.stage.state == IDLE
+        assert rig.angles() == pytest.approx(here, abs=1.0)
+        assert "stopped" in rig.tilt(10).reason
+
+
+def test_a_stop_whose_line_is_damaged_is_said_again() -> None:
+    with bench() as rig:
+        rig.tilt(40)
+        rig.until(lambda: rig.tilt_deg > 10)
+        rig.stage.lines.take(b"a line without an end ")  # what comes next is a part of it
+        rig.ask("arm/stop", ArmStop(rig.clock.now_ns(), "test"))
+        rig.until(lambda: rig.stage.state == IDLE, seconds=0.1)
+
+
+def test_without_the_station_the_agent_holds_and_levels() -> None:
+    with bench() as rig:
+        rig.tilt(30)
+        rig.until(lambda: len(rig.reports) == 2)
+        rig.beats = False
+        rig.until(lambda: rig.tilt_deg < 0.1, seconds=25)
+
+
+def test_a_cable_that_is_pulled_ends_the_motion_and_the_stage_levels() -> None:
+    with bench() as rig:
+        rig.tilt(40)
+        rig.until(lambda: rig.tilt_deg > 10)
+        rig.connected = False
+        rig.until(lambda: bool(rig.reports[-1].fault))
+        assert "no longer reports its joints" in rig.reports[-1].fault
+        rig.stage.advance(rig.stage.now_ms + 30_000)
+        assert rig.angles() == [0, 0]
+
+
+def test_the_stop_button_ends_the_motion() -> None:
+    with bench() as rig:
+        rig.tilt(40)
+        rig.until(lambda: rig.tilt_deg > 10)
+        rig.stage.pressed = True
+        rig.until(lambda: bool(rig.reports[-1].fault))
+        assert "it is stopped" in rig.reports[-1].fault
+        assert "does not follow" in rig.reports[-1].fault
+        rig.stage.pressed = False
+        assert rig.tilt(0).accepted
+        rig.until(lambda: rig.tilt_deg < 0.1)
+
+
+def test_a_busy_machine_while_nothing_moves_costs_nothing() -> None:
+    with bench() as rig:
+        rig.tilt(20)
+        rig.until(lambda: len(rig.reports) == 2)
+        now_ms = rig.stage.now_ms
+        rig.stage.advance(now_ms + 1000)  # it holds already
+        rig.began_ns -= 1_000_000_000
+        rig.until(lambda: rig.stage.state == FOLLOWING)
+        assert rig.angles() == pytest.approx([20, 0], abs=0.05)
+        assert rig.tilt(25).accepted
+        rig.until(lambda: len(rig.reports) == 4)
+        assert rig.reports[-1].fault == ""
+
+
+@pytest.mark.parametrize(
+    ("stage", "options", "said"),
+    [
+        (EmulatedStage(), {}, "level_by_hand = true"),
+        (EmulatedStage(axes=1), {}, "Expected a stage of 2 axes"),
+        (EmulatedStage(limit=30 * PER_DEGREE, placed=True), {}, "limits of stage_x within the stage's own -30 to 30"),
+        (None, {"answer_timeout_s": 0.1}, "nothing there answers as one"),
+        (None, {"port": "/dev/no-such-port"}, "cannot be opened"),
+        (None, {"colour": 3}, "colour"),
+    ],
+)
+def test_a_stage_that_does_not_fit_is_refused_in_words(
+    stage: EmulatedStage | None, options: dict[str, object], said: str
+) -> None:
+    with opened(stage or EmulatedStage()) as pty, answering(pty) if stage else nullcontext():
+        settings = ArmSettings(driver="servo", model="tilt_stage_2", options=Table({"port": pty.port, **options}))
+        with pytest.raises(UserError, match=said):
+            arm_agent(MemoryBus(SimulatedClock()), settings)
