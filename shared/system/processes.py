@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -54,6 +55,35 @@ GRACE_S = 40.0
 _FOLLOWS = "REPOSE_FOLLOWS_PARENT"
 NEW_SESSION, NEW_GROUP = _new_session, _new_group
 """The `start_new_session` and `creationflags` of `Popen` with which Ctrl-C does not reach the child."""
+
+
+def start_apart(words: Sequence[str]) -> subprocess.Popen[bytes]:
+    """Starts somebody else's program, which reads from a pipe and prints to nobody; Ctrl-C does not reach it.
+
+    Raises:
+        OSError, ValueError: if it cannot be started; a ValueError is a word with a zero byte in it.
+    """
+    return subprocess.Popen(
+        words,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=NEW_SESSION,
+        creationflags=NEW_GROUP,
+    )
+
+
+def kill_apart(process: subprocess.Popen[bytes]) -> None:
+    """Ends a program of `start_apart` at once, with what it has started where the system knows them as a group."""
+    with contextlib.suppress(OSError):
+        if sys.platform == "win32":
+            process.kill()
+        else:
+            os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    if process.stdin is not None:
+        with contextlib.suppress(OSError):
+            process.stdin.close()
 
 
 def interrupt(process: subprocess.Popen[bytes]) -> None:

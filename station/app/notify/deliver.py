@@ -6,10 +6,7 @@ A failure is said in words of our own: those of a library may hold the URL, whic
 from __future__ import annotations
 
 import base64
-import contextlib
 import http.client
-import os
-import signal
 import subprocess
 import urllib.error
 import urllib.request
@@ -17,7 +14,7 @@ from collections.abc import Sequence
 from typing import Any
 from urllib.parse import unquote, urlsplit, urlunsplit
 
-from shared.system.processes import NEW_GROUP, NEW_SESSION
+from shared.system.processes import kill_apart, start_apart
 
 TEXT = "{text}"
 """The argument of a command in whose place the sentence is put."""
@@ -81,33 +78,13 @@ def call(command: Sequence[str], text: str, body: bytes, *, timeout_s: float) ->
     """
     words = [text if word == TEXT else word for word in command]
     try:
-        process = subprocess.Popen(
-            words,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=NEW_SESSION,
-            creationflags=NEW_GROUP,
-        )
-    except (OSError, ValueError) as error:  # a ValueError is a word with a zero byte in it
+        process = start_apart(words)
+    except (OSError, ValueError) as error:
         raise UndeliveredError(f"its command cannot be started: {_reason(error)}") from None
     try:
         process.communicate(body, timeout=timeout_s)
     except subprocess.TimeoutExpired:
-        _kill(process)
+        kill_apart(process)
         raise UndeliveredError(f"its command did not end within {timeout_s:g} s") from None
     if process.returncode:
         raise UndeliveredError(f"its command ended with status {process.returncode}")
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Ends the program, and what it has started where the system has a word for them together."""
-    with contextlib.suppress(OSError):
-        if hasattr(os, "killpg"):
-            os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
-    process.wait()
-    if process.stdin is not None:
-        with contextlib.suppress(OSError):
-            process.stdin.close()
