@@ -47,7 +47,10 @@ def model(mu_s: float, drop: float, *, scatter: float = 0.0) -> Model:
 def simulated(truth: Model, rng: np.random.Generator | None = None) -> Signals:
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
-    return joined([simulator("planar").repeat(recorded, truth, rig=rig, rng=rng) for _ in range(REPEATS)])
+    planar = simulator("planar")
+    if rng is None:  # without scatter and noise each repetition is the same
+        return joined([planar.repeat(recorded, truth, rig=rig)] * REPEATS)
+    return joined([planar.repeat(recorded, truth, rig=rig, rng=rng) for _ in range(REPEATS)])
 
 
 @cache
