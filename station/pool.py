@@ -53,22 +53,20 @@ def spread(
     if jobs == 1 or not waiting:
         yield map(work, waiting)
         return
-    results = (_here if here else _elsewhere)(backend, work, waiting, jobs=jobs, in_order=in_order)
+    results = _here(work, waiting, jobs, in_order) if here else _elsewhere(backend, work, waiting, in_order)
     try:
         yield results
     finally:
         results.close()
 
 
-def _here(backend: Any, work: Any, waiting: list[Any], *, jobs: int, in_order: bool) -> Generator[Any]:
-    del backend
+def _here(work: Any, waiting: list[Any], jobs: int, in_order: bool) -> Generator[Any]:
     with parallel_config("loky", inner_max_num_threads=1, initializer=_begin, initargs=(os.getpid(),)):
         pool: Any = Parallel(n_jobs=jobs, return_as=_return_as(in_order))
     return pool(delayed(work)(task) for task in waiting)
 
 
-def _elsewhere(backend: Any, work: Any, waiting: list[Any], *, jobs: int, in_order: bool) -> Generator[Any]:
-    del jobs
+def _elsewhere(backend: Any, work: Any, waiting: list[Any], in_order: bool) -> Generator[Any]:
     calls = [delayed(partial(_with_one_thread, work))(task) for task in waiting]
     if backend.supports_return_generator:
         pool: Any = Parallel(n_jobs=-1, return_as=_return_as(in_order))
