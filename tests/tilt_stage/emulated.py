@@ -7,16 +7,15 @@ plate and block along with it, so that the camera sees what the stage does.
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 import threading
 import time
-import tty
 from collections.abc import Generator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from station.arm.drivers._servo_lines import FOLLOWING, HELD, IDLE, LEVELLING, PER_DEGREE, VERSION, Lines, line
+from tests.pseudo_terminal import Pty
 
 PERIOD_MS = 10
 WATCHDOG_MS, LEVEL_AFTER_MS = 500, 5000
@@ -122,33 +121,26 @@ def _whole(n: int, d: int) -> int:
     return (1 if n >= 0 else -1) * (abs(n) // d)
 
 
-class Pty:
-    """A stage's end of a pseudo-terminal; `port` is the name of the other end."""
+class Served:
+    """A stage at its end of a cable; `port` is the name of the other end."""
 
     def __init__(self, stage: EmulatedStage) -> None:
-        self.stage = stage
-        self.end, self.kept = os.openpty()
-        tty.setraw(self.kept)
-        os.set_blocking(self.end, False)
-        self.port = os.ttyname(self.kept)
+        self.stage, self._cable = stage, Pty()
+        self.port = self._cable.name
 
     def serve(self, now_ms: int) -> None:
-        """Hears, moves and reports until `now_ms`; called often."""
-        with contextlib.suppress(BlockingIOError):
-            self.stage.hear(os.read(self.end, 65536))
+        """Hears, moves and reports until `now_ms`; called often. What nobody reads is lost, as on a cable."""
+        self.stage.hear(self._cable.read())
         self.stage.advance(now_ms)
-        with contextlib.suppress(BlockingIOError):  # nobody reads: the bytes are lost, as on a cable
-            os.write(self.end, self.stage.take())
+        self._cable.write(self.stage.take())
 
     def close(self) -> None:
-        for number in (self.end, self.kept):
-            with contextlib.suppress(OSError):
-                os.close(number)
+        self._cable.close()
 
 
 @contextlib.contextmanager
-def opened(stage: EmulatedStage) -> Generator[Pty]:
-    pty = Pty(stage)
+def opened(stage: EmulatedStage) -> Generator[Served]:
+    pty = Served(stage)
     try:
         yield pty
     finally:
@@ -156,7 +148,7 @@ def opened(stage: EmulatedStage) -> Generator[Pty]:
 
 
 @contextlib.contextmanager
-def answering(pty: Pty) -> Generator[None]:
+def answering(pty: Served) -> Generator[None]:
     """Lets the stage answer from a thread, in no time of its own, while a driver connects."""
     ended = threading.Event()
 

@@ -21,7 +21,7 @@ from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport,
 from station.arm.agent import arm_agent
 from station.arm.drivers._servo_lines import FOLLOWING, IDLE, PER_DEGREE
 from station.rig.arm_settings import ArmSettings
-from tests.tilt_stage.emulated import EmulatedStage, Pty, answering, opened
+from tests.tilt_stage.emulated import EmulatedStage, Served, answering, opened
 
 TICK_NS = 10_000_000
 
@@ -29,7 +29,7 @@ TICK_NS = 10_000_000
 class Bench:
     """An arm agent, the station's side of its bus, and the stage; the cable may be cut."""
 
-    def __init__(self, pty: Pty, *, armed: bool = True) -> None:
+    def __init__(self, pty: Served, *, armed: bool = True) -> None:
         self.clock, self.pty, self.stage = SimulatedClock(), pty, pty.stage
         self.began_ns = self.clock.now_ns()
         self.bus = MemoryBus(self.clock)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import socket
 import struct
 import threading
 import time
-import tty
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +20,7 @@ from shared.bus import Bus
 from shared.geometry import quaternion_from_matrix
 from shared.messages import PlatformState, RunEvent, TwinScene
 from station.rig.tilt import tilt_rotation
+from tests.pseudo_terminal import Pty
 
 Options = dict[str, object]
 
@@ -226,30 +225,6 @@ class Motive:
 
     def close(self) -> None:
         self._socket.close()
-
-
-class Pty:
-    """A serial cable: what is written here arrives at the port `name`."""
-
-    def __init__(self) -> None:
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.name = os.ttyname(self._slave)
-
-    def write(self, data: bytes) -> None:
-        with contextlib.suppress(BlockingIOError):
-            os.write(self._master, data)
-
-    def read(self) -> bytes:
-        with contextlib.suppress(BlockingIOError):
-            return os.read(self._master, 65536)
-        return b""
-
-    def close(self) -> None:
-        for end in (self._master, self._slave):
-            with contextlib.suppress(OSError):
-                os.close(end)
 
 
 class SerialInclinometer:

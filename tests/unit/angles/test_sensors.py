@@ -21,7 +21,8 @@ from station.angles.reading import Reading
 from station.angles.sources import AngleSource, SourceLink, load_kind
 from station.angles.sources.inclinometer import nmea_checksum
 from station.angles.sources.typed import Person, TypedOptions
-from tests.unit.angles.emulators import Motive, Options, Pixhawk, Pty, SerialInclinometer, free_udp_port, serving
+from tests.pseudo_terminal import Pty
+from tests.unit.angles.emulators import Motive, Options, Pixhawk, SerialInclinometer, free_udp_port, serving
 
 
 class Bench:
