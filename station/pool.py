@@ -60,6 +60,13 @@ def spread(
         results.close()
 
 
+@contextmanager
+def on_backend(name: str, **settings: Any) -> Generator[None]:
+    """Within the block, `spread` uses this backend of joblib's."""
+    with parallel_config(name, **settings):
+        yield
+
+
 def _here(work: Any, waiting: list[Any], jobs: int, in_order: bool) -> Generator[Any]:
     with parallel_config("loky", inner_max_num_threads=1, initializer=_begin, initargs=(os.getpid(),)):
         pool: Any = Parallel(n_jobs=jobs, return_as=_return_as(in_order))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +9,6 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from shared import installed
 from shared.config import Table
 from shared.errors import UserError
 from shared.rig import RigConfig, load_rig
@@ -20,6 +18,7 @@ from station.app.simulated_again import simulated_again
 from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
 from station.app.table_simulated import against_table, refuse_no_table
+from station.app.versions import versions
 from station.diagnosis.diagnose import Examined, Recorded, examined
 from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.predict.folds import Folding, named
@@ -32,12 +31,12 @@ from station.signals.session import Signals
 from station.simulators.simulator import LIMIT_S
 
 TABLES = (".csv", ".parquet")
-PACKAGES = ("numpy", "scipy", "mujoco")
 
 
 def diagnose_file(
     path: Path,
     *,
+    name: str = "",
     rig: Path | None = None,
     seed: int = 1,
     simulate: Given | None = None,
@@ -48,6 +47,8 @@ def diagnose_file(
     status: Progress = lambda _: None,
 ) -> Examined:
     """Diagnoses one file, with so many processes (`jobs`); with what its report's figures need.
+
+    `name` is what the recording is called, where that is not its path.
 
     `simulate` is a simulator's name, a file or a function of the user's own (see `simulations.Given`), with a table the
     path of a simulated table; `simulate_limit` is the longest that one run in a user's file may take, s. `plugins` are
@@ -69,7 +70,7 @@ def diagnose_file(
         status("reading the recording")
         recorded, plan = load_signals(reader), recorded_plan(reader)
     found = diagnose_session(
-        recorded, name=str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding, jobs=jobs,
+        recorded, name=name or str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding, jobs=jobs,
         status=status,
     )  # fmt: skip
     return replace(found, diagnosis=replace(found.diagnosis, seconds=time.monotonic() - began))
@@ -148,8 +149,3 @@ def _diagnosed(
 def planted_in(rig: RigConfig | None) -> tuple[str, ...]:
     """A note on what a simulated rig conceals on purpose, if its file says so."""
     return (f"the rig is a simulation: {rig.planted}",) if rig and rig.planted else ()
-
-
-def versions() -> dict[str, str]:
-    """The versions of the packages that the answer depends on."""
-    return {"repose": installed.version()} | {package: importlib.metadata.version(package) for package in PACKAGES}

@@ -17,20 +17,27 @@ MINUTES_FROM_S = 120.0
 
 
 class Told:
-    """Prints how many samples are done, how long it took and about how long the rest takes; nothing on a terminal."""
+    """Prints how many are done (of `what`), how long it took and about how long the rest takes; nothing on a terminal."""
 
-    def __init__(self, console: Console, *, total: int, seconds: Callable[[], float] = time.monotonic) -> None:
-        self._console, self._total, self._seconds = console, total, seconds
+    def __init__(
+        self,
+        console: Console,
+        *,
+        total: int,
+        what: str = "samples",
+        seconds: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._console, self._total, self._what, self._seconds = console, total, what, seconds
         self._begin = self._last = seconds()
 
     def at(self, done: int) -> None:
-        """`done` of the samples are there."""
+        """`done` of them are there."""
         now = self._seconds()
         if self._console.is_terminal or now - self._last < EVERY_S:
             return
         self._last, passed = now, now - self._begin
         left = f"about {told_time(passed / done * (self._total - done))} left" if done else "the rest is not known yet"
-        self._console.print(f"{done} of {self._total} samples in {told_time(passed)}, {left}", soft_wrap=True)
+        self._console.print(f"{done} of {self._total} {self._what} in {told_time(passed)}, {left}", soft_wrap=True)
 
 
 def told_time(seconds: float) -> str:

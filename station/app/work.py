@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -50,6 +51,7 @@ def bar(console: Console) -> Progress:
 def write_json(path: Path, value: Mapping[str, Any]) -> None:
     """Writes the whole file or nothing, so that a run that was broken off leaves no half of a result."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".partial")
+    writer = f"{os.getpid()}-{threading.get_ident()}"  # two may write the same
+    partial = path.with_name(f"{path.name}.{writer}.partial")
     partial.write_text(json.dumps(value, indent=1) + "\n", encoding="utf-8")
     os.replace(partial, path)

@@ -3,6 +3,9 @@
 A recording (.mcap) is judged by its onsets, its slides and its marks; a table (.csv, .parquet) by its onsets or its
 coefficients of friction, with whatever covariates it has (the columns of `station samples --csv`, and those of
 tribometers; only onset_angle_rad, friction_coefficient or friction_force_n must be there).
+
+Of several recordings, a glob or a folder it prints a row each. The answers are kept in the folder of --out, and those
+that are there already are taken from it (station/app/many/README.md).
 """
 
 from __future__ import annotations
@@ -12,40 +15,44 @@ import importlib
 import json
 import os
 import sys
-from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import tomli_w
 from rich.console import Console
 
 from shared.errors import UserError
+from shared.rig import load_rig
 from station.app.diagnosing import TABLES, diagnose_file
+from station.app.many.diagnoses import diagnosing, placed
+from station.app.many.named import Chosen
+from station.app.many.options import add_files, add_out, add_spreading, chosen_by, work_through
+from station.app.many.remote import local
+from station.app.many.shown import exit_status
 from station.app.one_run import run_in_motion
 from station.app.outputs import require_writable
 from station.app.planned import write_plan
 from station.app.plugins import named_in, plugin_folders
 from station.app.simulating import rig_of
+from station.cluster import cluster
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue_of_table
-from station.pool import spread
 from station.recording.reader import open_recording
 from station.simulators.simulator import LIMIT_S
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+OUT = Path("diagnoses")
 EXAMPLE = "station diagnose sim.mcap --report page.html --overlay seen.rrd --model model.toml --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument(
-        "files", type=Path, nargs="+", metavar="FILE", help="recordings (.mcap) or tables of samples (.csv, .parquet)"
-    )
+    add_files(parser)
+    add_out(parser, instead=f"of several recordings: {OUT}")
     parser.add_argument("--rig", type=Path, help="rig file; without it the one inside the recording")
     parser.add_argument("--json", action="store_true", help="print the result as JSON (a list for several files)")
     parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
@@ -88,47 +95,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="search each held-out fold anew, names included: several times as long",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
-    parser.add_argument(
-        "--jobs", type=int, default=0, help="processes, for the files or the folds of one; 0: one for each core"
-    )
+    add_spreading(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Diagnoses the files; 0."""
-    files: list[Path] = options.files
-    for name in ("model", "report", "overlay", "plan"):
-        if getattr(options, name) and len(files) > 1:
-            raise UserError(f"Expected one file together with --{name}, got {len(files)}")
-    if options.overlay and files[0].suffix in TABLES:
-        raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {files[0]}")
-    for name in ("model", "report", "overlay", "plan"):
-        if path := getattr(options, name):
-            require_writable(path, what=name)
+    """Diagnoses the files; 0, or with many 1 if some could not be read."""
+    chosen = chosen_by(options)
+    if not (chosen.one and options.out is None):
+        return _many(chosen, options)
+    name, file = chosen.names[0], local(chosen.names[0])
+    if options.overlay and file.suffix in TABLES:
+        raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {name}")
+    for what in _FILES:
+        if path := getattr(options, what):
+            require_writable(path, what=what)
     if options.overlay:  # should the viewer's package be missing, it is said before the work is done
         importlib.import_module("station.app.overlaid")
     console = Console(stderr=True, highlight=False)
-    everything = _all(files, options, console)
-    found = [one.diagnosis for one in everything]
+    found = _one(file, name, options, console)
     if options.json:
-        answers = [as_json(diagnosis) for diagnosis in found]
-        print(json.dumps(answers[0] if len(answers) == 1 else answers, indent=1))
+        print(json.dumps(as_json(found.diagnosis), indent=1))
     else:
         terminal = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-        for diagnosis in found:
-            terminal.print(summary(diagnosis))
-    _write_files(everything[0], options)
+        terminal.print(summary(found.diagnosis))
+    _write_files(found, file, options)
     if options.overlay:
         with console.status("simulating the recording before and after"):
-            _overlay(files[0], found[0], options)
+            _overlay(file, found.diagnosis, options)
     return 0
 
 
-def _write_files(found: Examined, options: argparse.Namespace) -> None:
+def _many(chosen: Chosen, options: argparse.Namespace) -> int:
+    for what in _FILES:
+        if getattr(options, what):
+            raise UserError(f"Expected one file together with --{what} and no --out, got {len(chosen.names)}")
+    if options.rig:
+        load_rig(options.rig)  # a mistake in it is said once, before the work
+    asked = {name: getattr(options, name) for name in _ASKED}
+    return exit_status(work_through(chosen, diagnosing(**placed(asked)), options, out=options.out or OUT))
+
+
+def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> None:
     answer = found.diagnosis
     if options.model:
         _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
     if options.report:
-        path: Path = options.files[0]
         motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
         page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
         _write(options.report, page, what="report")
@@ -136,33 +147,17 @@ def _write_files(found: Examined, options: argparse.Namespace) -> None:
         print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)
 
 
-def _all(files: Sequence[Path], options: argparse.Namespace, console: Console) -> list[Examined]:
-    if len(files) == 1:
-        with console.status("reading the recording") as status:
-            return [
-                diagnose_file(
-                    files[0],
-                    rig=options.rig,
-                    seed=options.seed,
-                    simulate=options.simulate,
-                    simulate_limit=options.simulate_limit,
-                    plugins=options.plugins,
-                    folding=options.folding,
-                    jobs=options.jobs or os.cpu_count() or 1,
-                    status=status.update,
-                )
-            ]
+def _one(file: Path, name: str, options: argparse.Namespace, console: Console) -> Examined:
     asked = {name: getattr(options, name) for name in _ASKED}
-    found: list[Examined] = []
-    with spread(partial(diagnose_file, **asked), files, jobs=options.jobs) as made:
-        for path, one in zip(files, made, strict=True):
-            console.print(f"{path}: {one.diagnosis.verdict} ({one.diagnosis.seconds:.0f} s)", markup=False)
-            found.append(one)
-    return found
+    jobs = options.jobs or os.cpu_count() or 1
+    with console.status("reading the recording") as status, cluster(options.backend):
+        return diagnose_file(file, name=name, jobs=jobs, status=status.update, **asked)
 
 
 _ASKED = ("rig", "seed", "simulate", "simulate_limit", "plugins", "folding")
 """The options that mean the same for each of several files."""
+_FILES = ("model", "report", "overlay", "plan")
+"""The options that name a file for the answer of one."""
 
 
 def _overlay(path: Path, diagnosis: Diagnosis, options: argparse.Namespace) -> None:

@@ -1,4 +1,7 @@
-"""Says how a recording is: rates, gaps, latencies, losses, clocks, phases, and every broken rule of the format."""
+"""Says how a recording is: rates, gaps, latencies, losses, clocks, phases, and every broken rule of the format.
+
+Of several recordings, a glob or a folder, and with --out, it prints a row each (station/app/many/README.md).
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,17 @@ import argparse
 import json
 import math
 import sys
-from dataclasses import asdict
-from pathlib import Path
-from typing import Any
+from dataclasses import replace
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from shared.visible import visible
-from station.app.outputs import without_nan
+from station.app.many.checkups import checking, report_json
+from station.app.many.options import add_files, add_out, add_spreading, chosen_by, work_through
+from station.app.many.remote import local
+from station.app.many.shown import exit_status
 from station.recording.checkup.report import Report, examine
 from station.recording.checkup.rules import Finding, findings
 from station.recording.checkup.streams import StreamHealth
@@ -29,27 +33,28 @@ ONE = "a rule of the format or of a good session is broken"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("file", type=Path, help="a recording (.mcap)")
+    add_files(parser, tables=False)
+    add_out(parser)
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
     parser.add_argument("--digest", action="store_true", help="add the SHA-256 of every measured message")
+    add_spreading(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Prints the report; gives 1 when a rule is broken."""
-    reader = open_recording(args.file)
-    report = examine(reader)
+    """Prints the report, or a row for each recording; gives 1 when a rule is broken."""
+    found = chosen_by(args, tables=False)
+    if not (found.one and args.out is None):
+        rows = work_through(found, checking(with_digest=args.digest), args, out=args.out)
+        return exit_status(rows, findings=any(row.result.get("findings") for row in rows))
+    reader = open_recording(local(found.names[0]))
+    report = replace(examine(reader), path=found.names[0])
     broken = findings(report)
     sha = digest(reader) if args.digest else ""
     if args.json:
-        print(json.dumps(_json(report, broken, sha), indent=2, allow_nan=False))
+        print(json.dumps(report_json(report, broken, sha), indent=2, allow_nan=False))
     else:
         _print(report, broken, sha)
     return 1 if broken else 0
-
-
-def _json(report: Report, broken: tuple[Finding, ...], sha: str) -> dict[str, Any]:
-    values = without_nan(asdict(report))
-    return {**values, "findings": [asdict(finding) for finding in broken], **({"digest": sha} if sha else {})}
 
 
 def _print(report: Report, broken: tuple[Finding, ...], sha: str) -> None:

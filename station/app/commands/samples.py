@@ -1,4 +1,8 @@
-"""Prints a session's samples and their mean by direction; writes them as a table."""
+"""Prints a session's samples and their mean by direction; writes them as a table, those of many as a dataset.
+
+Of several recordings, a glob or a folder it prints a row each. With --out they become a Parquet dataset in that folder,
+partitioned by rig and session (station/app/many/README.md).
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,14 @@ from pathlib import Path
 
 from rich.console import Console
 
+from shared.errors import UserError
 from shared.messages import Sample
 from station.app.foam import free_of_foam_m
+from station.app.many.dataset import sampling
+from station.app.many.named import Chosen
+from station.app.many.options import add_files, add_out, add_spreading, chosen_by, work_through
+from station.app.many.remote import local
+from station.app.many.shown import exit_status
 from station.app.sample_tables import ENDS, directions_table, samples_table
 from station.recording.reader import digest, open_recording
 from station.recording.tables import read_samples, write_samples
@@ -22,25 +32,41 @@ EXAMPLE = "station samples sim.mcap --csv samples.csv --parquet samples.parquet"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("file", type=Path, help="a recording (.mcap), or a table (.csv, .parquet)")
+    add_files(parser)
+    add_out(parser)
+    parser.add_argument("--format", choices=("parquet",), default="parquet", help="the form of the dataset in --out")
     parser.add_argument("--csv", type=Path, metavar="PATH", help="write the samples as CSV")
     parser.add_argument("--parquet", type=Path, metavar="PATH", help="write the samples as Parquet")
     parser.add_argument("--all", action="store_true", help=f"print all rows, not the first and last {ENDS} alone")
     parser.add_argument("--digest", action="store_true", help="print the SHA-256 of every measured message instead")
+    parser.add_argument("--json", action="store_true", help="print the rows of many recordings as JSON")
+    add_spreading(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Prints and writes what was asked for."""
+    found = chosen_by(args)
+    if not found.one or args.out is not None or args.json:
+        return _many(found, args)
+    file, terminal = local(found.names[0]), console()
     if args.digest:
-        print(digest(open_recording(args.file)))
+        print(digest(open_recording(file)))
         return 0
-    terminal, samples = console(), read_samples(args.file)
-    show(samples, terminal, source=args.file, ends=len(samples) if args.all else ENDS)
+    samples = read_samples(file)
+    show(samples, terminal, source=found.names[0], ends=len(samples) if args.all else ENDS)
     for path in (args.csv, args.parquet):
         if path is not None:
-            write_samples(samples, path, more=free_of_foam_m(samples, args.file))
+            write_samples(samples, path, more=free_of_foam_m(samples, file))
             terminal.print(f"{len(samples)} samples written to {path}", markup=False)
     return 0
+
+
+def _many(found: Chosen, args: argparse.Namespace) -> int:
+    for name in ("csv", "parquet"):
+        if getattr(args, name):
+            raise UserError(f"Expected one recording together with --{name}; the samples of many go to --out FOLDER")
+    rows = work_through(found, sampling(out=args.out, with_digest=args.digest), args, out=args.out)
+    return exit_status(rows)
 
 
 def console() -> Console:
@@ -49,7 +75,7 @@ def console() -> Console:
     return Console(width=None if sys.stdout.isatty() else 140, highlight=False)
 
 
-def show(samples: Sequence[Sample], console: Console, *, source: Path, ends: int = ENDS) -> None:
+def show(samples: Sequence[Sample], console: Console, *, source: str | Path, ends: int = ENDS) -> None:
     """Prints the samples, of many the first and the last `ends`, and the means by direction of all."""
     if samples:
         console.print(samples_table(samples, ends=ends))

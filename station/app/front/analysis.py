@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from station.friction.report import Picture, html_conclusions, html_figure, html
 from station.friction.report_tables import tables
 from station.friction.results import PairResult, limit_curve_table
 
-Source = Recording | FilePath
+Source = Recording | Session | FilePath
 
 _SHOWN = ("polar", "limit_curve")
 """The figures that a notebook shows of each pair; the report has all."""
@@ -46,8 +46,8 @@ def analyze(
     """Filters the samples, tests anisotropy and fits limit curves, as `station analyze` does.
 
     Args:
-        recordings: recordings, or paths of recordings (.mcap) or tables of samples (.csv, .parquet); one, or several,
-            whose samples of one object on one plate are put together.
+        recordings: recordings, or paths of recordings (.mcap) or tables of samples (.csv, .parquet), or sessions that
+            were read before; one, or several, whose samples of one object on one plate are put together.
         calibration: the path of a recording whose calibration stands in for files that have none.
         cutout_m: the radius of the opening in the foam (m).
         seed: of the permutation tests.
@@ -55,7 +55,7 @@ def analyze(
     Raises:
         UserError: if a file is missing, damaged or of another kind, or if there is no sample.
     """
-    every = [recordings] if isinstance(recordings, (Recording, str, Path)) else recordings
+    every = [recordings] if isinstance(recordings, (Recording, Session, str, Path)) else recordings
     sessions = _sessions(every, spare=_spare(calibration))
     return Analysed(results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed), sessions=tuple(sessions))
 
@@ -69,8 +69,15 @@ def _spare(calibration: FilePath | None) -> CameraGeometry | None:
 
 def _sessions(every: Sequence[Source], *, spare: CameraGeometry | None) -> list[Session]:
     """The sessions in their order; files are read together, as large ones take several processes."""
-    read = iter(read_sessions([path_of(one) for one in every if not isinstance(one, Recording)], spare=spare))
-    return [_open_session(one, spare) if isinstance(one, Recording) else next(read) for one in every]
+    files = [path_of(one) for one in every if not isinstance(one, Recording | Session)]
+    read = iter(read_sessions(files, spare=spare))
+    return [_given_session(one, spare) if isinstance(one, Recording | Session) else next(read) for one in every]
+
+
+def _given_session(one: Recording | Session, spare: CameraGeometry | None) -> Session:
+    if isinstance(one, Recording):
+        return _open_session(one, spare)
+    return replace(one, geometry=one.geometry or spare)
 
 
 def _open_session(recording: Recording, spare: CameraGeometry | None) -> Session:

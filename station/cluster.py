@@ -1,0 +1,58 @@
+"""A cluster that the user has does the pool's work: `dask=ADDRESS` of a scheduler, or `ray`.
+
+Its workers have this program installed and see the same folders under the same paths.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+
+from shared.errors import UserError
+from station.pool import on_backend
+
+
+def cluster(named: str) -> AbstractContextManager[None]:
+    """Within the block, `spread` uses that cluster; with an empty text this machine.
+
+    Raises:
+        UserError: for another name, or if the cluster does not answer.
+    """
+    if not named:
+        return nullcontext()
+    kind, _, address = named.partition("=")
+    if kind not in _KINDS or (kind == "dask" and not address):
+        raise UserError(f"Expected --backend dask=ADDRESS or ray, got {named}; the scheduler prints its address")
+    return _KINDS[kind](address)
+
+
+@contextmanager
+def _dask(address: str) -> Generator[None]:
+    from distributed import Client  # noqa: PLC0415  # an extra, and slow to load
+
+    try:
+        client = Client(address, timeout=10)
+    except (OSError, ValueError) as error:
+        raise UserError(f"Expected a Dask scheduler at {address}, but none answers: {error}") from error
+    with client:
+        if not client.ncores():
+            raise UserError(f"Expected workers at the Dask scheduler {address}, but it has none; start some")
+        with on_backend("dask", client=client):
+            yield
+
+
+@contextmanager
+def _ray(address: str) -> Generator[None]:
+    import ray  # noqa: PLC0415  # it has no wheels for every system: it is the user's own
+    from ray.util.joblib import register_ray  # noqa: PLC0415
+
+    register_ray()
+    ray.init(address=address or None, log_to_driver=False, ignore_reinit_error=True)
+    try:
+        with on_backend("ray"):
+            yield
+    finally:
+        ray.shutdown()
+
+
+_KINDS: dict[str, Callable[[str], AbstractContextManager[None]]] = {"dask": _dask, "ray": _ray}
