@@ -70,8 +70,8 @@ def diagnose_file(
         status("reading the recording")
         recorded, plan = load_signals(reader), recorded_plan(reader)
     found = diagnose_session(
-        recorded, name=name or str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding, jobs=jobs,
-        status=status,
+        recorded, name=name or str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding,
+        jobs=jobs, status=status,
     )  # fmt: skip
     return replace(found, diagnosis=replace(found.diagnosis, seconds=time.monotonic() - began))
 

@@ -49,9 +49,7 @@ def add_files(parser: argparse.ArgumentParser, *, tables: bool = True) -> None:
 def add_spreading(parser: argparse.ArgumentParser) -> None:
     """Declares how the work is spread."""
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core, where that saves time")
-    parser.add_argument(
-        "--backend", default="", metavar="dask=ADDRESS|ray", help="a cluster of yours that does the work"
-    )
+    parser.add_argument("--backend", default="", metavar="dask=ADDRESS|ray", help="your own cluster does the work")
 
 
 def add_out(parser: argparse.ArgumentParser, *, instead: str = "") -> None:
