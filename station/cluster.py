@@ -1,10 +1,11 @@
-"""A cluster that the user has does the pool's work: `dask=ADDRESS` of a scheduler, or `ray`.
+"""A cluster that the user has does the pool's work: `dask=ADDRESS` of a scheduler, or `ray` (`ray=ADDRESS`).
 
 Its workers have this program installed and see the same folders under the same paths.
 """
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
@@ -43,11 +44,16 @@ def _dask(address: str) -> Generator[None]:
 
 @contextmanager
 def _ray(address: str) -> Generator[None]:
-    import ray  # noqa: PLC0415  # it has no wheels for every system: it is the user's own
-    from ray.util.joblib import register_ray  # noqa: PLC0415
-
-    register_ray()
-    ray.init(address=address or None, log_to_driver=False, ignore_reinit_error=True)
+    """Ray has no wheels for every system, and no extra brings it: it is the user's own."""
+    try:
+        ray, of_joblib = importlib.import_module("ray"), importlib.import_module("ray.util.joblib")
+    except ModuleNotFoundError as error:
+        raise UserError(f"Expected the package ray, which is not installed ({error}); run: pip install ray") from error
+    of_joblib.register_ray()
+    try:
+        ray.init(address=address or None, log_to_driver=False, logging_level="ERROR")
+    except ConnectionError as error:
+        raise UserError(f"Expected a Ray cluster at {address}, but none answers: {error}") from error
     try:
         with on_backend("ray"):
             yield

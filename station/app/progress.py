@@ -17,7 +17,7 @@ MINUTES_FROM_S = 120.0
 
 
 class Told:
-    """Prints how many are done (of `what`), how long it took and about how long the rest takes; nothing on a terminal."""
+    """Prints how many (of `what`) are done, how long it took and how long the rest takes; nothing on a terminal."""
 
     def __init__(
         self,

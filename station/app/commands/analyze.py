@@ -30,7 +30,7 @@ from station.view import viewer
 NAME = "analyze"
 HELP = "filter samples, test anisotropy, draw the paper's figures and write a report"
 EXAMPLE = "station analyze sim.mcap --out report"
-ONE = "something that was asked of the data cannot be concluded"
+ONE = "something that was asked of the data cannot be concluded, or of many recordings some could not be read"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

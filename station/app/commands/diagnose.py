@@ -45,6 +45,7 @@ from station.simulators.simulator import LIMIT_S
 
 NAME = "diagnose"
 HELP = "say where recording and simulation differ, which physics was left out, and how far it closes the gap"
+ONE = "of many recordings, some could not be read"
 OUT = Path("diagnoses")
 EXAMPLE = "station diagnose sim.mcap --report page.html --overlay seen.rrd --model model.toml --json"
 

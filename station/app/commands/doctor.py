@@ -28,7 +28,7 @@ from station.recording.reader import digest, open_recording
 NAME = "doctor"
 HELP = "check a recording: rates, gaps, latency, losses, clocks, phases; exit status 1 when a rule is broken"
 EXAMPLE = "station doctor sim.mcap"
-ONE = "a rule of the format or of a good session is broken"
+ONE = "a rule of the format or of a good session is broken, or of many recordings some could not be read"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

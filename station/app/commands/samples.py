@@ -27,6 +27,7 @@ from station.recording.tables import read_samples, write_samples
 
 NAME = "samples"
 HELP = "print a session's samples with mean ± sd by direction; write CSV or Parquet"
+ONE = "of many recordings, some could not be read"
 EXAMPLE = "station samples sim.mcap --csv samples.csv --parquet samples.parquet"
 
 

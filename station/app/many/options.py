@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.progress import Progress
 
 from shared.errors import UserError
 from station.app.many.each import Kept, Row, Work, each
@@ -88,7 +89,7 @@ def work_through(
     console, rows = Console(stderr=True, highlight=False), list[Row]()
     told = Told(console, total=len(found.names), what="recordings")
     try:
-        with cluster(options.backend), bar(console) as progress:
+        with cluster(options.backend), _bar(console) as progress:
             shown = progress.add_task(command.name, total=len(found.names))
 
             def take(row: Row) -> None:
@@ -107,6 +108,13 @@ def work_through(
         if not quiet:
             show(rows, command.shown, json=getattr(options, "json", False), named_by=command.named_by, out=out)
     return rows
+
+
+def _bar(console: Console) -> Progress:
+    """A bar for a terminal; in a log it would be a line that says nothing."""
+    found = bar(console)
+    found.disable = not console.is_terminal
+    return found
 
 
 def _say_stopped(console: Console, rows: list[Row], found: Chosen, out: Path | None) -> None:

@@ -33,10 +33,10 @@ def show(rows: Sequence[Row], shown: Shown, *, json: bool, named_by: str, out: P
     In the list, a recording that could not be read has its name and its `error`.
     """
     if json:
-        answers = [
-            row.result if row.status != "failed" else {named_by: row.recording, "error": row.reason} for row in rows
-        ]
-        print(encoding.dumps(answers, indent=1, allow_nan=False))
+        failed = {
+            row.recording: {named_by: row.recording, "error": row.reason} for row in rows if row.status == "failed"
+        }
+        print(encoding.dumps([failed.get(row.recording, row.result) for row in rows], indent=1, allow_nan=False))
         return
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
     console.print(table_of(rows, shown))
@@ -58,9 +58,8 @@ def table_of(rows: Sequence[Row], shown: Shown) -> Table:
 def summary_of(rows: Sequence[Row]) -> str:
     """The numbers of those that are done, were there already, and could not be read."""
     counts = Counter(row.status for row in rows)
-    return (
-        f"{len(rows)} recordings: {', '.join(f'{counts[one]} {said}' for one, said in _TOLD.items() if counts[one])}."
-    )
+    told = ", ".join(f"{counts[status]} {said}" for status, said in _TOLD.items() if counts[status])
+    return f"{len(rows)} recording{'s' * (len(rows) != 1)}: {told}."
 
 
 def exit_status(rows: Sequence[Row], *, findings: bool = False) -> int:
