@@ -16,6 +16,8 @@ DOORS = {
     # A deployment tries on the Pi whether the import works there.
     "picamera2": ("pi_agent/cameras/pi_camera.py", "station/app/deploy/target/smoke.py"),
     "joblib": ("station/pool.py",),
+    "distributed": ("station/cluster.py",),
+    "fsspec": ("station/app/many/remote.py",),
     "mujoco": ("station/simulators/mujoco/", "station/arm/"),
     "rospy": ("station/arm/drivers/",),
     "pymavlink": ("station/angles/sources/",),

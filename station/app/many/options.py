@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,7 +61,7 @@ def add_out(parser: argparse.ArgumentParser, *, instead: str = "") -> None:
 
 
 def chosen_by(options: argparse.Namespace, *, tables: bool = True) -> Chosen:
-    """The recordings that were named; a single file of a store elsewhere is fetched.
+    """The recordings that were named.
 
     Raises:
         UserError: if a word names nothing, or for a number of processes that is none.
@@ -70,9 +71,7 @@ def chosen_by(options: argparse.Namespace, *, tables: bool = True) -> Chosen:
     return chosen(options.files, tables=tables)
 
 
-def work_through(
-    found: Chosen, command: Command, options: argparse.Namespace, *, out: Path | None, quiet: bool = False
-) -> list[Row]:
+def work_through(found: Chosen, command: Command, options: argparse.Namespace, *, out: Path | None) -> list[Row]:
     """Works on all recordings, shows the rows and writes the index; those that are done also if it is broken off.
 
     Args:
@@ -80,34 +79,40 @@ def work_through(
         command: what is done.
         options: with `jobs` and `backend`, and perhaps `json`.
         out: where results are kept; None: nowhere.
-        quiet: True if the caller shows the rows.
 
     Raises:
         UserError: if the cluster or the output folder cannot be used.
     """
     kept = Kept.of(_made(out), command.name, command.asked, named_by=command.named_by) if out else None
-    console, rows = Console(stderr=True, highlight=False), list[Row]()
-    told = Told(console, total=len(found.names), what="recordings")
-    try:
-        with cluster(options.backend), _bar(console) as progress:
-            shown = progress.add_task(command.name, total=len(found.names))
-
-            def take(row: Row) -> None:
-                rows.append(row)
-                progress.advance(shown)
-                told.at(len(rows))
-
-            each(found.names, command.work, kept=kept, jobs=_jobs(found, command, options), as_it_comes=take)
-    except BaseException:
-        _say_stopped(console, rows, found, out)
-        raise
-    finally:
-        rows.sort(key=lambda row: found.names.index(row.recording))
-        if kept:
-            write_index(kept, rows)
-        if not quiet:
-            show(rows, command.shown, json=getattr(options, "json", False), named_by=command.named_by, out=out)
+    rows = list[Row]()
+    with cluster(options.backend):
+        try:
+            _each(found, command, options, kept, rows)
+        except BaseException:
+            _say_stopped(rows, found, out)
+            raise
+        finally:
+            rows.sort(key=lambda row: found.names.index(row.recording))
+            if kept:
+                write_index(kept, rows)
+            if rows:
+                show(rows, command.shown, json=getattr(options, "json", False), named_by=command.named_by, out=out)
     return rows
+
+
+def _each(found: Chosen, command: Command, options: argparse.Namespace, kept: Kept | None, rows: list[Row]) -> None:
+    """Adds the rows as they come, with a bar on a terminal and a line now and then in a log."""
+    console = Console(stderr=True, highlight=False)
+    told = Told(console, total=len(found.names), what="recordings")
+    with _bar(console) as progress:
+        shown = progress.add_task(command.name, total=len(found.names))
+
+        def take(row: Row) -> None:
+            rows.append(row)
+            progress.advance(shown)
+            told.at(len(rows))
+
+        each(found.names, command.work, kept=kept, jobs=_jobs(found, command, options), as_it_comes=take)
 
 
 def _bar(console: Console) -> Progress:
@@ -117,9 +122,9 @@ def _bar(console: Console) -> Progress:
     return found
 
 
-def _say_stopped(console: Console, rows: list[Row], found: Chosen, out: Path | None) -> None:
+def _say_stopped(rows: list[Row], found: Chosen, out: Path | None) -> None:
     after = "the same command goes on from here" if out else "with --out FOLDER the same command would go on from here"
-    console.print(f"Stopped after {len(rows)} of {len(found.names)} recordings; {after}.", soft_wrap=True)
+    print(f"Stopped after {len(rows)} of {len(found.names)} recordings; {after}.", file=sys.stderr)
 
 
 def _made(out: Path) -> Path:

@@ -42,7 +42,7 @@ def show(rows: Sequence[Row], shown: Shown, *, json: bool, named_by: str, out: P
     console.print(table_of(rows, shown))
     for row in rows:
         if row.status == "failed":
-            console.print(sentence(f"✗ {row.recording}: {row.reason}"), style="red", markup=False)
+            console.print(sentence(f"✗ {row.recording}: {row.reason}"), style="red", markup=False, soft_wrap=True)
     console.print(summary_of(rows) + (f" Results: {out}" if out else ""), markup=False)
 
 
