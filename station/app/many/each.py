@@ -26,6 +26,8 @@ Result = Mapping[str, Any]
 Work = Callable[[Path, str], Result]
 """Takes the file on this machine and the recording's name. It is a function of a module, or a `partial` of one."""
 Status = Literal["done", "kept", "failed"]
+RESULTS = "_results"
+"""The folder of the results; readers of datasets pass over names that begin like this."""
 _DIGITS = 16
 """The digits of a recording's digest in a file's name, and half of them of the version."""
 
@@ -53,7 +55,7 @@ class Kept:
 
     def file(self, digest: str) -> Path:
         """The file of a recording's result."""
-        return self.folder / "results" / f"{self.stem(digest)}.json"
+        return self.folder / RESULTS / f"{self.stem(digest)}.json"
 
     def found(self, digest: str, name: str) -> Result | None:
         """The result that is there, under the present name of the recording; None if there is none that is whole."""

@@ -10,7 +10,8 @@ from typing import Any
 
 from station.app.many.each import Kept, Row
 
-INDEX = "recordings.jsonl"
+INDEX = "_recordings.jsonl"
+"""Readers of datasets pass over names that begin like this."""
 
 
 def write_index(kept: Kept, rows: Sequence[Row]) -> None:

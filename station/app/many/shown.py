@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from shared.visible import sentence, visible
@@ -48,7 +48,7 @@ def show(rows: Sequence[Row], shown: Shown, *, json: bool, named_by: str, out: P
 
 def table_of(rows: Sequence[Row], shown: Shown) -> Table:
     """A line a recording; one that could not be read has no figures."""
-    table = Table("recording", "", *shown.columns)
+    table = Table(Column("recording", overflow="fold"), "", *shown.columns)
     for row in rows:
         cells = shown.cells(row.result) if row.status != "failed" else [""] * len(shown.columns)
         table.add_row(*(Text(visible(cell)) for cell in (row.recording, _TOLD[row.status], *cells)))

@@ -126,9 +126,9 @@ def test_a_store_whose_package_is_missing_is_named_with_the_extra(monkeypatch: p
 def test_commands_read_a_recording_on_a_web_server(
     server: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert main(["doctor", f"{server}/one.mcap"]) == main(["doctor", str(GOLDEN)]) == 1
-    there, here = (part.splitlines() for part in capsys.readouterr().out.split("✗", 1)[0].split(f"{GOLDEN}", 1))
-    assert there[0].startswith(f"{server}/one.mcap: ")
-    assert here[2:6] == there[2:6] or there[1:5] != []
+    assert main(["doctor", f"{server}/one.mcap"]) == 1
+    there = capsys.readouterr().out
+    assert main(["doctor", str(GOLDEN)]) == 1
+    assert there.replace(f"{server}/one.mcap", str(GOLDEN)) == capsys.readouterr().out
     assert main(["samples", f"{server}/", str(GOLDEN), "--out", str(tmp_path / "set")]) == 0
     assert "2 recordings: 2 done" in capsys.readouterr().out
