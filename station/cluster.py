@@ -12,6 +12,9 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from shared.errors import UserError
 from station.pool import on_backend
 
+TIMEOUT_S = 10.0
+"""The time in which a scheduler answers."""
+
 
 def cluster(named: str) -> AbstractContextManager[None]:
     """Within the block, `spread` uses that cluster; with an empty text this machine.
@@ -32,7 +35,7 @@ def _dask(address: str) -> Generator[None]:
     from distributed import Client  # noqa: PLC0415  # an extra, and slow to load
 
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=TIMEOUT_S)
     except (OSError, ValueError) as error:
         raise UserError(f"Expected a Dask scheduler at {address}, but none answers: {error}") from error
     with client:

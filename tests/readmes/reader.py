@@ -33,6 +33,8 @@ def furnish(folder: Path) -> Path:
     made_up(folder / "tosses.parquet")
     (folder / "model.toml").write_text("[friction]\nmu_s = 0.36\n", encoding="utf-8")
     shutil.copy(GOLDEN, folder / "session.mcap")
+    (folder / "recordings").mkdir()
+    shutil.copy(GOLDEN, folder / "recordings")
     write_samples(samples(grain=0.2), folder / "samples.csv")
     write_samples(samples(seed=4), folder / "simulated.csv")
     (folder / "my_sim.py").write_text(_own_simulator(), encoding="utf-8")

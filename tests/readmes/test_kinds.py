@@ -16,7 +16,7 @@ from station.physics.catalogue import catalogue
 from tests.readmes.blocks import BLOCK, ROOT, Block, blocks, blocks_of, pages
 from tests.unit.app.test_demo import effect, found
 
-KINDS = {"sh", "python", "toml", "text"}
+KINDS = {"sh", "python", "sql", "toml", "text"}
 """Each has its test_KIND.py, `text` this file."""
 
 FORMULAS = ("pi_agent/cameras/README.md", "station/angles/README.md", "station/friction/limit_curve/README.md")

@@ -47,6 +47,8 @@ ELSEWHERE = {
     "station diagnose session.mcap --simulate scene.xml": "half a minute: tests/recovery/test_given_simulator.py",
     "station diagnose session.mcap --simulate my_sim.py:other": "likewise: tests/unit/simulators/test_yours.py",
     "station diagnose session.mcap --simulate my_sim --plugins mine": "likewise: tests/unit/app/test_plugins.py",
+    "station samples s3://": "needs a bucket: tests/unit/many/test_remote.py has a web server and a store in memory",
+    "station diagnose recordings/ --out diagnoses/ --backend": "needs a cluster: tests/system/test_cluster.py",
     "deploy/deploy.sh": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
     "uv tool install": "tests/system/test_wheel.py installs and uses the wheel",
@@ -70,8 +72,13 @@ SHORTER = {
 }
 """The same for less time."""
 
-FINDS = {"station analyze sim.mcap --out report": 1}
-"""Its exit status 1 says that three slides are too few to test anisotropy."""
+FINDS = {
+    "station analyze sim.mcap --out report": 1,
+    'station analyze "recordings/*.mcap" --out report': 1,
+    "station doctor recordings/": 1,
+}
+"""Exit status 1 of `analyze` says that three slides are too few to test anisotropy, of `doctor` that the session which
+was recorded in simulated time lacks topics of a live one."""
 
 MADE = "--out --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""

@@ -127,7 +127,7 @@ def test_with_a_folder_one_recording_is_a_row_as_well(command: str, capsys: pyte
 
 def test_samples_that_were_kept_are_analysed_to_the_same_end() -> None:
     words = ["analyze", "recs/a.mcap", "recs/b.mcap", "--out", "report"]
-    ends = list[tuple[int, str, str]]()
+    ends = list[tuple[int | str, ...]]()
     for _ in range(2):
         status = main(words)
         files = (Path("report") / name for name in ("samples.csv", "limit_curves.json"))

@@ -75,11 +75,11 @@ def test_a_copy_is_made_once_and_anew_when_the_recording_changes(store: Any, mon
     fetched = list[str]()
     fetch = store.get_file
 
-    def counted(path: str, local: str) -> None:
+    def counted(_self: Any, path: str, local: str) -> None:
         fetched.append(path)
         fetch(path, local)
 
-    monkeypatch.setattr(type(store), "get_file", lambda _self, path, local: counted(path, local))
+    monkeypatch.setattr(type(store), "get_file", counted)
     first = remote.local("memory://lab/one.mcap")
     assert (first.name, first.read_bytes()) == ("one.mcap", b"/lab/one.mcap")
     assert remote.local("memory://lab/one.mcap") == first
