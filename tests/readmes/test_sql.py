@@ -21,7 +21,7 @@ from tests.readmes.blocks import Block, blocks
 from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.session import START_NS, provenance
 
-duckdb: Any = pytest.importorskip("duckdb")
+
 Rows = list[tuple[Any, ...]]
 
 
@@ -80,5 +80,6 @@ GIVES: dict[str, Callable[[Rows, Path], None]] = {"mean_deg": by_direction, "cha
 def test_it_gives_what_python_computes(block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     (check,) = (check for word, check in GIVES.items() if word in block.text)
+    duckdb: Any = pytest.importorskip("duckdb")
     with duckdb.connect() as database:
         check(database.execute(block.text).fetchall(), folder)
