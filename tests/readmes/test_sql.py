@@ -21,7 +21,6 @@ from tests.readmes.blocks import Block, blocks
 from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.session import START_NS, provenance
 
-
 Rows = list[tuple[Any, ...]]
 
 

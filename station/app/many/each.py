@@ -22,7 +22,7 @@ from station.app.work import write_json
 from station.pool import spread
 
 Result = Mapping[str, Any]
-"""What a command finds in a recording, as JSON has it."""
+"""The findings of a command in a recording, as JSON has them."""
 Work = Callable[[Path, str], Result]
 """Takes the file on this machine and the recording's name. It is a function of a module, or a `partial` of one."""
 Status = Literal["done", "kept", "failed"]

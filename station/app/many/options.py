@@ -27,7 +27,7 @@ _WORTH_A_PROCESS_BYTES = 400_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Command:
-    """What a command does with each recording.
+    """The work of a command on each recording.
 
     `asked` are the options on which its results depend; `named_by` is the entry of a result that has the recording's
     name; `quick` is True if the work is little more than reading.

@@ -1,4 +1,4 @@
-"""What is told of many recordings: a row each, a line that sums them up, or one JSON document, and the exit status."""
+"""Tells of many recordings: a row each, a line that sums them up, or one JSON document, and the exit status."""
 
 from __future__ import annotations
 
