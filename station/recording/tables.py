@@ -14,11 +14,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, cast, get_type_hints
+from typing import TYPE_CHECKING, Any, cast, get_type_hints
 
 from shared.errors import UserError
 from shared.messages import Floats, Sample, Strings
 from station.recording.reader import open_recording
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 LENGTHS = {"euler_rad": 3, "reference_corners_px": 8, "corner_variance_px2": 8, "post_corners_px": 8}
 """The least number of columns of a CSV file that a vector gets."""
@@ -76,8 +79,14 @@ def read_samples(path: Path, *, one_of: Collection[str] = (REQUIRED,)) -> tuple[
 
 
 def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Sequence[float]]) -> None:
-    import pyarrow as pa  # noqa: PLC0415 - slow to load, and most tables are read from a recording
-    import pyarrow.parquet as pq  # noqa: PLC0415
+    import pyarrow.parquet as pq  # noqa: PLC0415 - slow to load, and most tables are read from a recording
+
+    pq.write_table(arrow_table(samples, more=more), path)
+
+
+def arrow_table(samples: Sequence[Sample], *, more: Mapping[str, Sequence[float]] = MappingProxyType({})) -> pa.Table:
+    """The samples as a table of Arrow, with further columns as `write_samples` takes them."""
+    import pyarrow as pa  # noqa: PLC0415
 
     kinds: dict[Any, pa.DataType] = {
         int: pa.int64(),
@@ -92,7 +101,7 @@ def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Seq
         for name, hint in _HINTS.items()
     ]
     columns += [pa.array(list(values), type=pa.float64(), from_pandas=True) for values in more.values()]
-    pq.write_table(pa.table(columns, names=[*_HINTS, *more]), path)
+    return pa.table(columns, names=[*_HINTS, *more])
 
 
 def _plain(value: Any) -> Any:
