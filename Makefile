@@ -89,10 +89,11 @@ lock:
 
 # The documentation site, into build/docs/site. It runs the tutorial, which takes half a minute; the rest is not in the lock.
 docs: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --group docs
 	$(BIN)/python -m docs.make guide build/docs/pages
+	$(BIN)/python -m docs.make needs > build/docs/needs.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r build/docs/needs.txt
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --config-file docs/mkdocs.yml
-	@echo "The site is build/docs/site/README.html"
+	@echo "The site is build/docs/site/index.html"
 
 # The pages of the reference, from the code; a test fails while they are older.
 reference: setup
