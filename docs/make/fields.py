@@ -11,9 +11,11 @@ from functools import cache
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from shared.config import Table
+from shared.messages import Message
 
 TABLE = "table"
 """The type of a key that is a table of its own."""
+_IN_WORDS = {str: "text", float: "number", int: "whole number", bool: "true or false"}
 
 
 def heading(level: int, text: str) -> str:
@@ -63,11 +65,11 @@ def type_in_words(hint: Any) -> str:
         )
     if args := [arg for arg in get_args(hint) if arg is not type(None)]:
         return " or ".join(map(type_in_words, args))
-    if hint is Table or is_dataclass(hint):
-        return TABLE if hint is Table or not hasattr(hint, "PACKAGE") else f"`{hint.__name__}`"
-    return {"str": "text", "float": "number", "int": "whole number", "bool": "true or false"}.get(
-        hint.__name__, hint.__name__
-    )
+    if not isinstance(hint, type):
+        return str(hint)
+    if issubclass(hint, Message):
+        return f"`{hint.__name__}`"
+    return TABLE if hint is Table or is_dataclass(hint) else _IN_WORDS.get(hint, hint.__name__)
 
 
 def default_in_words(spec: Field[Any]) -> str:

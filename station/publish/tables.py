@@ -25,7 +25,7 @@ _WITHIN_A_PHASE = ("STEP_BEGIN", "STEP_END", "SYNC")
 More = Mapping[str, Sequence[float]]
 
 
-def samples_table(sources: Sequence[Source], more: Sequence[More]) -> pa.Table:
+def samples_table(sources: Sequence[Source], more: Sequence[More]) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     """The samples of all recordings; `more` has further columns of each recording, nan where another lacks them."""
     import pyarrow as pa  # noqa: PLC0415  # an extra, and slow to load
 
@@ -34,7 +34,7 @@ def samples_table(sources: Sequence[Source], more: Sequence[More]) -> pa.Table:
     return pa.concat_tables(tables)
 
 
-def _samples_of(source: Source, more: More, names: Sequence[str]) -> pa.Table:
+def _samples_of(source: Source, more: More, names: Sequence[str]) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     count = len(source.samples)
     filled = {name: more.get(name, [math.nan] * count) for name in names}
     table = arrow_table(source.samples, more=filled)
@@ -43,7 +43,7 @@ def _samples_of(source: Source, more: More, names: Sequence[str]) -> pa.Table:
     return table
 
 
-def _origin(source: Source, count: int) -> dict[str, pa.Array]:
+def _origin(source: Source, count: int) -> dict[str, pa.Array]:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     import pyarrow as pa  # noqa: PLC0415
 
     kinds = {"recording": pa.string(), "rig": pa.string(), "session": pa.string(), "seed": pa.int64()}
@@ -51,7 +51,7 @@ def _origin(source: Source, count: int) -> dict[str, pa.Array]:
     return {name: pa.array([values[name]] * count, type=kinds.get(name, pa.string())) for name in ORIGIN}
 
 
-def runs_table(sources: Sequence[Source]) -> pa.Table:
+def runs_table(sources: Sequence[Source]) -> pa.Table:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     """The runs of all recordings, aborted ones too; one run's signals are in memory at a time, and its row after that.
 
     `started_ns` and `ended_ns` are the first and last event; times in lists (`…_s`) count from the first. `x_m`,
@@ -64,7 +64,7 @@ def runs_table(sources: Sequence[Source]) -> pa.Table:
     return pa.Table.from_pylist(rows, schema=_runs_schema())
 
 
-def _runs_schema() -> pa.Schema:
+def _runs_schema() -> pa.Schema:  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
     import pyarrow as pa  # noqa: PLC0415
 
     texts, numbers = pa.list_(pa.string()), pa.list_(pa.float64())

@@ -84,7 +84,9 @@ def _write_parquet(samples: Sequence[Sample], path: Path, more: Mapping[str, Seq
     pq.write_table(arrow_table(samples, more=more), path)
 
 
-def arrow_table(samples: Sequence[Sample], *, more: Mapping[str, Sequence[float]] = MappingProxyType({})) -> pa.Table:
+def arrow_table(  # pyright: ignore[reportUnknownParameterType]  # pyarrow has no types
+    samples: Sequence[Sample], *, more: Mapping[str, Sequence[float]] = MappingProxyType({})
+) -> pa.Table:
     """The samples as a table of Arrow, with further columns as `write_samples` takes them."""
     import pyarrow as pa  # noqa: PLC0415
 
