@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-alone test-system test-portable proof proof-full faults fuzz lint style types setup lock bench clean
+.PHONY: run test test-alone test-system test-portable proof proof-full faults fuzz lint style types setup lock bench docs reference clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -86,6 +86,18 @@ $(VENV)/.ready: requirements.lock pyproject.toml
 lock:
 	uv pip compile --python-version 3.11 --universal --generate-hashes --all-extras --group dev --no-header -q \
 	  pyproject.toml -o requirements.lock
+
+# The documentation site, into build/docs/site. It runs the tutorial, which takes half a minute; the rest is not in the lock.
+docs: setup
+	$(BIN)/python -m docs.make guide build/docs/pages
+	$(BIN)/python -m docs.make needs > build/docs/needs.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r build/docs/needs.txt
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet --config-file docs/mkdocs.yml
+	@echo "The site is build/docs/site/index.html"
+
+# The pages of the reference, from the code; a test fails while they are older.
+reference: setup
+	$(BIN)/python -m docs.make reference
 
 bench: setup
 	$(BIN)/pytest -m benchmark tests/benchmarks -s

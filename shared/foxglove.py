@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 from shared.messages import Floats, Message
 
 
-def _field(number: int, default: Any, kind: str = "") -> Any:
+def numbered(number: int, default: Any, kind: str = "") -> Any:
+    """A field with its published number; `kind` is protobuf's name of its type where the default does not tell it."""
     return field(default=default, metadata={"number": number, "kind": kind})
 
 
@@ -22,7 +23,7 @@ class Timestamp(Message):
 
     PACKAGE: ClassVar[str] = "google.protobuf"
     seconds: int = 0
-    nanos: int = _field(2, 0, "int32")
+    nanos: int = numbered(2, 0, "int32")
 
     @staticmethod
     def from_ns(stamp_ns: int) -> Timestamp:
@@ -34,6 +35,15 @@ class Timestamp(Message):
     def ns(self) -> int:
         """Nanoseconds since the epoch."""
         return self.seconds * 1_000_000_000 + self.nanos
+
+
+@dataclass(frozen=True, slots=True)
+class Duration(Message):
+    """google.protobuf.Duration."""
+
+    PACKAGE: ClassVar[str] = "google.protobuf"
+    seconds: int = 0
+    nanos: int = numbered(2, 0, "int32")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,36 +84,36 @@ class Pose(FoxgloveMessage):
 class CompressedImage(FoxgloveMessage):
     """A JPEG or PNG frame."""
 
-    timestamp: Timestamp = _field(1, Timestamp())
-    frame_id: str = _field(4, "")
-    data: bytes = _field(2, b"")
-    format: str = _field(3, "jpeg")
+    timestamp: Timestamp = numbered(1, Timestamp())
+    frame_id: str = numbered(4, "")
+    data: bytes = numbered(2, b"")
+    format: str = numbered(3, "jpeg")
 
 
 @dataclass(frozen=True, slots=True)
 class CameraCalibration(FoxgloveMessage):
     """Intrinsics K (3×3, row by row), distortion D, rectification R (3×3), projection P (3×4)."""
 
-    timestamp: Timestamp = _field(1, Timestamp())
-    frame_id: str = _field(9, "")
-    width: int = _field(2, 0, "fixed32")
-    height: int = _field(3, 0, "fixed32")
-    distortion_model: str = _field(4, "")
-    D: Floats = _field(5, ())
-    K: Floats = _field(6, ())
-    R: Floats = _field(7, ())
-    P: Floats = _field(8, ())
+    timestamp: Timestamp = numbered(1, Timestamp())
+    frame_id: str = numbered(9, "")
+    width: int = numbered(2, 0, "fixed32")
+    height: int = numbered(3, 0, "fixed32")
+    distortion_model: str = numbered(4, "")
+    D: Floats = numbered(5, ())
+    K: Floats = numbered(6, ())
+    R: Floats = numbered(7, ())
+    P: Floats = numbered(8, ())
 
 
 @dataclass(frozen=True, slots=True)
 class FrameTransform(FoxgloveMessage):
     """parent_from_child. Always set translation and rotation: viewers refuse unset ones."""
 
-    timestamp: Timestamp = _field(1, Timestamp())
-    parent_frame_id: str = _field(2, "")
-    child_frame_id: str = _field(3, "")
-    translation: Vector3 = _field(4, Vector3())
-    rotation: Quaternion = _field(5, Quaternion())
+    timestamp: Timestamp = numbered(1, Timestamp())
+    parent_frame_id: str = numbered(2, "")
+    child_frame_id: str = numbered(3, "")
+    translation: Vector3 = numbered(4, Vector3())
+    rotation: Quaternion = numbered(5, Quaternion())
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,20 +128,20 @@ class PackedElementField(FoxgloveMessage):
     """One field of a packed point; `type` 7 is float32."""
 
     name: str = ""
-    offset: int = _field(2, 0, "fixed32")
-    type: int = _field(3, 0, "enum:NumericType")
+    offset: int = numbered(2, 0, "fixed32")
+    type: int = numbered(3, 0, "enum:PackedElementField.NumericType")
 
 
 @dataclass(frozen=True, slots=True)
 class PointCloud(FoxgloveMessage):
     """Points packed into bytes; overlaid on the image when its frame is the camera's."""
 
-    timestamp: Timestamp = _field(1, Timestamp())
-    frame_id: str = _field(2, "")
-    pose: Pose = _field(3, Pose())
-    point_stride: int = _field(4, 0, "fixed32")
-    fields: tuple[PackedElementField, ...] = _field(5, ())
-    data: bytes = _field(6, b"")
+    timestamp: Timestamp = numbered(1, Timestamp())
+    frame_id: str = numbered(2, "")
+    pose: Pose = numbered(3, Pose())
+    point_stride: int = numbered(4, 0, "fixed32")
+    fields: tuple[PackedElementField, ...] = numbered(5, ())
+    data: bytes = numbered(6, b"")
 
 
 LEVELS = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}
@@ -141,15 +151,27 @@ LEVELS = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}
 class Log(FoxgloveMessage):
     """One line of a process's log; `level` is one of `LEVELS`, `name` the process."""
 
-    timestamp: Timestamp = _field(1, Timestamp())
-    level: int = _field(2, 0, "enum:LogLevel")
-    message: str = _field(3, "")
-    name: str = _field(4, "")
-    file: str = _field(5, "")
-    line: int = _field(6, 0, "fixed32")
+    timestamp: Timestamp = numbered(1, Timestamp())
+    level: int = numbered(2, 0, "enum:Log.Level")
+    message: str = numbered(3, "")
+    name: str = numbered(4, "")
+    file: str = numbered(5, "")
+    line: int = numbered(6, 0, "fixed32")
 
 
 ENUMS = {
-    "NumericType": ("UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64"),
-    "LogLevel": ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"),
+    "PackedElementField.NumericType": (
+        "UNKNOWN",
+        "UINT8",
+        "INT8",
+        "UINT16",
+        "INT16",
+        "UINT32",
+        "INT32",
+        "FLOAT32",
+        "FLOAT64",
+    ),
+    "Log.Level": ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"),
+    "PointsAnnotation.Type": ("UNKNOWN", "POINTS", "LINE_LOOP", "LINE_STRIP", "LINE_LIST"),
 }
+"""The values of each enum in the order of their numbers; the message that it stands in precedes the point."""

@@ -9,18 +9,21 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, TypeVar
 
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory, timestamp_pb2
+from google.protobuf import descriptor_pb2, descriptor_pool, duration_pb2, message_factory, timestamp_pb2
 
 from shared.errors import UserError
 from shared.fields import Slot, slots
-from shared.foxglove import ENUMS, Timestamp
+from shared.foxglove import ENUMS, Duration, Timestamp
 from shared.messages import Message
 from shared.packing import packer
 
 M = TypeVar("M", bound=Message)
 _Proto = descriptor_pb2.FieldDescriptorProto
+_GOOGLES: dict[type[Message], Any] = {Timestamp: timestamp_pb2.DESCRIPTOR, Duration: duration_pb2.DESCRIPTOR}
+"""The classes whose descriptors protobuf brings along."""
 _POOL = descriptor_pool.DescriptorPool()
-_POOL.AddSerializedFile(timestamp_pb2.DESCRIPTOR.serialized_pb)  # pyright: ignore[reportArgumentType]  # bytes it is
+for _descriptor in _GOOGLES.values():
+    _POOL.AddSerializedFile(_descriptor.serialized_pb)
 
 
 def schema_name(cls: type[Message]) -> str:
@@ -29,8 +32,8 @@ def schema_name(cls: type[Message]) -> str:
 
 
 def _file_name(cls: type[Message]) -> str:
-    if cls is Timestamp:
-        return timestamp_pb2.DESCRIPTOR.name
+    if cls in _GOOGLES:
+        return _GOOGLES[cls].name
     return schema_name(cls).replace(".", "/") + ".proto"
 
 
@@ -54,7 +57,7 @@ def _describe(slot: Slot, message: descriptor_pb2.DescriptorProto, owner: str) -
         spec.type, spec.type_name = _Proto.TYPE_MESSAGE, "." + schema_name(slot.kind)
     elif slot.wire_kind.startswith("enum:"):
         name = slot.wire_kind.removeprefix("enum:")
-        enum = message.enum_type.add(name="Level" if name == "LogLevel" else name)
+        enum = message.enum_type.add(name=name.rpartition(".")[2])
         for number, value in enumerate(ENUMS[name]):
             enum.value.add(name=value, number=number)
         spec.type, spec.type_name = _Proto.TYPE_ENUM, f".{owner}.{enum.name}"
@@ -64,7 +67,7 @@ def _describe(slot: Slot, message: descriptor_pb2.DescriptorProto, owner: str) -
 
 @cache
 def _proto_class(cls: type[Message]) -> Any:
-    if cls is not Timestamp:
+    if cls not in _GOOGLES:
         for kind in _nested(cls):
             _proto_class(kind)
         _POOL.Add(_file_descriptor(cls))
@@ -82,8 +85,8 @@ def schema(cls: type[Message]) -> bytes:
 def _collect_files(cls: type[Message], files: dict[str, descriptor_pb2.FileDescriptorProto]) -> None:
     for kind in _nested(cls):
         _collect_files(kind, files)
-    if cls is Timestamp:
-        file = descriptor_pb2.FileDescriptorProto.FromString(timestamp_pb2.DESCRIPTOR.serialized_pb)
+    if cls in _GOOGLES:
+        file = descriptor_pb2.FileDescriptorProto.FromString(_GOOGLES[cls].serialized_pb)
         files.setdefault(file.name, file)
     else:
         files.setdefault(_file_name(cls), _file_descriptor(cls))

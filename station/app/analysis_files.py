@@ -40,7 +40,7 @@ def write_results(
         figures.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"Expected to write to the folder {folder}, but that failed: {error.strerror}") from error
-    pictures = {result.pair.name: _draw(result.pair, figures) for result in results}
+    pictures = {result.pair.name: draw_figures(result.pair, figures) for result in results}
     samples = flagged(results)
     write_samples(samples, folder / "samples.csv")
     no_parquet = _unless_installed(lambda: write_samples(samples, folder / "samples.parquet"))
@@ -71,11 +71,15 @@ def _flagged(pair: Pair) -> list[Sample]:
     ]
 
 
-def _draw(pair: Pair, folder: Path) -> list[Picture]:
+def draw_figures(pair: Pair, folder: Path, *, names: Sequence[str] = ()) -> list[Picture]:
+    """Draws a pair's figures, or those of some names, into a folder, as PNG, SVG and PDF.
+
+    Raises:
+        UserError: if the folder cannot be written to.
+    """
     stem = re.sub(r"\W+", "-", pair.name).strip("-")
-    return [
-        Picture(kind, render(kind.draw, pair, folder=folder, stem=f"{stem}_{kind.name}")) for kind in figure_kinds()
-    ]
+    kinds = [kind for kind in figure_kinds() if not names or kind.name in names]
+    return [Picture(kind, render(kind.draw, pair, folder=folder, stem=f"{stem}_{kind.name}")) for kind in kinds]
 
 
 def _write_rrd(results: Sequence[PairResult], path: Path, *, first: Sequence[ReportTable]) -> None:

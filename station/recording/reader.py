@@ -33,6 +33,7 @@ from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
 from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
+from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.mcap_file import MAGIC
 from station.recording.provenance import CHECKSUM, is_intact
 from station.recording.writer import PARTIAL
@@ -157,7 +158,9 @@ def _damaged(path: Path, what: str) -> UserError:
 
 
 def _class_of(topic: str, schema: str) -> type[Message] | None:
-    """The class of a topic's messages; None if the schema is unknown, or not that of this topic."""
+    """The class of a topic's messages; None if the schema is unknown, not that of this topic, or for viewers alone."""
+    if topic in FOR_VIEWERS:
+        return None
     found = _CLASSES.get(schema)
     return None if topics.known(topic) and topics.topic(topic).message is not found else found
 

@@ -17,11 +17,11 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import ClockOffset, Message
-from station.recording import ros2
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
-from station.recording.for_viewers import TAKES, Extra, for_viewers
+from station.recording.for_viewers import for_viewers
 from station.recording.mcap_file import McapFile
 from station.recording.provenance import Attachment, Provenance, sealed
+from station.recording.viewers.extra import Extra
 
 FLUSH_EVERY_S = 0.25
 """Half of what kill -9 may cost, so that a busy machine still keeps the promise of half a second."""
@@ -139,7 +139,7 @@ class Recording:
             payload = _wrap(payload)
         publish_ns = self._publish_ns(received, channel)
         self._put(channel, payload, log_ns=log_ns, publish_ns=publish_ns)
-        if self._for_viewers is not None and received.topic in TAKES:
+        if self._for_viewers is not None and received.topic in self._for_viewers.takes:
             self._add_for_viewers(received, publish_ns)
         if not self._unflushed_since_ns:
             self._unflushed_since_ns = log_ns
@@ -156,7 +156,7 @@ class Recording:
     def _add_for_viewers(self, received: Received, publish_ns: int) -> None:
         assert self._for_viewers is not None
         try:
-            extras = tuple(self._for_viewers.follow(received.message, stamp_ns=publish_ns))
+            extras = tuple(self._for_viewers.follow(received.topic, received.message, stamp_ns=publish_ns))
         except (UserError, ArithmeticError, ValueError):  # numbers that make no sense: recorded, and not drawn
             return
         for extra in extras:
@@ -164,10 +164,9 @@ class Recording:
             self._put(channel, extra.payload, log_ns=received.receive_ns, publish_ns=publish_ns)
 
     def _open_channel_for_viewers(self, extra: Extra) -> _Channel:
-        schema = self._writer.register_schema(
-            extra.type.name, extra.type.definition.encode(), encoding=ros2.SCHEMA_ENCODING
-        )
-        number = self._writer.register_channel("/" + extra.topic, schema_id=schema, encoding=ros2.MESSAGE_ENCODING)
+        kind = extra.schema
+        schema = self._writer.register_schema(kind.name, kind.definition, encoding=kind.encoding)
+        number = self._writer.register_channel("/" + extra.topic, schema_id=schema, encoding=kind.message_encoding)
         self._channels[extra.topic] = channel = _Channel(number, known=True, agent="")
         return channel
 

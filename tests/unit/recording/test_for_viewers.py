@@ -15,11 +15,14 @@ from mcap.reader import make_reader
 from shared.geometry import Array, matrix_from_quaternion
 from shared.messages import PlatformState
 from station.recording.checkup.report import examine
-from station.recording.for_viewers import DESCRIPTION, LINKS, STATE, TILT, TOPICS
+from station.recording.for_viewers import TOPICS
 from station.recording.provenance import Provenance
 from station.recording.reader import digest, open_recording
 from station.recording.repair import repair
 from station.recording.ros2 import NUMBER, STRING, TRANSFORMS
+from station.recording.viewers.arm_links import LINKS, TILT
+from station.recording.viewers.robot_description import TOPIC as DESCRIPTION
+from station.recording.viewers.state import TOPIC as STATE
 from station.recording.writer import Recording
 from station.rig.arm_model import link_transforms, load_arm_model
 from tests.unit.view import session
@@ -55,12 +58,12 @@ def test_the_links_stand_where_the_joints_put_them(recording: Path) -> None:
     model = load_arm_model("jaco2_spherical")
     joints = {item.publish_ns: item.message for item in open_recording(recording).messages({"arm/joints"})}
     messages = told(recording, LINKS, TRANSFORMS.name)
-    (foot, *_), frames_told = messages[0][1].transforms, [one.child_frame_id for one in messages[0][1].transforms]
-    assert foot.header.frame_id == "world"
-    assert frames_told == ["base", *model.joint_names]
-    for stamp_ns, message in messages[1:]:
+    for stamp_ns, message in messages:
+        foot, *links = message.transforms
+        assert foot.header.frame_id == "world"
+        assert [one.child_frame_id for one in message.transforms] == ["base", *model.joint_names]
         newest = max(time_ns for time_ns in joints if time_ns <= stamp_ns)
-        last = np.linalg.multi_dot([matrix_of(one) for one in message.transforms])
+        last = np.linalg.multi_dot([matrix_of(one) for one in links])
         expected = link_transforms(model, joints[newest].position_rad)[-1]  # type: ignore[attr-defined]
         np.testing.assert_allclose(last, expected, atol=2e-4)
 

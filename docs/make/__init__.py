@@ -1,0 +1,1 @@
+"""Makes the pages of the documentation site: the reference from the code, the guide from the repository's own pages."""
