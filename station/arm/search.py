@@ -78,7 +78,7 @@ def evaluate(
     reach = np.zeros((len(joints), len(azimuths_rad)))
     margin = _margin(model, joints)
     travel = np.zeros(len(joints))
-    angles = np.arange(1, 1 + round(max_angle_rad / _STEP_RAD)) * _STEP_RAD
+    angles: Array = np.arange(1.0, 1 + round(max_angle_rad / _STEP_RAD)) * _STEP_RAD
     ways = np.empty((*reach.shape, len(angles[_EVERY - 1 :: _EVERY]), len(model.joints)))
     for column, azimuth in enumerate(azimuths_rad):
         q, alive = joints.copy(), np.arange(len(joints))

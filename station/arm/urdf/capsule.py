@@ -26,10 +26,12 @@ def enclosing_capsule(points_m: Array) -> Capsule:
     hull = _hull(points_m)
     scale = float(np.ptp(hull, axis=0).max()) or _SHORTEST_M
     starts = [_along(hull, axis) for axis in np.linalg.svd(hull - hull.mean(axis=0))[2]]
-    found: list[Any] = [
-        minimize(lambda ends: _volume(hull / scale, ends), start / scale, method="Nelder-Mead", options=_OPTIONS)
-        for start in starts
-    ]
+    unit = hull / scale
+
+    def volume(ends: Array) -> float:
+        return _volume(unit, ends)
+
+    found: list[Any] = [minimize(volume, start / scale, method="Nelder-Mead", options=_OPTIONS) for start in starts]
     best = min(found, key=lambda result: float(result.fun))
     return _rounded(hull, np.asarray(best.x).reshape(2, 3) * scale)
 

@@ -81,7 +81,7 @@ def _farthest(robot: Robot, base: str) -> str:
     leaves = [link for link in _below(robot, base) if not _children(robot, link)]
     moving = {leaf: sum(joint.moves for joint in _path(robot, base, leaf)) for leaf in leaves}
     most = max(moving.values(), default=0)
-    found = [leaf for leaf, count in moving.items() if count == most]
+    found = sorted(leaf for leaf, count in moving.items() if count == most)
     if len(found) != 1:
         listed = ", ".join(found[:10])
         raise UserError(f"Expected one end of the arm, where the plate is mounted, but it may be {listed}: name --tip")

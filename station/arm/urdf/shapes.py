@@ -7,6 +7,7 @@ import logging
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -129,6 +130,7 @@ def _collada_unit(data: bytes, path: Path) -> float:
     Raises:
         UserError: if its parts place each other so often that it grows without bounds, as an entity bomb does.
     """
+    import_module("collada")  # where trimesh's reader of it is missing, that is no fault of the file
     root = read_xml(data, what=str(path))
     urls = {
         tag: Counter(found.get("url", "")[1:] for found in root.iter(f"instance_{tag}")) for tag in ("node", "geometry")
