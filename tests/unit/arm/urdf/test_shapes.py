@@ -91,9 +91,9 @@ def test_only_the_mesh_s_own_file_is_read(tmp_path: Path, monkeypatch: pytest.Mo
     opened: list[str] = []
     really = Path.open
 
-    def noted(path: Path, *mode: str) -> object:
+    def noted(path: Path, mode: str) -> object:
         opened.append(path.name)
-        return really(path, *mode)
+        return really(path, mode)
 
     def refused(path: object, *_: object) -> None:
         pytest.fail(f"{path} was opened")
@@ -140,7 +140,7 @@ def test_a_capsule_is_found_again_however_it_lies() -> None:
     around *= 0.05 / np.linalg.norm(around, axis=1, keepdims=True)
     cloud: Array = first + rng.uniform(0, 1, (3000, 1)) * (last - first) + around
     cloud = np.concatenate([cloud, first + around, last + around])
-    found = enclosing_capsule(cloud)
+    found = enclosing_capsule(cloud.astype(np.float64))
     ends = np.array(sorted([found.from_m, found.to_m]))
     np.testing.assert_allclose(ends, sorted([first.tolist(), last.tolist()]), atol=2e-3)
     assert found.radius_m == pytest.approx(0.05, abs=1e-3)
