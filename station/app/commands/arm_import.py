@@ -26,7 +26,7 @@ from station.rig.arm_model import ArmModel, Joint, load_arm_model
 
 NAME = "arm import"
 HELP = "make an arm's model of a robot's URDF"
-EXAMPLE = "station arm import robot.urdf --tip tool0 --package my_robot=meshes --out my_arm.toml"
+EXAMPLE = "station arm import robot.urdf --out my_arm.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
