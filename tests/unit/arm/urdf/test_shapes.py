@@ -148,7 +148,7 @@ def test_a_capsule_is_found_again_however_it_lies() -> None:
 
 @pytest.mark.parametrize("sizes", [(0.4, 0.1, 0.1), (0.1, 0.1, 0.1), (0.3, 0.3, 0.0), (0.0, 0.0, 0.0)])
 def test_a_capsule_holds_every_point_and_has_a_length(sizes: tuple[float, ...]) -> None:
-    cloud = (CORNERS > 0) * np.array(sizes) + [0.1, 0.2, 0.3]
+    cloud: Array = np.add((CORNERS > 0) * np.array(sizes, np.float64), [0.1, 0.2, 0.3]).astype(np.float64)
     found = enclosing_capsule(cloud)
     first, last = np.array(found.from_m), np.array(found.to_m)
     share = np.clip((cloud - first) @ (last - first) / ((last - first) @ (last - first)), 0, 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -150,7 +150,7 @@ def test_the_description_is_for_whoever_comes_later(bag: Path, told: dict[str, l
     assert description.data.startswith("<")
     assert "<robot" in description.data
     with Reader(bag) as reader:
-        found = {connection.topic: connection.ext.offered_qos_profiles for connection in reader.connections}
+        found = {connection.topic: cast(Any, connection.ext).offered_qos_profiles for connection in reader.connections}
     for topic in ("/robot_description", "/tf_static"):
         assert [qos.durability for qos in found[topic]] == [QosDurability.TRANSIENT_LOCAL]
 
