@@ -16,6 +16,7 @@ from shared.errors import UserError
 DISTRIBUTION = "repose-friction"
 """The name on the package index; pyproject.toml has it, too, and a test compares them."""
 _BROUGHT_BY = {
+    "collada": "pycollada",
     "cv2": "opencv-python-headless",
     "google": "protobuf",
     "rerun": "rerun-sdk",

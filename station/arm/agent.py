@@ -137,11 +137,13 @@ class ArmAgent:
         self._pending = _Motion(plan=plan, run=command.run, step=command.step)
 
     def _require_pose(self) -> None:
-        """Finds out, before the first motion, at which tilt the arm stands."""
+        """Finds out, before the first motion and after a fault, at which tilt the arm stands."""
         if self._tilter.located:
             return
         if self._reading is None:
             raise UserError(self._driver.fault() or "The arm does not report its joints: check its power and cable.")
+        if float(np.abs(self._reading.velocity_rad_s).max()) > _REST_RAD_S:
+            raise UserError("The arm moves by itself: wait until it rests, then command it again.")
         self._tilter.locate(self._reading.position_rad)
 
     def _elapsed_ns(self) -> int:
@@ -182,7 +184,7 @@ class ArmAgent:
     def _watch(self) -> None:
         verdict = self._gate.watch(now_ns=self._now_ns, reading=self._reading, commanded=self._commanded())
         if fault := self._driver.fault():
-            self._halt(fault)
+            self._lose(fault)
         elif verdict.action is Action.NONE:
             self._said = ""
         elif verdict.action is Action.HALT:
@@ -191,6 +193,13 @@ class ArmAgent:
             self._hold(verdict.reason, passing=True)
         else:
             self._level(verdict.reason)
+
+    def _lose(self, fault: str) -> None:
+        """Stop an arm that does not do its part; the next command begins where it then stands, not where it should."""
+        if self._motion is None:
+            self._say_once(fault)
+        self._halt(fault)
+        self._tilter.forget()
 
     def _halt(self, reason: str) -> None:
         """Stop the motion under way at once, where it is, and say why; nothing if nothing moves."""

@@ -6,6 +6,7 @@ the pose error, which keeps to it by construction and can be done for many poses
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,6 +114,23 @@ def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDAr
     return np.all((q >= model.lower_rad + margin_rad) & (q <= model.upper_rad - margin_rad), axis=-1)
 
 
+def arm_length_m(model: ArmModel) -> float:
+    """The length from the third joint's origin to the flange, along the links."""
+    places = [joint.origin_xyz_m for joint in model.joints[2:]] + [model.flange_xyz_m]
+    return sum(math.hypot(*place) for place in places)
+
+
+def spherical(model: ArmModel) -> bool:
+    """True if the last three axes meet in one point, so that they turn the plate without moving their wrist."""
+    pose = link_transforms(model, np.asarray(model.home_rad))[-3:]
+    axes = [frame[:3, :3] @ joint.axis for frame, joint in zip(pose, model.joints[-3:], strict=True)]
+    # Each line keeps what is across it of a point: the point that is nearest to all lines has to lie on them.
+    across = np.concatenate([np.eye(3) - np.outer(axis, axis) for axis in axes])
+    wanted = np.concatenate([keep @ frame[:3, 3] for keep, frame in zip(across.reshape(3, 3, 3), pose, strict=True)])
+    nearest = np.linalg.lstsq(across, wanted)[0]
+    return float(np.abs(across @ nearest - wanted).max()) < 1e-4
+
+
 def solver(model: ArmModel) -> Manipulator:
     """The analytic solver of this arm; without a catalogue entry a curved wrist takes minutes to prepare, once.
 
@@ -139,7 +157,8 @@ def solver(model: ArmModel) -> Manipulator:
 def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | None = None) -> Array:
     """All joint poses (k, n) that bring the pivot to a pose (4, 4), inside the limits, each joint within one turn.
 
-    Limited joints are brought into their own range, endless ones into 0 to 2 pi. `arm` saves building the solver.
+    Limited joints are brought as near to the middle of their range as whole turns do, endless ones into 0 to 2 pi.
+    `arm` saves building the solver.
     """
     arm = arm or solver(model)
     pivot_from_flange = np.linalg.inv(model.flange_from_pivot)
@@ -150,8 +169,11 @@ def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | 
     candidates = np.array(poses).reshape(-1, len(model.joints))
     exact, error = follow(model, candidates, np.broadcast_to(base_from_pivot, (len(candidates), 4, 4)), iterations=5)
     exact = exact[error < 1e-9]
-    lowest = np.where(np.isfinite(model.lower_rad), model.lower_rad, 0.0)
-    exact = lowest + np.mod(exact - lowest, 2 * np.pi)
+    limited = np.isfinite(model.lower_rad)
+    middle = np.where(
+        limited, (np.where(limited, model.lower_rad, 0) + np.where(limited, model.upper_rad, 0)) / 2, np.pi
+    )
+    exact = middle - np.pi + np.mod(exact - middle + np.pi, 2 * np.pi)
     return _distinct(exact[within_limits(model, exact)])
 
 

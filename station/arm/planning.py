@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from shared.errors import UserError
 from station.arm.collision import CollisionScene
-from station.arm.kinematics import FULL
+from station.arm.kinematics import FULL, arm_length_m
 from station.arm.search import Candidates, evaluate, home_poses
 from station.arm.tilt_path import MAX_ANGLE_RAD, TiltPath, TiltStage, tilt_path, tilt_stage
 from station.arm.tilter import settled_model, settled_stage
@@ -156,9 +156,11 @@ def _deg(angle_rad: float) -> str:
 
 # --- where would it be better? ----------------------------------------------------------------------------------------
 
-_DISTANCES_M = tuple(np.arange(0.2, 0.65, 0.04).tolist())
-_HEIGHTS_M = tuple(np.arange(0.3, 0.95, 0.04).tolist())
-_FINE_M = (-0.02, 0.0, 0.02)
+# Places of the pivot for an arm that is a metre long from its third axis on, as a JACO is; a longer one has more room.
+_DISTANCES = np.arange(0.2, 0.65, 0.04)
+_HEIGHTS = np.arange(0.3, 0.95, 0.04)
+_FINE = np.array([-0.02, 0.0, 0.02])
+_LOOKED_AT = 20  # so many candidates are looked at for each that is assessed
 
 
 def search(
@@ -172,7 +174,8 @@ def search(
     """The best poses of the arm with its base at the world's origin, best first.
 
     A grid over distance and height of the pivot, the turns of the plate and all branches; then a finer grid round the
-    best; then the surroundings. A spherical wrist turns the plate by its last joint alone: one turn is enough.
+    best; then the surroundings, roughly at first. A spherical wrist turns the plate by its last joint alone: one
+    turn is enough.
     Raises UserError for a stage, which has no other pose.
     """
     if len(model.joints) < FULL:
@@ -180,12 +183,12 @@ def search(
             f"Expected an arm of {FULL} joints to search poses for; {model.name} is a stage and has one pose."
         )
     ranked = functools.partial(_ranked, model, turns_rad=turns_rad, azimuths_rad=azimuths_rad, obstacles=obstacles)
-    coarse = ranked(distances_m=_DISTANCES_M, heights_m=_HEIGHTS_M)
-    distance, _, height = coarse.pivots_m[int(coarse.best(1)[0])].tolist()
-    fine = ranked(distances_m=[distance + d for d in _FINE_M], heights_m=[height + h for h in _FINE_M])
-    stages = [
-        stage for found in (coarse, fine) for index in found.best(keep // 2) for stage in _stages(model, found, index)
-    ]
+    clearest = functools.partial(_clearest, model, obstacles=obstacles, keep=keep // 2)
+    long_m = arm_length_m(model)
+    coarse = ranked(distances_m=long_m * _DISTANCES, heights_m=long_m * _HEIGHTS)
+    distance, _, height = coarse.pivots_m[clearest(coarse)[0]]
+    fine = ranked(distances_m=distance + long_m * _FINE, heights_m=height + long_m * _FINE)
+    stages = [stage for found in (coarse, fine) for index in clearest(found) for stage in _stages(model, found, index)]
     poses = [_assess_alone(stage, obstacles, azimuths_rad) for stage in stages]
     return sorted(poses, key=lambda pose: (-round(pose.worst_rad, 3), -pose.comfort))
 
@@ -193,8 +196,8 @@ def search(
 def _ranked(
     model: ArmModel,
     *,
-    distances_m: Sequence[float],
-    heights_m: Sequence[float],
+    distances_m: Array,
+    heights_m: Array,
     turns_rad: Sequence[float],
     azimuths_rad: Array,
     obstacles: ObstacleSettings,
@@ -206,6 +209,23 @@ def _ranked(
         raise UserError(f"{model.name} can hold the plate level, touching nothing, nowhere in the places searched.")
     poses = (joints[clear], pivots[clear], turns[clear])
     return evaluate(model, poses, azimuths_rad=azimuths_rad, max_angle_rad=MAX_ANGLE_RAD)
+
+
+def _clearest(model: ArmModel, found: Candidates, *, obstacles: ObstacleSettings, keep: int) -> list[int]:
+    """The best candidates, those first that tilt farthest at their worst azimuth before they touch something."""
+    scenes = {turn: _scene(model, obstacles, base_yaw_rad=-turn) for turn in set(found.turns_rad.tolist())}
+    best = found.best(_LOOKED_AT * keep).tolist()
+    clear = {index: _clear_rad(found, index, scenes[float(found.turns_rad[index])]) for index in best}
+    return sorted(best, key=lambda index: -round(clear[index], 6))[:keep]
+
+
+def _clear_rad(found: Candidates, index: int, scene: CollisionScene) -> float:
+    """The tilt that a candidate reaches at its worst azimuth before it touches something, as far as is looked at."""
+    reach = found.reach_rad[index].copy()
+    for column, way in enumerate(found.ways_rad[index]):
+        touched = next((look for look, q in zip(found.looks_rad, way, strict=True) if scene.touching(q)), math.inf)
+        reach[column] = min(reach[column], touched)
+    return float(reach.min())
 
 
 def _scene(model: ArmModel, obstacles: ObstacleSettings, *, base_yaw_rad: float) -> CollisionScene:

@@ -20,6 +20,7 @@ from station.rig.tilt import tilt_rotation
 
 Array = NDArray[np.float64]
 _STEP_RAD = math.radians(2.5)
+_EVERY = 3  # one of so many steps is looked at for what the arm touches there
 _ARM_LENGTH_M = 0.4  # makes metres comparable with radians
 _SINGULAR = 0.05  # least singular value: a wrist within some four degrees of being stretched has less
 _SWING = 8.0  # rad of joint travel per rad of tilt over one step; more is the arm swinging round
@@ -29,8 +30,9 @@ _SWING = 8.0  # rad of joint travel per rad of tilt over one step; more is the a
 class Candidates:
     """Home poses (k, n) with the pivot at `pivots_m` (k, 3) and the plate turned by `turns_rad` (k,) in the base frame.
 
-    For the azimuths (a,): `reach_rad` (k, a); `margin_rad` (k,), the least distance to a joint limit on the way;
-    `travel` (k,), the most joint travel per tilt.
+    For the azimuths (a,): `reach_rad` (k, a); `ways_rad` (k, a, m, n), the joints at the tilts `looks_rad` (m,), or
+    where they ended; `margin_rad` (k,), the least distance to a joint limit on the way; `travel` (k,), the most joint
+    travel per tilt.
     """
 
     joints_rad: Array
@@ -38,6 +40,8 @@ class Candidates:
     turns_rad: Array
     azimuths_rad: Array
     reach_rad: Array
+    looks_rad: Array
+    ways_rad: Array
     margin_rad: Array
     travel: Array
 
@@ -49,15 +53,15 @@ class Candidates:
 
 
 def home_poses(
-    model: ArmModel, *, distances_m: Sequence[float], heights_m: Sequence[float], turns_rad: Sequence[float]
+    model: ArmModel, *, distances_m: Array, heights_m: Array, turns_rad: Sequence[float]
 ) -> tuple[Array, Array, Array]:
     """All level poses within limits on a grid: joints (k, n), pivots (k, 3), turns (k,), in the base frame."""
     arm = solver(model)
     joints: list[Array] = []
     pivots: list[tuple[float, float, float]] = []
     turns: list[float] = []
-    for distance in distances_m:
-        for height in heights_m:
+    for distance in distances_m.tolist():
+        for height in heights_m.tolist():
             for turn in turns_rad:
                 found = all_branches(model, transform((distance, 0.0, height), (0.0, 0.0, turn)), arm=arm)
                 joints.extend(found)
@@ -74,9 +78,11 @@ def evaluate(
     reach = np.zeros((len(joints), len(azimuths_rad)))
     margin = _margin(model, joints)
     travel = np.zeros(len(joints))
+    angles: Array = np.arange(1.0, 1 + round(max_angle_rad / _STEP_RAD)) * _STEP_RAD
+    ways = np.empty((*reach.shape, len(angles[_EVERY - 1 :: _EVERY]), len(model.joints)))
     for column, azimuth in enumerate(azimuths_rad):
         q, alive = joints.copy(), np.arange(len(joints))
-        for angle in np.arange(1, 1 + round(max_angle_rad / _STEP_RAD)) * _STEP_RAD:
+        for number, angle in enumerate(angles, start=1):
             target = _targets(pivots[alive], turns[alive], tilt_rotation(float(angle), azimuth_rad=float(azimuth)))
             moved, error = follow(model, q[alive], target, iterations=3)
             slope = np.abs(moved - q[alive]).max(axis=-1) / _STEP_RAD
@@ -85,9 +91,11 @@ def evaluate(
             q[alive], reach[alive, column] = moved, angle
             margin[alive] = np.minimum(margin[alive], _margin(model, moved))
             travel[alive] = np.maximum(travel[alive], slope)
+            if number % _EVERY == 0:
+                ways[:, column, number // _EVERY - 1] = q
     return Candidates(
         joints_rad=joints, pivots_m=pivots, turns_rad=turns, azimuths_rad=azimuths_rad,
-        reach_rad=reach, margin_rad=margin, travel=travel,
+        reach_rad=reach, looks_rad=angles[_EVERY - 1 :: _EVERY], ways_rad=ways, margin_rad=margin, travel=travel,
     )  # fmt: skip
 
 

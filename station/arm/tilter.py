@@ -101,6 +101,11 @@ class Tilter:
         self._path, self._motion = path, None
         self._rest = TiltState(angle_rad=angle if angle > _LEVEL_RAD else 0.0)
 
+    def forget(self) -> None:
+        """Notes that the arm may stand anywhere: `locate` finds out."""
+        self._path = self._motion = None
+        self._rest = TiltState()
+
     def _align_turns(self, joints_rad: Array) -> None:
         """Counts the full turns of endless joints as the arm does."""
         endless = ~np.isfinite(self._stage.model.lower_rad)

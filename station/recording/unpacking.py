@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from shared.fields import Slot, slots
 from shared.messages import Message
-from shared.packing import varint
 
 Bytes = NDArray[np.uint8]
 Integers = NDArray[np.int64]
@@ -102,7 +101,7 @@ class _Walk:
         """The field's values (None: they are not wanted), and every payload that has it moved past it."""
         if slot.nested or slot.wire_kind not in _SCALARS or (slot.repeated and slot.wire_kind not in _PACKED):
             return None  # who has such a field stays before it
-        tag = varint(slot.number << 3 | (2 if slot.repeated else _SCALARS[slot.wire_kind]))
+        tag = _tag(slot)
         rows = self._having(tag)
         at = self.position[rows] + len(tag)
         if slot.repeated:
@@ -210,3 +209,9 @@ class _Walk:
             raw = row[:count].tobytes()
             texts[number] = known.get(raw) or known.setdefault(raw, raw.decode("ascii", errors="replace"))
         return texts
+
+
+def _tag(slot: Slot) -> bytes:
+    """The bytes before a field: its number and the kind of what follows, in one or two groups of seven bits."""
+    number = slot.number << 3 | (2 if slot.repeated else _SCALARS[slot.wire_kind])
+    return bytes([number]) if number < 0x80 else bytes([number & 0x7F | 0x80, number >> 7])

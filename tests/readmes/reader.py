@@ -17,6 +17,7 @@ from tests.concealed.session import SessionRecord, run_session
 from tests.concealed.world import NULL
 from tests.readmes.blocks import ROOT, blocks
 from tests.system.processes import rig_file
+from tests.unit.arm.urdf.written_urdf import STAGE, written
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.diagnosis.tables import samples
 from tests.unit.recording.test_importers import made_up
@@ -39,6 +40,7 @@ def furnish(folder: Path) -> Path:
     write_samples(samples(seed=4), folder / "simulated.csv")
     (folder / "my_sim.py").write_text(_own_simulator(), encoding="utf-8")
     (folder / "scene.xml").write_text(SCENE.format(mu=0.35).replace("cube", "block"), encoding="utf-8")
+    written(folder, STAGE)
     _write_tracks(folder)
     _write_plugins(folder / "mine")
     return folder

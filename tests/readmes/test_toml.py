@@ -10,10 +10,14 @@ from pathlib import Path
 import pytest
 
 from shared.clock import SimulatedClock
+from shared.config import parse
 from shared.memory_bus import MemoryBus
 from shared.rig import load_rig
 from station.__main__ import main as station
 from station.angles.instruments import Instruments
+from station.arm.drivers.ros2 import Ros2Options
+from station.arm.tilter import settled_model, settled_stage
+from station.rig.arm_settings import ArmSettings
 from station.simulators.scene.keys import Keys, keys_beside
 from tests.readmes.blocks import ROOT, Block, blocks
 from tests.readmes.reader import furnish
@@ -71,6 +75,17 @@ def _scene(text: str) -> None:
     assert keys_beside(Path("scene.xml")) == Keys()
 
 
+def _ros2(text: str) -> None:
+    """The rig has a bus away from ROS 2's port, and an arm and driver that take what they are told."""
+    Path("ros2.toml").write_text('id = "lab"\n' + text, encoding="utf-8")
+    rig = load_rig(Path("ros2.toml"))
+    settings = parse(ArmSettings, rig.arm)
+    router = parse(Ros2Options, settings.options).router
+    assert router.endswith(":7447")
+    assert not any(address.endswith(":7447") for address in rig.bus.peers("observer"))
+    assert settled_stage(settings, settled_model(settings)).model.name == "ur5e"
+
+
 READERS: dict[str, Callable[[str], None]] = {
     "block": _scene,
     "angles": _sources,
@@ -79,6 +94,7 @@ READERS: dict[str, Callable[[str], None]] = {
     "physics": _own_effect,
     "plugins": _own_importer,
     "notify": _notified,
+    "bus": _ros2,
 }
 """What reads a block, by its first table."""
 

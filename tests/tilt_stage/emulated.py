@@ -179,11 +179,14 @@ def main(link: Path, rig_file: str) -> None:
         link.symlink_to(pty.port)
         print(f"The emulated stage is at {link}.", flush=True)
         while True:
+            time.sleep(0.002)  # often: of two reports that come together a driver keeps the newer one
+            before_ms = pty.stage.now_ms
             pty.serve((clock.now_ns() - began_ns) // 1_000_000)
+            if pty.stage.now_ms == before_ms:
+                continue
             position = tuple(degree * angle for angle in pty.stage.at)
             velocity = tuple(degree * speed for speed in pty.stage.speed)
             bus.publish("twin/target", JointTarget(clock.now_ns(), position, velocity))
-            time.sleep(0.01)
 
 
 if __name__ == "__main__":

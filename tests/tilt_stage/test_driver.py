@@ -6,6 +6,8 @@ import math
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -13,11 +15,13 @@ pytest.importorskip("tty", reason="the emulated stage is on a pty, which Windows
 
 from shared.bus import Received
 from shared.clock import SimulatedClock
-from shared.config import Table
+from shared.config import Table, parse
 from shared.errors import UserError
 from shared.geometry import tilt_of
 from shared.memory_bus import MemoryBus
 from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport, PlatformState, TiltCommand
+from shared.rig import load_rig
+from station.__main__ import main as station
 from station.arm.agent import arm_agent
 from station.arm.drivers._servo_lines import FOLLOWING, IDLE, PER_DEGREE
 from station.rig.arm_settings import ArmSettings
@@ -188,6 +192,40 @@ def test_a_busy_machine_while_nothing_moves_costs_nothing() -> None:
         assert rig.tilt(25).accepted
         rig.until(lambda: len(rig.reports) == 4)
         assert rig.reports[-1].fault == ""
+
+
+@pytest.mark.parametrize(("frozen_s", "there_deg"), [(9, 19.5), (30, 0.0)])
+def test_after_a_freeze_in_which_the_stage_has_levelled_it_goes_on_from_where_it_stands(
+    frozen_s: int, there_deg: float
+) -> None:
+    with bench() as rig:
+        rig.tilt(30)
+        rig.until(lambda: len(rig.reports) == 2)
+        woke_ns = rig.clock.now_ns() + frozen_s * 1_000_000_000
+        rig.clock.advance_to(woke_ns)  # nobody ticks, nobody hears
+        rig.until(lambda: rig.clock.now_ns() > woke_ns + 100_000_000)
+        assert rig.stage.state == IDLE
+        assert rig.angles()[0] == pytest.approx(there_deg, abs=0.5)
+        before = len(rig.reports)
+        assert rig.tilt(35).accepted
+        rig.until(lambda: len(rig.reports) == before + 2)
+        assert rig.reports[-1].fault == ""
+        assert rig.tilt_deg == pytest.approx(35, abs=0.1)
+
+
+def test_a_rig_file_for_a_stage_lies_beside_the_sketch_and_is_one() -> None:
+    rig = load_rig(Path(__file__).parents[2] / "deploy" / "tilt_stage" / "rig.toml")
+    settings = parse(ArmSettings, rig.arm)
+    assert not settings.may_arm
+    with opened(EmulatedStage()) as pty, answering(pty):
+        there = Table({**settings.options.values, "port": pty.port, "level_by_hand": True})
+        arm_agent(MemoryBus(SimulatedClock()), replace(settings, options=there)).close()
+
+
+def test_other_poses_of_a_stage_are_not_searched_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--model", "tilt_stage_2", "--every-deg", "90", "--search", "--picture", str(tmp_path / "plan.png")]
+    assert station(["arm", "plan", *words]) == 2
+    assert "tilt_stage_2 is a stage and has one pose" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

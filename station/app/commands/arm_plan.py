@@ -16,6 +16,7 @@ import numpy as np
 from station.app import assembly
 from station.app.outputs import require_writable
 from station.arm.collision import CollisionScene
+from station.arm.kinematics import FULL, spherical
 from station.arm.planning import Pose, Reach, assess, search
 from station.arm.tilter import settled_model, settled_stage
 from station.rig.arm_settings import ArmSettings
@@ -92,17 +93,12 @@ def _search(settings: ArmSettings, *, four: bool) -> list[Pose]:
     """Search, and print the best as lines for rig.toml."""
     model = settled_model(settings)
     azimuths = np.arange(0, 360, 90 if four else 30) * math.pi / 180
-    turns = [0.0] if _spherical(model.name) else np.radians(np.arange(0, 90, 15)).tolist()
+    turns = [0.0] if len(model.joints) >= FULL and spherical(model) else np.radians(np.arange(0, 90, 15)).tolist()
     poses = _different(search(model, obstacles=settings.obstacles, azimuths_rad=azimuths, turns_rad=turns))[:5]
     for number, pose in enumerate(poses):
         print(f"\nPose {number + 1}: {math.degrees(pose.worst_rad):.1f} degrees at every azimuth looked at")
         print(_toml(pose))
     return poses
-
-
-def _spherical(name: str) -> bool:
-    """True if the last joint turns the plate on the spot, so that its turn need not be searched."""
-    return "s6" in name
 
 
 def _different(poses: Sequence[Pose]) -> list[Pose]:

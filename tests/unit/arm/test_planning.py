@@ -92,7 +92,7 @@ def test_a_home_pose_that_touches_something_reaches_nothing(stage: TiltStage) ->
 
 def test_the_search_s_fast_reach_agrees_with_the_paths(model: ArmModel) -> None:
     pytest.importorskip("ssik", reason="ssik has no package for this system")
-    poses = home_poses(model, distances_m=[0.34], heights_m=[0.78], turns_rad=[0.0])
+    poses = home_poses(model, distances_m=np.array([0.34]), heights_m=np.array([0.78]), turns_rad=[0.0])
     found = evaluate(model, poses, azimuths_rad=np.array(FOUR[:2]), max_angle_rad=math.radians(67.5))
     for index in range(len(found.joints_rad)):
         stage = tilt_stage(model, base_xyz_m=(0, 0, 0), base_yaw_rad=0, home_rad=found.joints_rad[index])
@@ -105,8 +105,8 @@ def test_a_search_finds_a_pose_as_good_as_the_one_in_the_model(
     model: ArmModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ssik", reason="ssik has no package for this system")
-    monkeypatch.setattr("station.arm.planning._DISTANCES_M", (0.32, 0.36))
-    monkeypatch.setattr("station.arm.planning._HEIGHTS_M", (0.76, 0.8))
+    monkeypatch.setattr("station.arm.planning._DISTANCES", np.array([0.32, 0.36]))
+    monkeypatch.setattr("station.arm.planning._HEIGHTS", np.array([0.76, 0.8]))
     poses = search(model, obstacles=ObstacleSettings(), azimuths_rad=np.array(FOUR), keep=6)
     assert math.degrees(poses[0].worst_rad) == pytest.approx(67.5)
     assert [pose.worst_rad for pose in poses] == sorted((pose.worst_rad for pose in poses), reverse=True)
