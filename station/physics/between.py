@@ -45,6 +45,11 @@ class Between(Effect):
         there = np.maximum(self._effect.friction(contact, self._there), LEAST)
         return self._effect.friction(contact, values) / there
 
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """The ratio (n,) of both factors on the curve that steers."""
+        there = np.maximum(self._effect.steering(contact, self._there), LEAST)
+        return self._effect.steering(contact, values) / there
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 3) of both pushes, m/s²."""
         return _less(self._effect.push(contact, values), self._effect.push(contact, self._there))

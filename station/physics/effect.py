@@ -7,6 +7,8 @@ The block on a plate with attitude R (world_from_plate) slides in the direction 
 h being the support function of the limit curve and m_k each effect's `friction`: the principle of maximum dissipation
 then gives onset, first direction and sideways force of any convex curve (Goyal, Ruina, Papadopoulos 1991). The onset is
 where max over φ of (T·e(φ) − h(φ) N) passes zero, T being the tangential load.
+
+Not all friction that depends on the direction obeys that principle: an effect says by `steering` how far it does.
 """
 
 from __future__ import annotations
@@ -65,6 +67,13 @@ class Effect(ABC):
         """Factor m (n,) on the limit curve's support function at `way_rad`; 1 at the null. At least 0."""
         del contact, values
         return 1.0
+
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """Factor s (n,) on the curve that steers: the force across the way is h N (ln s)′, and −h N that against it.
+
+        It is m by the principle of maximum dissipation, and 1 where friction always opposes the motion.
+        """
+        return self.friction(contact, values)
 
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""

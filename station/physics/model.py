@@ -55,6 +55,18 @@ class Model:
             total = total * term.effect.friction(contact, term.values)
         return total
 
+    @cached_property
+    def is_dissipative(self) -> bool:
+        """True if friction acts by the principle of maximum dissipation: the curve that steers is the limit curve."""
+        return all(type(term.effect).steering is Effect.steering for term in self.acting("friction"))
+
+    def steering(self, contact: Contact) -> Array:
+        """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
+        total = np.full(len(contact), self.mu_s)
+        for term in self.acting("friction"):
+            total = total * term.effect.steering(contact, term.values)
+        return total
+
     def push(self, contact: Contact) -> Array:
         """Sum of the pushes (n, 3), m/s²."""
         return _sum((term.effect.push(contact, term.values) for term in self.acting("push")), (len(contact), 3))

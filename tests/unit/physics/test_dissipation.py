@@ -37,7 +37,7 @@ def resting() -> Contact:
 
 def model(name: str, values: dict[str, float]) -> Model:
     """mu 0.3 with one effect."""
-    return Model(mu_s=0.3, terms=(Term(KNOWN[name], values),))
+    return Model(mu_s=0.3, terms=(Term(KNOWN[name], {**KNOWN[name].neutral(), **values}),))
 
 
 @pytest.mark.parametrize(("name", "values"), CURVES)
