@@ -62,6 +62,10 @@ class Between(Effect):
         """The difference (n,), m."""
         return self._effect.lever(contact, values) - self._effect.lever(contact, self._there)
 
+    def lead(self, contact: Contact, values: Values) -> Array | float:
+        """The difference (n,), widths of the sole."""
+        return self._effect.lead(contact, values) - self._effect.lead(contact, self._there)
+
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 3) of both rotation vectors, rad."""
         return _less(self._effect.attitude(contact, values), self._effect.attitude(contact, self._there))

@@ -90,6 +90,11 @@ class Effect(ABC):
         del contact, values
         return 0.0
 
+    def lead(self, contact: Contact, values: Values) -> Array | float:
+        """By how much the pressure leads the mass (n,), in widths of the sole; asked of effects with a `lever` only."""
+        del contact, values
+        return 0.0
+
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """Rotation vector (n, 3), rad, in P, that turns the plate from where the arm reports it to where it is."""
         del contact, values

@@ -79,6 +79,10 @@ class Model:
         """Sum of the arms (n,), m, with which friction turns the block."""
         return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
 
+    def lead(self, contact: Contact) -> Array:
+        """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
+        return _sum((term.effect.lead(contact, term.values) for term in self.acting("lever")), (len(contact),))
+
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""
         turns = (term.effect.attitude(contact, term.values) for term in self.acting("attitude"))

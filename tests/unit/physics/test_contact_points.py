@@ -66,14 +66,14 @@ def test_friction_that_grows_over_the_sole_turns_the_block_as_the_law_says(
 
 @pytest.mark.parametrize("yaw_rad", [YAW_RAD, YAW_RAD + np.pi, 2.0])
 def test_a_tall_block_meets_the_friction_in_front_of_it(yaw_rad: float) -> None:
-    """A cube comes up to 2.1 mm less far than a flat block one way, and farther the other: the law has 0.15 mm of it."""
+    """A cube goes up to 2.7 mm farther or less far than a flat block, and 0.6 mm aside: the law leaves 0.2 mm."""
     block = ManyPoints(mu=MU, gradient_per_m=(0.0, 40.0), height_m=0.5 * SIDE_M)
     path = block.slid((0.1, 0.0, 0.0), tilt_rad=0.45, yaw_rad=yaw_rad, seconds=SECONDS)
     model = uneven((0.0, 40.0), height_m=0.5 * SIDE_M)
     commands = ramps((0.0, 3.0), (0.45, 0.45), velocity=[(0.1, 0.0, 0.0)], start=[[0.0, 0.0, yaw_rad]])
     law = simulate(commands, model, time_s=np.arange(len(path)) * STEP_S).path[0]
-    assert law[:, 0] == pytest.approx(path[:, 0], abs=2e-4)
-    assert abs(law[-1, 2] - yaw_rad) > 0.8 * abs(path[-1, 2] - yaw_rad)
+    assert law[:, :2] == pytest.approx(path[:, :2], abs=2.5e-4)
+    assert law[-1, 2] - yaw_rad == pytest.approx(path[-1, 2] - yaw_rad, rel=0.12)
 
 
 @pytest.mark.parametrize("load_rad", [0.0, 0.5, np.pi / 2, 2.5])
