@@ -13,7 +13,8 @@ leads by s = h F / N (see `com_offset`), mu h for the height h of its mass, and 
 `lead` = s / √A the block meets 1 + g · s = 1 + 12 lead (a · e) / √A of the friction one way, and as much less the
 opposite way. All of it opposes the motion, whatever its direction: this part steers no block, but what leads is
 carried aside as the block turns (`sole`). The moment is that of a flat block, so that the arm of the larger friction is
-the smaller one. With tests/unit/physics/test_contact_points.py, a block on many points, the way agrees to 2 %, and the turn to 2 % of a flat block's and a tenth of a cube's.
+the smaller one. With tests/unit/physics/test_contact_points.py, a block on many points, the way agrees to 2 %, and the
+turn to 2 % of a flat block's and to a tenth of a cube's.
 
 From contact to contact the arm differs: what all runs have in common is meant here, the rest is the turns' scatter from
 run to run.

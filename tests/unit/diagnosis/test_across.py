@@ -33,7 +33,7 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     tilt, zero = np.broadcast_to(tilt_rad, count), np.zeros((count, 3))
     level = np.sin(tilt)
     gravity = np.column_stack([level * np.cos(DOWN_RAD), level * np.sin(DOWN_RAD), -np.cos(tilt)])
-    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count))
+    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count), np.ones(count))
     known = dict.fromkeys(("mount_rad", "temperature_c", "relative_humidity"), np.zeros(RUNS))
     facts = RunFacts(
         number=np.arange(RUNS, dtype=np.float64),
