@@ -80,10 +80,9 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
     """The ratio T/N (n,) that holds against a load in direction `load_rad` a block that can only slide along `way_rad`.
 
-    Along the direction in which another model's block slips it is the threshold of a model near that one, to first order
-    in their difference: by maximum dissipation the threshold is a minimum over the directions, and it is never above.
-    With friction that opposes the motion alone a directed effect of a tenth makes that order's coefficient wrong by up
-    to a fortieth.
+    Along the direction in which another model's block slips it is the threshold of a model near that one, to first
+    order in their difference: by maximum dissipation the threshold is a minimum over the directions, and never above
+    it. Of friction that opposes the motion alone a fortieth of that order is missed where an effect is a tenth.
     """
     return model.friction(replace(contact, way_rad=way_rad)) / np.cos(way_rad - load_rad)
 

@@ -35,8 +35,9 @@ NEAR_S, STILL_RAD = 0.05, 5e-4
 class Attitude:
     """The plate at n moments: gravity's unit vector, angular rate and angular acceleration, all in P, (n, 3) each.
 
-    `rising` (n,) is the tilt's sign of change, `gone_rad` (n,) how far it has gone since that changed, `step_s` (n,) the time since the arm's last step. `pivot_m_s2` (n, 3) is
-    the acceleration of the tilts' fixed point in P; 0 where it is not known to move.
+    `rising` (n,) is the tilt's sign of change, `gone_rad` (n,) how far it has gone since that changed, `step_s` (n,)
+    the time since the arm's last step. `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point in P; 0 where
+    it is not known to move.
     """
 
     gravity: Array

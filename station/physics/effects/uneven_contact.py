@@ -32,7 +32,6 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 from station.physics.sole import TURNING_RADIUS
 
-
 LEAST = 0.1
 """The least share of its friction that a block keeps: no sole is so uneven."""
 
