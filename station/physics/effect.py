@@ -91,7 +91,7 @@ class Effect(ABC):
         return 0.0
 
     def lead(self, contact: Contact, values: Values) -> Array | float:
-        """By how much the pressure leads the mass (n,), in widths of the sole; asked of effects with a `lever` only."""
+        """By how much the pressure on a sliding block leads its mass (n,), in widths of the sole; see `sole`."""
         del contact, values
         return 0.0
 
@@ -174,7 +174,7 @@ class Effect(ABC):
         return None
 
 
-HOOKS = ("friction", "push", "spin", "lever", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
+HOOKS = ("friction", "push", "spin", "lever", "lead", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
 
 
 @functools.cache

@@ -81,7 +81,7 @@ class Model:
 
     def lead(self, contact: Contact) -> Array:
         """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
-        return _sum((term.effect.lead(contact, term.values) for term in self.acting("lever")), (len(contact),))
+        return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
 
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""

@@ -108,8 +108,8 @@ CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    "across": CONTACT_HOOKS,
-    "turn": frozenset({"spin", "lever"}),
+    "across": CONTACT_HOOKS | {"lead"},
+    "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
     "shape": frozenset({"seen"}),

@@ -212,7 +212,7 @@ class Across(_Slides):
         """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, load.contact.way_rad)
-        if model.acting("lever"):
+        if model.acting("lead"):
             slope = slope + model.friction(load.contact) * self._carried(model)
         held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
@@ -262,7 +262,9 @@ class Turn(_Slides):
         """Recorded minus predicted angular acceleration (n,), rad/s²."""
         motion = self.motion
         contact = motion.moments.reported
-        against = self._against * left_against_turning(model.lead(contact))
+        against = self._against
+        if model.acting("lead"):
+            against = against * left_against_turning(model.lead(contact))
         predicted = self._held * (model.lever(contact) * self._per_friction - against) + model.spin(contact)
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 

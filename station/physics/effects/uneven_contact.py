@@ -11,10 +11,10 @@ the way and F = −f e the friction per mass:
 Where friction grows linearly over a flat square sole by g per metre, a = g A / 12. The pressure under a tall block
 leads by s = h F / N (see `com_offset`), mu h for the height h of its mass, and meets the friction there: with
 `lead` = s / √A the block meets 1 + g · s = 1 + 12 lead (a · e) / √A of the friction one way, and as much less the
-opposite way. All of it opposes the motion, whatever its direction: this part steers no block, but what leads is
-carried aside as the block turns (`sole`). The moment is that of a flat block, so that the arm of the larger friction is
-the smaller one. With tests/unit/physics/test_contact_points.py, a block on many points, the way agrees to 2 %, and the
-turn to 2 % of a flat block's and to a tenth of a cube's.
+opposite way. All of it opposes the motion, whatever its direction: this part steers no block. The moment is that of a
+flat block, so that the arm of the larger friction is the smaller one. What a lead does to any block that turns is no
+part of this law (`sole`). With tests/unit/physics/test_contact_points.py, a block on many points, the way agrees to
+2 %, and the turn to 2 % of a flat block's; with the lead's own part to a tenth of a cube's.
 
 From contact to contact the arm differs: what all runs have in common is meant here, the rest is the turns' scatter from
 run to run.
@@ -74,10 +74,6 @@ class UnevenContact(Effect):
         """Gives the lever (n,), m, of the friction by the law of this module."""
         arm = -_across_m(contact, values) / _in_front(contact, values)
         return arm if contact.moving.all() else np.where(contact.moving, arm, 0.0)
-
-    def lead(self, contact: Contact, values: Values) -> Array | float:
-        """Gives the lead (n,) of the pressure, widths of the sole."""
-        return np.where(contact.moving, values["lead"], 0.0)
 
 
 def _across_m(contact: Contact, values: Values) -> Array:

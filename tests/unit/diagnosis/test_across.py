@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.observations.channel import rows_of
 from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.plate import Attitude
@@ -100,8 +101,8 @@ def test_a_turning_block_is_carried_aside_where_its_pressure_leads() -> None:
     known = catalogue()
     rate = np.random.default_rng(20261483).normal(0.0, 1.0, RUNS)[NODE_RUN]
     across = across_of(DOWN_RAD, yaw_rate_rad_s=rate)
-    uneven = Term(known["uneven_contact"], {"x_m": 1e-4, "y_m": 0.0, "lead": 0.15})
-    carried = (across.residual(PLAIN) - across.residual(PLAIN.with_term(uneven)))[:: len(WEIGHTS)]
+    tall = Term(PRESSURE_LEAD, {"lead": 0.15})
+    carried = (across.residual(PLAIN) - across.residual(PLAIN.with_term(tall)))[:: len(WEIGHTS)]
     expected = (0.15 * 0.01 * rate / 0.1)[NODES // 2 :: NODES][:: len(WEIGHTS)]
     assert carried == pytest.approx(expected * MU * math.cos(TILT_RAD) / (math.sin(TILT_RAD) - 0.1), rel=0.04)
     nap = known["one_way_friction"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
 from station.physics.dissipation import threshold
@@ -69,7 +70,8 @@ def test_a_tall_block_meets_the_friction_in_front_of_it(yaw_rad: float) -> None:
     """A cube goes up to 2.7 mm farther or less far than a flat block, and 0.6 mm aside: the law leaves 0.2 mm."""
     block = ManyPoints(mu=MU, gradient_per_m=(0.0, 40.0), height_m=0.5 * SIDE_M)
     path = block.slid((0.1, 0.0, 0.0), tilt_rad=0.45, yaw_rad=yaw_rad, seconds=SECONDS)
-    model = uneven((0.0, 40.0), height_m=0.5 * SIDE_M)
+    tall = Term(PRESSURE_LEAD, {"lead": 0.5 * MU})
+    model = uneven((0.0, 40.0), height_m=0.5 * SIDE_M).with_term(tall)
     commands = ramps((0.0, 3.0), (0.45, 0.45), velocity=[(0.1, 0.0, 0.0)], start=[[0.0, 0.0, yaw_rad]])
     law = simulate(commands, model, time_s=np.arange(len(path)) * STEP_S).path[0]
     assert law[:, :2] == pytest.approx(path[:, :2], abs=2.5e-4)
