@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
 from shared.geometry import Array
@@ -67,13 +68,15 @@ class RunTrack:
     def held_until_ns(self) -> int:
         """When the block began to move in the tilt, else the run's end: also of a slide that the rig did not notice.
 
-        A block that slides a little way to the foam is held there to any tilt.
+        A block that slides a little way to the foam is held there to any tilt. A wrong corner is no motion: places are
+        running medians.
         """
         tilting = self.frames(self.tilt_ns, self.end_ns + 1)
-        time_ns, pose = self.time_ns[tilting], self.pose[tilting]
+        time_ns, place = self.time_ns[tilting], self.pose[tilting, :2]
         if len(time_ns) <= _STOP_FRAMES:
             return self.end_ns
-        middle_ns, speed, noise = _speeds(time_ns, pose, self.sigma_m)
+        steady = median_filter(place, size=(2 * _STOP_FRAMES + 1, 1), mode="nearest")
+        middle_ns, speed, noise = _speeds(time_ns, steady, self.sigma_m)
         fast = speed > max(FAST_M_S, noise)
         return int(middle_ns[np.argmax(fast)]) if fast.any() else self.end_ns
 
