@@ -74,6 +74,10 @@ class Between(Effect):
         """The difference, s."""
         return self._effect.delay_s(values) - self._effect.delay_s(self._there)
 
+    def arm_delay_s(self, values: Values) -> float:
+        """The difference, s."""
+        return self._effect.arm_delay_s(values) - self._effect.arm_delay_s(self._there)
+
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 2), m/s."""
         return _less(self._effect.creep(contact, values), self._effect.creep(contact, self._there))

@@ -105,6 +105,11 @@ class Effect(ABC):
         del values
         return 0.0
 
+    def arm_delay_s(self, values: Values) -> float:
+        """The part of that delay, s, by which the arm's stamps are early: other sensors have it as well."""
+        del values
+        return 0.0
+
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """Velocity (n, 2), m/s, in P, of the irreversible motion of a block below its onset."""
         del contact, values

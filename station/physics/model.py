@@ -116,6 +116,10 @@ class Model:
         """The delay of the camera's stamps, s: the sum of all effects'."""
         return sum(term.effect.delay_s(term.values) for term in self.acting("delay_s"))
 
+    def arm_delay_s(self) -> float:
+        """The part of it by which the arm's stamps are early, s."""
+        return sum(term.effect.arm_delay_s(term.values) for term in self.acting("delay_s"))
+
     def with_term(self, term: Term) -> Model:
         """The model with one more term, or with the term of that effect replaced."""
         others = tuple(known for known in self.terms if known.effect.id != term.effect.id)

@@ -113,7 +113,7 @@ ACTING = {
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
     "shape": frozenset({"seen"}),
-    "sensor": frozenset({"attitude"}),
+    "sensor": frozenset({"attitude", "delay_s"}),
 }
 """The methods of an effect that change each channel; the others need no evaluation."""
 

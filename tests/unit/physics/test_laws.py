@@ -376,3 +376,12 @@ def test_creep_agrees_with_mujocos_formula() -> None:
     time_s = (1 - 0.9) / 0.9 * 0.95 * 0.02 / (2 * 4 * 1.0)
     creep = said("solver_creep", "creep", at_rest(1, tilt_rad=np.radians(20.0)), time_s=time_s)
     assert np.linalg.norm(creep) == pytest.approx(0.885e-3, rel=1e-2)
+
+
+def test_whose_stamps_are_off_shows_in_what_other_sensors_see() -> None:
+    """The camera is late against the arm either way; the arm's share is all that another sensor has."""
+    clock = KNOWN["clock_offset"]
+    for share in (0.0, 0.4, 1.0):
+        values = {"delay_s": -0.05, "of_arm": share}
+        assert clock.delay_s(values) == -0.05
+        assert clock.arm_delay_s(values) == pytest.approx(-0.05 * share)
