@@ -88,6 +88,7 @@ def _anywhere(way_rad: float) -> Contact:
         down_rad=rng.uniform(-np.pi, np.pi, _STATES),
         rate_rad_s=rng.normal(0, 0.1, (_STATES, 3)),
         rising=rng.choice([-1.0, 1.0], _STATES),
+        gone_rad=rng.uniform(0.0, 1.2, _STATES),
         step_s=rng.uniform(0, 5, _STATES),
         mass_kg=10 ** rng.uniform(-3, 0, _STATES),
         area_m2=10 ** rng.uniform(-4.5, -3, _STATES),

@@ -12,6 +12,7 @@ LEFT_OUT = {
     "push": "its force on the block",
     "spin": "its turning of the block",
     "lever": "its turning of the block by friction",
+    "lead": "its pressure in front of the block",
     "attitude": "its turn of the plate",
     "delay_s": "its delay of the camera's stamps",
     "creep": "its motion of a block at rest, for which an engine has no force",

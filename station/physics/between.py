@@ -45,6 +45,11 @@ class Between(Effect):
         there = np.maximum(self._effect.friction(contact, self._there), LEAST)
         return self._effect.friction(contact, values) / there
 
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """The ratio (n,) of both factors on the curve that steers."""
+        there = np.maximum(self._effect.steering(contact, self._there), LEAST)
+        return self._effect.steering(contact, values) / there
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 3) of both pushes, m/s²."""
         return _less(self._effect.push(contact, values), self._effect.push(contact, self._there))
@@ -57,6 +62,10 @@ class Between(Effect):
         """The difference (n,), m."""
         return self._effect.lever(contact, values) - self._effect.lever(contact, self._there)
 
+    def lead(self, contact: Contact, values: Values) -> Array | float:
+        """The difference (n,), widths of the sole."""
+        return self._effect.lead(contact, values) - self._effect.lead(contact, self._there)
+
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 3) of both rotation vectors, rad."""
         return _less(self._effect.attitude(contact, values), self._effect.attitude(contact, self._there))
@@ -64,6 +73,10 @@ class Between(Effect):
     def delay_s(self, values: Values) -> float:
         """The difference, s."""
         return self._effect.delay_s(values) - self._effect.delay_s(self._there)
+
+    def arm_delay_s(self, values: Values) -> float:
+        """The difference, s."""
+        return self._effect.arm_delay_s(values) - self._effect.arm_delay_s(self._there)
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 2), m/s."""

@@ -29,6 +29,7 @@ class Contact:
         down_rad: direction in P of the steepest descent.
         rate_rad_s, acceleration_rad_s2: (n, 3) angular velocity and acceleration of the plate, in P.
         rising: +1 while the tilt grows (or grew last), −1 while it falls.
+        gone_rad: angle by which the tilt has gone on since it last turned round, ≥ 0; inf where that is unknown.
         step_s: time since the present or last tilt step began.
         mount_rad: turn of the plate in its mount: the angle from P, which the camera and the arm share, to the plate's
             own grain.
@@ -53,6 +54,7 @@ class Contact:
     rate_rad_s: Array
     acceleration_rad_s2: Array
     rising: Array
+    gone_rad: Array
     step_s: Array
     mount_rad: Array
     mass_kg: Array

@@ -7,6 +7,8 @@ The block on a plate with attitude R (world_from_plate) slides in the direction 
 h being the support function of the limit curve and m_k each effect's `friction`: the principle of maximum dissipation
 then gives onset, first direction and sideways force of any convex curve (Goyal, Ruina, Papadopoulos 1991). The onset is
 where max over φ of (T·e(φ) − h(φ) N) passes zero, T being the tangential load.
+
+Not all friction that depends on the direction obeys that principle: an effect says by `steering` how far it does.
 """
 
 from __future__ import annotations
@@ -66,6 +68,13 @@ class Effect(ABC):
         del contact, values
         return 1.0
 
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """Factor s (n,) on the curve that steers: the force across the way is h N (ln s)′, and −h N that against it.
+
+        It is m by the principle of maximum dissipation, and 1 where friction always opposes the motion.
+        """
+        return self.friction(contact, values)
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""
         del contact, values
@@ -81,6 +90,11 @@ class Effect(ABC):
         del contact, values
         return 0.0
 
+    def lead(self, contact: Contact, values: Values) -> Array | float:
+        """By how much the pressure on a sliding block leads its mass (n,), in widths of the sole; see `sole`."""
+        del contact, values
+        return 0.0
+
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """Rotation vector (n, 3), rad, in P, that turns the plate from where the arm reports it to where it is."""
         del contact, values
@@ -88,6 +102,11 @@ class Effect(ABC):
 
     def delay_s(self, values: Values) -> float:
         """The delay of the camera's stamps, s: how much later than the truth they read."""
+        del values
+        return 0.0
+
+    def arm_delay_s(self, values: Values) -> float:
+        """The part of that delay, s, by which the arm's stamps are early: other sensors have it as well."""
         del values
         return 0.0
 
@@ -160,7 +179,7 @@ class Effect(ABC):
         return None
 
 
-HOOKS = ("friction", "push", "spin", "lever", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
+HOOKS = ("friction", "push", "spin", "lever", "lead", "attitude", "delay_s", "creep", "seen", "shaking", "mass")
 
 
 @functools.cache

@@ -55,6 +55,18 @@ class Model:
             total = total * term.effect.friction(contact, term.values)
         return total
 
+    @cached_property
+    def is_dissipative(self) -> bool:
+        """True if friction acts by the principle of maximum dissipation: the curve that steers is the limit curve."""
+        return all(type(term.effect).steering is Effect.steering for term in self.acting("friction"))
+
+    def steering(self, contact: Contact) -> Array:
+        """The curve (n,) whose slope turns a slide, see `Effect.steering`."""
+        total = np.full(len(contact), self.mu_s)
+        for term in self.acting("friction"):
+            total = total * term.effect.steering(contact, term.values)
+        return total
+
     def push(self, contact: Contact) -> Array:
         """Sum of the pushes (n, 3), m/s²."""
         return _sum((term.effect.push(contact, term.values) for term in self.acting("push")), (len(contact), 3))
@@ -66,6 +78,10 @@ class Model:
     def lever(self, contact: Contact) -> Array:
         """Sum of the arms (n,), m, with which friction turns the block."""
         return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
+
+    def lead(self, contact: Contact) -> Array:
+        """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
+        return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))
 
     def attitude(self, contact: Contact) -> Array:
         """Sum of the rotation vectors (n, 3), rad."""
@@ -99,6 +115,10 @@ class Model:
     def delay_s(self) -> float:
         """The delay of the camera's stamps, s: the sum of all effects'."""
         return sum(term.effect.delay_s(term.values) for term in self.acting("delay_s"))
+
+    def arm_delay_s(self) -> float:
+        """The part of it by which the arm's stamps are early, s."""
+        return sum(term.effect.arm_delay_s(term.values) for term in self.acting("delay_s"))
 
     def with_term(self, term: Term) -> Model:
         """The model with one more term, or with the term of that effect replaced."""

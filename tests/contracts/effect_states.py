@@ -35,6 +35,7 @@ def contacts(count: int = 60, *, seed: int = 1, **fixed: Any) -> Contact:
         "rate_rad_s": 0.1 * turning[0],
         "acceleration_rad_s2": turning[1],
         "rising": rng.choice([-1.0, 1.0], count),
+        "gone_rad": rng.uniform(0.0, 1.2, count),
         "step_s": rng.uniform(0, 5, count),
         "mount_rad": rng.choice([0.0, np.pi / 4, np.pi / 2, np.pi], count),
         "mass_kg": 10 ** rng.uniform(-3, 0, count),

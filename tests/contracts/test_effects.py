@@ -219,11 +219,11 @@ def test_smooth_at_the_null(effect: Effect) -> None:
 @given(data=st.data())
 @settings(max_examples=15, deadline=None)
 def test_limit_curve_is_convex(effect: Effect, moving: bool, data: st.DataObject) -> None:
-    """h + h'' ≥ 0, as h(φ + d) + h(φ − d) ≥ 2 cos(d) h(φ), which holds at kinks as well."""
+    """h + h'' ≥ 0, as h(φ + d) + h(φ − d) ≥ 2 cos(d) h(φ), which holds at kinks as well: of the curve that steers."""
     values = data.draw(allowed(effect))
     one = some_of(contacts(moving=moving, seed=data.draw(st.integers(0, 50))), np.zeros(360, dtype=int))
     way = np.radians(np.arange(360.0))
-    around = answer(effect, "friction", values, replace(one, way_rad=read_only(way)))
+    around = answer(effect, "steering", values, replace(one, way_rad=read_only(way)))
     for turn in (1, 5, 30):
         bent = np.roll(around, turn) + np.roll(around, -turn) - 2.0 * np.cos(np.radians(turn)) * around
         assert np.min(bent) >= -1e-9 * np.max(around)

@@ -18,6 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.observations.channel import REST
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Contact, View
@@ -97,7 +98,8 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     """
     onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
     picture = (PICTURE_READING,) if evidence.channel(REST) else ()
-    reading = (*onset, *picture)
+    lead = (PRESSURE_LEAD,) if evidence.channel("across") else ()
+    reading = (*onset, *picture, *lead)
     allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)
 

@@ -70,9 +70,8 @@ def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude
     tilt = tilt - rate * delay_s
     gravity = np.column_stack([np.sin(tilt) * np.cos(down), np.sin(tilt) * np.sin(down), -np.cos(tilt)])
     axis = np.column_stack([-np.sin(down), np.cos(down), np.zeros(len(down))])
-    return Attitude(
-        gravity, axis * rate[:, None], np.zeros((len(down), 3)), np.ones(len(down)), np.full(len(down), 0.1)
-    )
+    still, alike = np.zeros((len(down), 3)), np.ones(len(down))
+    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, 0.1 * alike)
 
 
 def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Times, *, speed: Array, time_ns: Times) -> Moments:

@@ -108,12 +108,12 @@ CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    "across": CONTACT_HOOKS,
-    "turn": frozenset({"spin", "lever"}),
+    "across": CONTACT_HOOKS | {"lead"},
+    "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
     "shape": frozenset({"seen"}),
-    "sensor": frozenset({"attitude"}),
+    "sensor": frozenset({"attitude", "delay_s"}),
 }
 """The methods of an effect that change each channel; the others need no evaluation."""
 

@@ -169,7 +169,7 @@ class Sensor(Channel):
 
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted difference (n,), rad."""
-        if not model.acting("attitude"):
+        if not (model.acting("attitude") or model.acting("delay_s")):
             return self._difference
         turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
         change = turned.reshape(len(self), SENSOR_POINTS).mean(axis=1)

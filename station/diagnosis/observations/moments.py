@@ -103,6 +103,7 @@ class Moments:
     """n moments: time, run, and the block's place; `attitude` gives the plate's by a delay (s) earlier.
 
     By default the block rests at the plate's origin, far from any foam.
+    `delay_s` says by how much a model lets the moments' stamps be late: as the camera's, by default.
     With `at_rest` the plate's own motion does not load the block: an onset that is read by tracing a slide back
     measures the slide's friction, not the load of its very moment; and `steeper_rad` (n,) is by how much more than
     reported a plate at rest would have to be tilted for the same load. `rested_s` (n,), if given, replaces the time at
@@ -127,6 +128,7 @@ class Moments:
         rested_at: Callable[[Array | float], Array] | None = None,
         at_rest: bool = False,
         steeper_rad: Array | float = 0.0,
+        delay_s: Callable[[Model], float] = Model.delay_s,
     ) -> None:
         self.time_ns, self.run = time_ns, run
         self._facts, self._attitude = facts, attitude
@@ -138,7 +140,7 @@ class Moments:
         self._slip_ns = time_ns if slip_ns is None else slip_ns
         self._border = np.full(count, np.inf) if border_m is None else border_m
         self._rested, self._rested_at = rested_s, rested_at
-        self._steeper_rad, self._at_rest = steeper_rad, at_rest
+        self._steeper_rad, self._at_rest, self._delay_s = steeper_rad, at_rest, delay_s
         self._plate = attitude(0.0)
         self._contact = self._contact_with(self._plate)
         self._inertial = self._inertial_on(self._plate)
@@ -185,6 +187,7 @@ class Moments:
             rested_s=changed.rested_s,
             at_rest=self._at_rest,
             steeper_rad=steeper[rows] if isinstance(steeper, np.ndarray) else steeper,
+            delay_s=self._delay_s,
         )
 
     @property
@@ -215,7 +218,7 @@ class Moments:
 
     def _delayed(self, model: Model) -> tuple[Attitude, Array]:
         """The plate by the model's delay earlier, and the inertial part of the loads (n, 3)."""
-        plate = self._attitude(model.delay_s())
+        plate = self._attitude(self._delay_s(model))
         return plate, self._inertial_on(plate)
 
     def _inertial_on(self, plate: Attitude) -> Array:
@@ -242,6 +245,7 @@ class Moments:
             rate_rad_s=plate.rate_rad_s,
             acceleration_rad_s2=plate.acceleration_rad_s2,
             rising=plate.rising,
+            gone_rad=plate.gone_rad,
             step_s=plate.step_s,
             mount_rad=facts.mount_rad[run],
             mass_kg=facts.mass_kg[run],

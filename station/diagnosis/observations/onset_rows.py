@@ -86,10 +86,10 @@ def _steeper(tracks: Sequence[RunTrack], plate: PlateMotion) -> Array:
 
 
 def _moment_ns(track: RunTrack, plate: PlateMotion) -> int:
-    """The time of the onset, or that of the steepest tilt in a run without a slide."""
+    """The time of the onset, or that of the steepest tilt that the block is seen to bear in a run without a slide."""
     if not track.sample.censored:
         return track.slip_ns
-    times = np.linspace(track.tilt_ns, track.end_ns, 200).astype(np.int64)
+    times = np.linspace(track.tilt_ns, track.held_until_ns, 200).astype(np.int64)
     return int(times[int(np.argmax(plate.at(times).tilt_rad))])
 
 

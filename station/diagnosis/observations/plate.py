@@ -35,14 +35,16 @@ NEAR_S, STILL_RAD = 0.05, 5e-4
 class Attitude:
     """The plate at n moments: gravity's unit vector, angular rate and angular acceleration, all in P, (n, 3) each.
 
-    `rising` (n,) is the tilt's sign of change, `step_s` (n,) the time since the arm's last step. `pivot_m_s2` (n, 3) is
-    the acceleration of the tilts' fixed point in P; 0 where it is not known to move.
+    `rising` (n,) is the tilt's sign of change, `gone_rad` (n,) how far it has gone since that changed, `step_s` (n,)
+    the time since the arm's last step. `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point in P; 0 where
+    it is not known to move.
     """
 
     gravity: Array
     rate_rad_s: Array
     acceleration_rad_s2: Array
     rising: Array
+    gone_rad: Array
     step_s: Array
     pivot_m_s2: Array | float = 0.0
 
@@ -74,6 +76,7 @@ class Attitude:
             rate_rad_s=turned(self.rate_rad_s[rows] * faster[:, None], way),
             acceleration_rad_s2=turned(self.acceleration_rad_s2[rows], way),
             rising=self.rising[rows],
+            gone_rad=self.gone_rad[rows] * faster,
             step_s=self.step_s[rows] / faster,
             pivot_m_s2=turned(pivot[rows], way) if isinstance(pivot, np.ndarray) else pivot,
         )
@@ -111,6 +114,7 @@ class PlateMotion:
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
+        self._turned_rad = _turned_at(tilt, self._rising)
         self._steps_ns = np.sort(motions.time_ns)
         pivot = pivot_in_plate(known, self._time_s)
         self._pivot = None if pivot is None else np.ascontiguousarray(pivot.T)
@@ -138,7 +142,9 @@ class PlateMotion:
         rising = self._rising[last]
         since_s = self._since_step(time_ns, delay_s)
         pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
-        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, since_s, pivot)
+        tilt = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2])
+        gone = np.abs(tilt - self._turned_rad[last])
+        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, gone, since_s, pivot)
 
     def sigma_rad(self, time_ns: Times) -> Array:
         """Standard deviation (n,) of gravity's direction at moments, rad, by the readings' noise."""
@@ -234,3 +240,14 @@ def _rising(time_s: Array, tilt_rad: Array) -> Array:
     sign = np.where(np.abs(ahead - behind) > STILL_RAD, np.sign(ahead - behind), 0.0)
     moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
+
+
+def _turned_at(tilt_rad: Array, rising: Array) -> Array:
+    """The tilt (n,), rad, at which it last turned round: the farthest that it had come the other way."""
+    ends = [*(np.flatnonzero(np.diff(rising)) + 1).tolist(), len(tilt_rad)]
+    turned = np.zeros(len(tilt_rad))
+    for before, first, last in zip([0, 0, *ends], [0, *ends], ends, strict=False):
+        other = tilt_rad[before:first]
+        if len(other):
+            turned[first:last] = other.max() if rising[before] > 0 else other.min()
+    return turned

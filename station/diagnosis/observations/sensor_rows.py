@@ -13,6 +13,7 @@ from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
+from station.physics.model import Model
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
@@ -59,6 +60,7 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
         run=np.repeat(run, SENSOR_POINTS),
         facts=recorded.facts,
         attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        delay_s=Model.arm_delay_s,
     )
     middle = slice(SENSOR_POINTS // 2, None, SENSOR_POINTS)
     covariates = {

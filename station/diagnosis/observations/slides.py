@@ -16,7 +16,7 @@ from station.physics.contact import Array, Contact, View
 from station.physics.dissipation import support_slope
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
-from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
+from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
 
 LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
@@ -212,9 +212,17 @@ class Across(_Slides):
         """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, load.contact.way_rad)
+        if model.acting("lead"):
+            slope = slope + model.friction(load.contact) * self._carried(model)
         held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
         return self._recorded - (held - changed) / self._unit_force
+
+    def _carried(self, model: Model) -> Array:
+        """What a pressure that leads is carried aside by the turning (3 n,), see `station.physics.sole`."""
+        contact = self._plain.contact
+        rate, side_m = self.motion.yaw_rate_rad_s, np.sqrt(contact.area_m2)
+        return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s)
 
     def _expected_left(self, load: Load, held: Array) -> Array:
         """Left (3 n, 2) of the ways that blocks slide under a load of which friction holds `held` (n,), m/s², sideways.
@@ -254,7 +262,10 @@ class Turn(_Slides):
         """Recorded minus predicted angular acceleration (n,), rad/s²."""
         motion = self.motion
         contact = motion.moments.reported
-        predicted = self._held * (model.lever(contact) * self._per_friction - self._against) + model.spin(contact)
+        against = self._against
+        if model.acting("lead"):
+            against = against * left_against_turning(model.lead(contact))
+        predicted = self._held * (model.lever(contact) * self._per_friction - against) + model.spin(contact)
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
 
 

@@ -44,4 +44,5 @@ def _attitude(rows: TableRows, delay_s: float) -> Attitude:
     gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
     axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
     still: Array = np.zeros((len(rows), 3))
-    return Attitude(gravity, axis * rate[:, None], still, np.ones(len(rows)), np.full(len(rows), 1e3))
+    alike = np.ones(len(rows))
+    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, 1e3 * alike)

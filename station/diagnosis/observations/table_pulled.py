@@ -47,6 +47,7 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         rate_rad_s=np.zeros((len(rows), 3)),
         acceleration_rad_s2=np.zeros((len(rows), 3)),
         rising=np.ones(len(rows)),
+        gone_rad=np.full(len(rows), np.inf),
         step_s=np.full(len(rows), 1e3),
         mount_rad=facts.mount_rad[places],
         mass_kg=facts.mass_kg[places],

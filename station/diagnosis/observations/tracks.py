@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 from scipy.spatial.transform import Rotation
 
 from shared.geometry import Array
@@ -62,6 +63,22 @@ class RunTrack:
     def slid(self) -> bool:
         """True if there is a usable slide."""
         return self.stop_ns > self.slip_ns > 0
+
+    @property
+    def held_until_ns(self) -> int:
+        """When the block began to move in the tilt, else the run's end: also of a slide that the rig did not notice.
+
+        A block that slides a little way to the foam is held there to any tilt. A wrong corner is no motion: places are
+        running medians.
+        """
+        tilting = self.frames(self.tilt_ns, self.end_ns + 1)
+        time_ns, place = self.time_ns[tilting], self.pose[tilting, :2]
+        if len(time_ns) <= _STOP_FRAMES:
+            return self.end_ns
+        steady = median_filter(place, size=(2 * _STOP_FRAMES + 1, 1), mode="nearest")
+        middle_ns, speed, noise = _speeds(time_ns, steady, self.sigma_m)
+        fast = speed > max(FAST_M_S, noise)
+        return int(middle_ns[np.argmax(fast)]) if fast.any() else self.end_ns
 
     def frames(self, from_ns: int, to_ns: int) -> slice:
         """The frames with from_ns ≤ time < to_ns."""
@@ -201,15 +218,21 @@ def _stop(time_ns: Times, pose: Array, slip_ns: int, sigma_m: float) -> int:
     """The time, ns, at which a block that had moved was slow again, or else the end of the run; 0 if it never moved."""
     if not slip_ns or len(time_ns) < 3 * _STOP_FRAMES:
         return 0
-    step = np.hypot(*(pose[_STOP_FRAMES:, :2] - pose[:-_STOP_FRAMES, :2]).T)
-    passed = (time_ns[_STOP_FRAMES:] - time_ns[:-_STOP_FRAMES]) * 1e-9
-    speed, middle = step / passed, (time_ns[_STOP_FRAMES:] + time_ns[:-_STOP_FRAMES]) // 2
+    middle, speed, noise = _speeds(time_ns, pose, sigma_m)
     after = middle > slip_ns
     fast = after & (speed > FAST_M_S)
     if not np.any(fast):
         return 0
     began = int(np.argmax(fast))
     # A noisy track hardly ever stands still, so a slide ends where its speed is within the noise.
-    slow = max(SLOW_M_S, NOISE_SPEEDS * math.sqrt(2) * sigma_m / float(np.median(passed)))
+    slow = max(SLOW_M_S, noise)
     ended = np.flatnonzero(speed[began:] < slow)
     return int(middle[began + ended[0]]) if len(ended) else int(time_ns[-1])
+
+
+def _speeds(time_ns: Times, pose: Array, sigma_m: float) -> tuple[Times, Array, float]:
+    """Times, ns, and speeds (n,), m/s, over _STOP_FRAMES frames each, and the speed that noise alone reaches."""
+    step = np.hypot(*(pose[_STOP_FRAMES:, :2] - pose[:-_STOP_FRAMES, :2]).T)
+    passed = (time_ns[_STOP_FRAMES:] - time_ns[:-_STOP_FRAMES]) * 1e-9
+    middle = (time_ns[_STOP_FRAMES:] + time_ns[:-_STOP_FRAMES]) // 2
+    return middle, step / passed, NOISE_SPEEDS * math.sqrt(2) * sigma_m / float(np.median(passed))

@@ -12,7 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Looked, Scores, looked, scores_of
 from station.diagnosis.inference.fit import Fit, noise_of
 from station.diagnosis.likelihood.noise import Noise
-from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.channel import ACTING, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.places import Place, places_of
@@ -63,7 +63,7 @@ def _reason(evidence: Evidence, scored: Scores, effect: Effect) -> str | None:
     hooks, advised = effect.acts_through(), advice(evidence, effect)
     if not any(channel.hooks & hooks for channel in evidence.channels):
         return "this recording has nothing in which it would show"
-    sensed = "attitude" in hooks and any(channel.hooks == frozenset({"attitude"}) for channel in evidence.channels)
+    sensed = "attitude" in hooks and any(channel.hooks == ACTING["sensor"] for channel in evidence.channels)
     if effect.absorbed_by_mu and "attitude" in hooks and not sensed:
         return "; ".join(filter(None, ["without another angle sensor it is the same as another mu", advised]))
     contact = evidence.contact()

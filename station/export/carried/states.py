@@ -24,6 +24,7 @@ USUAL: dict[str, Any] = {
     "rate_rad_s": (0.0, 0.0, 0.0),
     "acceleration_rad_s2": (0.0, 0.0, 0.0),
     "rising": 1.0,
+    "gone_rad": math.inf,
     "step_s": 0.0,
     "mount_rad": 0.0,
     "mass_kg": 0.00785,

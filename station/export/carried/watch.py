@@ -56,6 +56,7 @@ class Watch:
         self.last = Moment(math.nan, np.array([0.0, 0.0, -GRAVITY_M_S2]), np.zeros(3), np.zeros(3))
         self._rate, self._acceleration = np.zeros(3), np.zeros(3)
         self._rising, self._step_from_s, self._begun = 1.0, 0.0, False
+        self._turned_rad = 0.0
         self._rest_from_s = self._slid_from_s = math.nan
         self._from = np.zeros(2)
         self._known: tuple[Array, Contact] | None = None
@@ -77,7 +78,9 @@ class Watch:
         if turns and not np.linalg.norm(self._rate) > _STEADY_RAD_S:
             self._step_from_s = last.time_s
         change = tilt_of(now.gravity) - tilt_of(last.gravity)
-        self._rising = self._rising if abs(change) < 1e-9 else math.copysign(1.0, change)
+        rising = self._rising if abs(change) < 1e-9 else math.copysign(1.0, change)
+        if rising != self._rising:
+            self._rising, self._turned_rad = rising, tilt_of(last.gravity)
         self._rate, self._begun = rate, True
 
     def slides(self, *, excess: float) -> bool:
@@ -119,6 +122,7 @@ class Watch:
             "rate_rad_s": self._rate,
             "acceleration_rad_s2": self._acceleration,
             "rising": self._rising,
+            "gone_rad": abs(tilt_of(now.gravity) - self._turned_rad),
             "step_s": now.time_s - self._step_from_s,
             "border_m": self._border_m(now),
         }

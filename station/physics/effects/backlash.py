@@ -1,6 +1,8 @@
 """Backlash: the plate lags behind the reported angle, on the side from which it comes.
 
-True tilt = reported − w while rising, reported + w while falling, w half the play.
+True tilt = reported − w while rising, reported + w while falling, w half the play. When the tilt turns round the plate
+stays where it is until the whole play is taken up: with d the angle that the report has gone since, it lags by d − w
+until that is w (a play operator; Krasnosel'skii & Pokrovskii 1989, Systems with Hysteresis).
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ class Backlash(Effect):
 
     id: ClassVar[str] = "backlash"
     title: ClassVar[str] = "backlash"
-    law: ClassVar[str] = "true tilt = reported - w while rising, + w while falling (w = 0)"
+    law: ClassVar[str] = "true tilt = reported - w while rising, + w while falling, and waits at each turn (w = 0)"
     source: ClassVar[str] = "Nordin & Gutman 2002, Automatica 38, 1633 (friction-driven hysteresis)"
     layer: ClassVar[Layer] = "rig"
     family: ClassVar[Family] = "level"
@@ -32,7 +34,9 @@ class Backlash(Effect):
 
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""
-        return -values["half_width_rad"] * contact.rising[:, None] * contact.tilt_axis
+        half = values["half_width_rad"]
+        behind = contact.rising * np.minimum(contact.gone_rad - half, half)
+        return -behind[:, None] * contact.tilt_axis
 
     def why_untestable(self, contact: Contact) -> str | None:
         """See the base class."""

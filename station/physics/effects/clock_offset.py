@@ -3,7 +3,8 @@
 A stamp reads t + τ for what was seen at t, and the plate's attitude is sought τ too late: an onset seems to come
 τ · rate too high, and a path is compared with another pull. Buffers, exposure and networks make the camera's stamps
 late (τ > 0). Those that make the arm's stamps late (a controller that reports what it filtered, a driver that stamps on
-receipt) let the camera's read early (τ < 0), by as much.
+receipt) let the camera's read early (τ < 0), by as much. Another angle sensor tells whose stamps are off: it differs
+from the arm's angle by the share `of_arm` of τ times the tilt's rate.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ class ClockOffset(Effect):
     family: ClassVar[Family] = "timing"
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="delay_s", unit="s", low=-FARTHEST_S, high=FARTHEST_S, typical=0.02),
+        Parameter(name="of_arm", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("backlash", "contact_aging", "kinetic_drop", "rate_strengthening")
     separated_by: ClassVar[str] = (
@@ -37,3 +39,7 @@ class ClockOffset(Effect):
     def delay_s(self, values: Values) -> float:
         """Gives the delay of the camera's stamps, s."""
         return values["delay_s"]
+
+    def arm_delay_s(self, values: Values) -> float:
+        """Gives the part of it that is the arm's, s."""
+        return values["of_arm"] * values["delay_s"]

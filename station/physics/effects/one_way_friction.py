@@ -5,6 +5,10 @@ The grain is the plate's, and turns with its mount, or (`with_block` = 1) the bl
 a = hypot(c, s) and ψ from the axis, the force that is held is a cos ψ + √(1 − (1 − p) a² sin² ψ): the same circle at
 p = 0, 1 + a cos ψ at p = 1. It is convex for p ≤ ((1 − a) / a)², which is enforced; the origin stays inside, so
 friction never drives.
+
+Asperities that are inclined obey the principle of maximum dissipation, and push a block sideways by the slope of m
+(`sideways` = 1). Bristles bend the way that they are dragged, and pull straight back however stiff they are that way:
+there is no force across (0). A nap may do both.
 """
 
 from __future__ import annotations
@@ -41,6 +45,7 @@ class OneWayFriction(Effect):
         Parameter(name="sin1", unit="1", low=-0.5, high=0.5, typical=0.1),
         Parameter(name="pinch", unit="1", low=0.0, high=1.0, typical=0.5, null=None, starts=(0.0,)),
         Parameter(name="with_block", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(0.0, 1.0)),
+        Parameter(name="sideways", unit="1", low=0.0, high=1.0, typical=1.0, null=None, starts=(1.0, 0.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("platform_level", "friction_patch")
     separated_by: ClassVar[str] = (
@@ -63,6 +68,10 @@ class OneWayFriction(Effect):
             return 1.0 + size * np.cos(along)
         pinched = min(values["pinch"] * size**2, NEARLY_FLAT * (1.0 - size) ** 2)
         return support_of(_Nap(size, size**2 - pinched), along)
+
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """Gives the factor (n,) on the curve that steers: that on friction to the power of `sideways`."""
+        return self.friction(contact, values) ** values["sideways"]
 
 
 @dataclass(frozen=True, slots=True)

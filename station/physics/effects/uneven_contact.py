@@ -8,10 +8,13 @@ the way and F = −f e the friction per mass:
 - at rest the moment takes its share of the limit surface |F|² + M² / (ρ² + a²) = (mu N)², so that
   h² = mu² (1 − (a × e)² / (ρ² + a²)), ρ² = A / 12.
 
-Where friction grows linearly over a flat square sole by g per metre, a = g A / 12. With
-tests/unit/physics/test_contact_points.py, a block on many points, both agree to 2 % of the turn. The pressure under a
-tall block leads (see `com_offset`), and meets other friction in front: a cube's turn is 10 to 30 % larger, and its
-friction differs by 12 (mu / 2) (a · e) / √A between one way and the opposite one, which this law leaves out.
+Where friction grows linearly over a flat square sole by g per metre, a = g A / 12. The pressure under a tall block
+leads by s = h F / N (see `com_offset`), mu h for the height h of its mass, and meets the friction there: with
+`lead` = s / √A the block meets 1 + g · s = 1 + 12 lead (a · e) / √A of the friction one way, and as much less the
+opposite way. All of it opposes the motion, whatever its direction: this part steers no block. The moment is that of a
+flat block, so that the arm of the larger friction is the smaller one. What a lead does to any block that turns is no
+part of this law (`sole`). With tests/unit/physics/test_contact_points.py, a block on many points, the way agrees to
+2 %, and the turn to 2 % of a flat block's; with the lead's own part to a tenth of a cube's.
 
 From contact to contact the arm differs: what all runs have in common is meant here, the rest is the turns' scatter from
 run to run.
@@ -29,6 +32,9 @@ from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
 from station.physics.sole import TURNING_RADIUS
 
+LEAST = 0.1
+"""The least share of its friction that a block keeps: no sole is so uneven."""
+
 
 class UnevenContact(Effect):
     """Friction differs over the sole."""
@@ -44,6 +50,7 @@ class UnevenContact(Effect):
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter(name="x_m", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
         Parameter(name="y_m", unit="m", low=-5e-3, high=5e-3, typical=5e-4),
+        Parameter(name="lead", unit="1", low=0.0, high=0.5, typical=0.2, null=None, starts=(0.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("object_anisotropy", "one_way_friction")
     separated_by: ClassVar[str] = (
@@ -53,6 +60,10 @@ class UnevenContact(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Gives the factor (n,) on friction by the law of this module."""
+        return self.steering(contact, values) * _in_front(contact, values)
+
+    def steering(self, contact: Contact, values: Values) -> Array | float:
+        """Gives the factor (n,) on the curve that steers: a block at rest gives way to the moment."""
         if contact.moving.all():
             return 1.0
         square = values["x_m"] ** 2 + values["y_m"] ** 2
@@ -61,7 +72,7 @@ class UnevenContact(Effect):
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
         """Gives the lever (n,), m, of the friction by the law of this module."""
-        arm = -_across_m(contact, values)
+        arm = -_across_m(contact, values) / _in_front(contact, values)
         return arm if contact.moving.all() else np.where(contact.moving, arm, 0.0)
 
 
@@ -69,3 +80,10 @@ def _across_m(contact: Contact, values: Values) -> Array:
     """The arm's part across the way, a × e (n,)."""
     cosine, sine = cos_sin(contact.way_rad - contact.yaw_rad)
     return values["x_m"] * sine - values["y_m"] * cosine
+
+
+def _in_front(contact: Contact, values: Values) -> Array:
+    """The friction where the pressure leads to, over that under the mass (n,)."""
+    cosine, sine = cos_sin(contact.way_rad - contact.yaw_rad)
+    along_m = values["x_m"] * cosine + values["y_m"] * sine
+    return np.maximum(1.0 + 12.0 * values["lead"] * along_m / np.sqrt(contact.area_m2), LEAST)

@@ -20,7 +20,10 @@ DELTA_RAD = 1e-4
 
 
 class Support(NamedTuple):
-    """h (a,) and its first and second derivative by the direction."""
+    """h (a,), the force across the way, h (ln s)′, and its derivative; h′ and h″ by maximum dissipation.
+
+    s is the curve that steers, see `station.physics.dissipation`.
+    """
 
     value: Array
     slope: Array | float
@@ -67,16 +70,30 @@ class LimitCurve:
         way = contact.way_rad
         before, after = (self._product(facing_to(contact, way + turn)) for turn in (-DELTA_RAD, DELTA_RAD))
         slope = plain * ((after - before) * (0.5 / DELTA_RAD))
-        if not bends:
+        if not bends and self._model.is_dissipative:
             # The mean of both is h to 5e-9 of h″: one evaluation saved.
             return Support(plain * (0.5 * (after + before)), slope, 0.0)
         here = self._product(contact)
-        return Support(plain * here, slope, plain * ((after - 2.0 * here + before) * DELTA_RAD**-2))
+        bend = plain * ((after - 2.0 * here + before) * DELTA_RAD**-2)
+        if self._model.is_dissipative:
+            return Support(plain * here, slope, bend)
+        more = [self._more(facing_to(contact, way + turn)) for turn in (-DELTA_RAD, 0.0, DELTA_RAD)]
+        turning = (more[2] - more[0]) * (0.5 / DELTA_RAD)
+        return Support(plain * here * more[1], slope * more[1], bend * more[1] + slope * turning)
 
     def _product(self, contact: Contact) -> Array | float:
+        """The curve that steers, without what is round."""
         total = 1.0
         for term in self._directed:
-            total = total * term.effect.friction(contact, term.values)
+            total = total * term.effect.steering(contact, term.values)
+        return total
+
+    def _more(self, contact: Contact) -> Array | float:
+        """The ratio of the friction to the curve that steers."""
+        total = 1.0
+        for term in self._directed:
+            friction = term.effect.friction(contact, term.values)
+            total = total * friction / term.effect.steering(contact, term.values)
         return total
 
 

@@ -203,6 +203,9 @@ class World:
             "slid_s": lambda: np.maximum(time_s - blocks.slid_from_s, 0.0),
             "tilt_rad": lambda: np.arctan2(np.sqrt(down.x * down.x + down.y * down.y), -down.z),
             "down_rad": lambda: np.arctan2(down.y, down.x),
+            "gone_rad": lambda: np.abs(
+                np.arctan2(np.sqrt(down.x * down.x + down.y * down.y), -down.z) - stretch[Column.TURNED]
+            ),
             "step_s": lambda: time_s - stretch[Column.STEP_BEGIN],
             "border_m": lambda: self.border_m(blocks.row, at) if border_m is None else border_m,
             "spare_m_s2": lambda: np.full(len(moving), np.nan),

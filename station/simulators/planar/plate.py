@@ -33,7 +33,8 @@ class Column(IntEnum):
     PIVOT = 15
     RISING = 18
     STEP_BEGIN = 19
-    COUNT = 20
+    TURNED = 20
+    COUNT = 21
 
 
 class Down(NamedTuple):
@@ -45,7 +46,7 @@ class Down(NamedTuple):
 
 
 class Plate:
-    """The stretches between the knots of n runs: `table` (20, n·(k−1)), a run's stretches one after another."""
+    """The stretches between the knots of n runs: `table` (21, n·(k−1)), a run's stretches one after another."""
 
     def __init__(self, commands: Commands, model: Model) -> None:
         self.commands = commands
@@ -57,7 +58,7 @@ class Plate:
         self.table = self._tabled(first, last)
 
     def stretch(self, row: Index, number: Index) -> Array:
-        """The columns (20, a) of stretch `number` (a,) of run `row` (a,)."""
+        """The columns (21, a) of stretch `number` (a,) of run `row` (a,)."""
         return self.table.take(row * (self.knots - 1) + number, axis=1)
 
     def _tabled(self, first: Array, last: Array) -> Array:
@@ -76,7 +77,7 @@ class Plate:
         table[Column.RATE : Column.RATE + 3] = np.moveaxis(commands.rate_rad_s, -1, 0)
         table[Column.ACCELERATION : Column.ACCELERATION + 3] = np.moveaxis(commands.acceleration_rad_s2, -1, 0)
         table[Column.PIVOT : Column.PIVOT + 3] = np.moveaxis(commands.pivot_m_s2, -1, 0)
-        table[Column.RISING], table[Column.STEP_BEGIN] = self.steps
+        table[Column.RISING], table[Column.STEP_BEGIN], table[Column.TURNED] = self.steps
         return table.reshape(Column.COUNT, -1)
 
     def _turned(self, model: Model, gravity: Array, end: int) -> Array:
@@ -89,28 +90,34 @@ class Plate:
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:
-    """Gravity in P at times (a,) within stretches (20, a)."""
+    """Gravity in P at times (a,) within stretches (21, a)."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
     cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS
     return Down(*(stretch[first + axis] * cosine + stretch[across + axis] * sine for axis in range(3)))
 
 
-def _steps(commands: Commands) -> tuple[Array, Array]:
-    """The tilt's direction (n, k−1), +1 or −1, and the begin of the present or last step, for each stretch."""
+def _steps(commands: Commands) -> tuple[Array, Array, Array]:
+    """For each stretch (n, k−1): the tilt's direction, +1 or −1, the begin of the present or last step, the last turn.
+
+    That is the tilt, rad, from which on it has gone in this direction.
+    """
     change = np.diff(commands.tilt_rad, axis=1)
     sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
     count = sign.shape[1]
     last = np.maximum.accumulate(np.where(sign != 0, np.arange(count), -1), axis=1)
     rising = np.where(last >= 0, np.take_along_axis(sign, np.maximum(last, 0), axis=1), 1.0)
+    turns = np.diff(rising, axis=1, prepend=rising[:, :1]) != 0
+    turn = np.maximum.accumulate(np.where(turns, np.arange(count), 0), axis=1)
     turning = np.linalg.norm(commands.rate_rad_s, axis=-1) > STEADY_RAD_S
     begins = turning & ~np.concatenate([np.zeros((len(sign), 1), bool), turning[:, :-1]], axis=1)
     begins[:, 0] = True
     began = np.maximum.accumulate(np.where(begins, np.arange(count), 0), axis=1)
-    return rising, np.take_along_axis(commands.time_s[:, :-1], began, axis=1)
+    turned = np.take_along_axis(commands.tilt_rad[:, :-1], turn, axis=1)
+    return rising, np.take_along_axis(commands.time_s[:, :-1], began, axis=1), turned
 
 
-def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tuple[Array, Array]) -> Contact:
+def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tuple[Array, Array, Array]) -> Contact:
     """The block at its start, at every knot: what an effect on the attitude may ask for, flattened."""
     n, k = time_s.shape
     each = {name: np.repeat(getattr(commands, name), k) for name in _ONE_A_RUN}
@@ -130,6 +137,7 @@ def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tup
         rate_rad_s=commands.rate_rad_s.reshape(-1, 3),
         acceleration_rad_s2=commands.acceleration_rad_s2.reshape(-1, 3),
         rising=steps[0].ravel(),
+        gone_rad=np.abs(tilt_of(gravity) - steps[2].ravel()),
         step_s=(time_s - steps[1]).ravel(),
         border_m=np.full(n * k, np.inf),
         spare_m_s2=np.full(n * k, np.nan),

@@ -41,6 +41,12 @@ def _nap(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
     return {"cos1": size * math.cos(axis), "sin1": size * math.sin(axis)}
 
 
+def _corner(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
+    # Friction grows by the share `lopsided` over half the sole, whose second moment is half² / 3.
+    arm = {f"{axis}_m": true[f"lopsided_{axis}"] * true["half_x"] / 3.0 for axis in "xy"}
+    return {**arm, "lead": true["mu"] * 0.5 * true["height"] / (2.0 * true["half_x"])}
+
+
 def _polish(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
     # 1 − p (1 − exp(−(n − 1) / n0)) over its value at n = 0, which mu holds.
     rest, lost = 1.0 - true["polish"], true["polish"] * math.exp(1.0 / true["polish_runs"])
@@ -59,6 +65,7 @@ EXACT: Mapping[str, Map] = {
     "viscous": Map(_numbers(drag_n_s_m="film"), "the same force", at_its_mass),
     "wear": Map(_polish, "the same exponential, one run later"),
     "one_way_friction": Map(_nap, "the same share, by the way that the bristles bend"),
+    "uneven_contact": Map(_corner, "friction that is linear over a sole, on which the pressure balances"),
     "platform_level": Map(
         lambda true, _truth, _rig: {"eps_x_rad": -true["lean_y"], "eps_y_rad": true["lean_x"]},
         "gravity's tangential part on the level plate, and the rotation vector that makes it",
@@ -80,7 +87,6 @@ INEXACT: Mapping[str, str] = {
     "friction_patch": "spots or a random field there, a series here",
     "plate_anisotropy": "an elliptic limit curve with an associated flow",
     "object_anisotropy": "an elliptic limit curve with an associated flow",
-    "uneven_contact": "friction that is linear over the sole there, two points here",
     "border_contact": "foam that yields, and gives back a part",
     "angle_scale": "a gain and an offset",
     "arm_vibration": "five tones",
@@ -154,6 +160,7 @@ def _concealed(effect: Json, world: Json, acted: Sequence[Json]) -> Concealed:
     size = sizes[planted.shows] if planted.shows else max(sizes.values())
     parts = ("contact", "history", "sensing", "camera")
     parameters: dict[str, Any] = {name: value for part in parts for name, value in world[part].items()}
+    parameters |= dict(zip(("lopsided_x", "lopsided_y"), world["patch"]["lopsided"], strict=True))
     return Concealed(
         id=effect["effect"] if effect["catalogue"] == "none" else effect["catalogue"],
         also=tuple(effect["also"]),

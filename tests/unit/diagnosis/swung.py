@@ -103,5 +103,6 @@ def attitude(time_s: Array, down: tuple[float, float]) -> Attitude:
         rate_rad_s=((after - before) / (2 * APART_S))[:, None] * axis,
         acceleration_rad_s2=((after - 2 * tilt + before) / APART_S**2)[:, None] * axis,
         rising=np.ones(len(tilt)),
+        gone_rad=np.full(len(tilt), np.inf),
         step_s=np.zeros(len(tilt)),
     )

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.observations.channel import rows_of
 from station.diagnosis.observations.moments import Moments, RunFacts
 from station.diagnosis.observations.plate import Attitude
@@ -33,7 +34,7 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     tilt, zero = np.broadcast_to(tilt_rad, count), np.zeros((count, 3))
     level = np.sin(tilt)
     gravity = np.column_stack([level * np.cos(DOWN_RAD), level * np.sin(DOWN_RAD), -np.cos(tilt)])
-    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count))
+    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count), np.ones(count))
     known = dict.fromkeys(("mount_rad", "temperature_c", "relative_humidity"), np.zeros(RUNS))
     facts = RunFacts(
         number=np.arange(RUNS, dtype=np.float64),
@@ -52,14 +53,14 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     )
 
 
-def across_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Across:
-    """Slides that go straight in directions (3 n,), each at a steady rate of speeding."""
+def across_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD, *, yaw_rate_rad_s: Array | float = 0.0) -> Across:
+    """Slides that go straight in directions (3 n,), each at a steady rate of speeding, and of turning (3 n,)."""
     moments = moments_of(way_rad, tilt_rad)
     toward = np.column_stack([np.cos(way_rad), np.sin(way_rad)])[NODES // 2 :: NODES]
     gained = 0.1 * GRAVITY_M_S2 * toward
     none = np.zeros(len(RUN), dtype=np.int64)
     rows = rows_of({"run": RUN, "from_ns": none, "to_ns": none, "sigma": np.full(len(RUN), 1e-3)}, {})
-    return Across(rows, Motion(moments, gained, np.zeros(len(RUN))))
+    return Across(rows, Motion(moments, gained, np.zeros(len(RUN)), yaw_rate_rad_s=yaw_rate_rad_s))
 
 
 def test_uneven_soles_do_not_make_the_plate_steeper() -> None:
@@ -93,3 +94,19 @@ def test_a_block_on_a_level_plate_goes_where_it_was_sent() -> None:
     expected = (added * left).sum(axis=1)[NODES // 2 :: NODES]
     changed = across.residual(LEANING) - across.residual(PLAIN)
     assert np.corrcoef(changed, expected)[0, 1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_turning_block_is_carried_aside_where_its_pressure_leads() -> None:
+    """By lead L ω / v of its friction (1 cm, 0.1 m/s); a nap of bristles carries nothing aside, a grain does."""
+    known = catalogue()
+    rate = np.random.default_rng(20261483).normal(0.0, 1.0, RUNS)[NODE_RUN]
+    across = across_of(DOWN_RAD, yaw_rate_rad_s=rate)
+    tall = Term(PRESSURE_LEAD, {"lead": 0.15})
+    carried = (across.residual(PLAIN) - across.residual(PLAIN.with_term(tall)))[:: len(WEIGHTS)]
+    expected = (0.15 * 0.01 * rate / 0.1)[NODES // 2 :: NODES][:: len(WEIGHTS)]
+    assert carried == pytest.approx(expected * MU * math.cos(TILT_RAD) / (math.sin(TILT_RAD) - 0.1), rel=0.04)
+    nap = known["one_way_friction"]
+    for sideways, moved in ((0.0, 0.0), (1.0, 0.1)):
+        term = Term(nap, {**nap.neutral(), "cos1": 0.1, "sideways": sideways})
+        changed = across.residual(PLAIN.with_term(term)) - across.residual(PLAIN)
+        assert np.abs(changed).max() == pytest.approx(moved, rel=0.1, abs=1e-9)

@@ -43,6 +43,7 @@ def test_a_body_that_nothing_holds_falls_as_the_world_says() -> None:
         rate_rad_s=0.4 * AXIS[None],
         acceleration_rad_s2=1.8 * AXIS[None],
         rising=np.ones(1),
+        gone_rad=np.full(1, np.inf),
         step_s=np.zeros(1),
         pivot_m_s2=difference(pivot, 2)[None],
     )

@@ -71,3 +71,22 @@ def test_the_least_delay_changes_no_acceleration_at_a_reading(noise_rad: float) 
     motion, time_ns = _motion(noise_rad=noise_rad), np.arange(500_000_000, 15_000_000_000, 10_000_000)
     now, late = (motion.at(time_ns, delay_s=delay).acceleration_rad_s2[:, 1] for delay in (0.0, 1e-6))
     assert np.abs(late - now).max() < 2e-3 * ACCELERATION_RAD_S2
+
+
+def test_a_plate_knows_how_far_it_has_gone_since_it_turned_round() -> None:
+    """Up to 0.3 rad, down to 0.05 and up again, at 0.2 rad/s, with rests."""
+    told = [(0.0, 0.0), (1.0, 0.0), (2.5, 0.3), (3.0, 0.3), (4.25, 0.05), (5.0, 0.05), (6.0, 0.25)]
+    time_s = np.arange(0.0, 6.0, 1.0 / HZ)
+    tilt = np.interp(time_s, *np.transpose(told))
+    zero = np.zeros_like(tilt)
+    attitude = AttitudeTrack(
+        time_ns=np.round(time_s * 1e9).astype(np.int64),
+        quaternion=np.column_stack([np.cos(tilt / 2), zero, np.sin(tilt / 2), zero]),
+        rate_rad_s=np.column_stack([zero, np.gradient(tilt, time_s), zero]),
+        pivot_m=np.zeros((len(tilt), 3)),
+    )
+    none = np.zeros(0, dtype=np.int64)
+    motions = MotionTrack(time_ns=none, end_ns=none, run=none, step=none, failed=np.zeros(0, dtype=np.bool_))
+    at = PlateMotion(attitude, motions).at(np.array([1_500_000_000, 2_800_000_000, 3_500_000_000, 5_500_000_000]))
+    assert at.rising.tolist() == [1.0, 1.0, -1.0, 1.0]
+    assert at.gone_rad == pytest.approx([0.1, 0.3, 0.1, 0.1], abs=2e-3)

@@ -37,7 +37,7 @@ def resting() -> Contact:
 
 def model(name: str, values: dict[str, float]) -> Model:
     """mu 0.3 with one effect."""
-    return Model(mu_s=0.3, terms=(Term(KNOWN[name], values),))
+    return Model(mu_s=0.3, terms=(Term(KNOWN[name], {**KNOWN[name].neutral(), **values}),))
 
 
 @pytest.mark.parametrize(("name", "values"), CURVES)
@@ -93,3 +93,17 @@ def test_a_model_near_another_holds_along_the_ways_of_that_one_but_for_the_squar
     assert over[0] < 2 * 0.04**2
     assert over[1] == pytest.approx(over[0] / 4, rel=0.2)
     assert over[2] == pytest.approx(over[1] / 4, rel=0.2)
+
+
+@pytest.mark.parametrize("sideways", [0.0, 0.4])
+def test_friction_that_opposes_the_motion_steers_no_block(sideways: float) -> None:
+    """It slips where the force across, the share `sideways` of h', balances the load, against h there."""
+    state, curve = resting(), model("one_way_friction", {"cos1": 0.3, "sin1": -0.2, "sideways": sideways})
+    held, way = threshold(curve, state, LOAD_RAD)
+    here, across, bend = support(curve, replace(state, way_rad=read_only(way)), way)
+    np.testing.assert_allclose(np.tan(way - LOAD_RAD), -across / here, atol=2e-4)
+    np.testing.assert_allclose(held, here / np.cos(way - LOAD_RAD))
+    all_of_it = support(model("one_way_friction", {"cos1": 0.3, "sin1": -0.2}), state, way)
+    np.testing.assert_allclose(across, sideways * all_of_it[1], atol=1e-4)
+    ahead = support(curve, state, way + 1e-3)[1] - support(curve, state, way - 1e-3)[1]
+    np.testing.assert_allclose(bend, 500.0 * ahead, atol=1e-3)

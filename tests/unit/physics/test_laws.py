@@ -250,11 +250,25 @@ def test_scaled_angle_is_undone() -> None:
 
 def test_play_lags_on_both_sides() -> None:
     """Below the report while rising, above it while falling; invisible without reversals."""
-    state = at_rest(2, tilt_rad=0.3, rising=np.array([1.0, -1.0]))
+    state = at_rest(2, tilt_rad=0.3, rising=np.array([1.0, -1.0]), gone_rad=0.1)
     turned = attitude_of(state) * Rotation.from_rotvec(said("backlash", "attitude", state, half_width_rad=0.005))
     np.testing.assert_allclose(turned.magnitude(), [0.295, 0.305], atol=1e-9)
     assert KNOWN["backlash"].why_untestable(state) is None
     assert "reversals" in str(KNOWN["backlash"].why_untestable(at_rest(rising=1.0)))
+
+
+def test_a_plate_with_play_waits_until_it_is_taken_up() -> None:
+    """As a play operator along the same ways; it turns round at 0.3 and at 0.28."""
+    told = np.concatenate([np.linspace(0.0, 0.3, 61), np.linspace(0.3, 0.28, 21), np.linspace(0.28, 0.35, 29)])
+    plate, lies = 0.005, list[float]()
+    for angle in told:
+        plate = min(max(plate, angle - 0.005), angle + 0.005)
+        lies.append(plate)
+    rising = np.repeat([1.0, -1.0, 1.0], [61, 21, 29])
+    gone = np.abs(told - np.repeat([0.0, 0.3, 0.28], [61, 21, 29]))
+    state = at_rest(len(told), tilt_rad=told, rising=rising, gone_rad=gone, down_rad=0.0)
+    lag = said("backlash", "attitude", state, half_width_rad=0.005)
+    np.testing.assert_allclose(told + lag[:, 1], lies, atol=1e-12)
 
 
 def test_a_pivot_below_the_block_throws_it_back() -> None:
@@ -362,3 +376,12 @@ def test_creep_agrees_with_mujocos_formula() -> None:
     time_s = (1 - 0.9) / 0.9 * 0.95 * 0.02 / (2 * 4 * 1.0)
     creep = said("solver_creep", "creep", at_rest(1, tilt_rad=np.radians(20.0)), time_s=time_s)
     assert np.linalg.norm(creep) == pytest.approx(0.885e-3, rel=1e-2)
+
+
+def test_whose_stamps_are_off_shows_in_what_other_sensors_see() -> None:
+    """The camera is late against the arm either way; the arm's share is all that another sensor has."""
+    clock = KNOWN["clock_offset"]
+    for share in (0.0, 0.4, 1.0):
+        values = {"delay_s": -0.05, "of_arm": share}
+        assert clock.delay_s(values) == -0.05
+        assert clock.arm_delay_s(values) == pytest.approx(-0.05 * share)

@@ -69,7 +69,7 @@ def test_each_run_has_its_own_friction_when_chance_is_let_in() -> None:
 def test_a_late_camera_and_a_play_in_the_arm_are_seen() -> None:
     recorded, rig = golden()
     effects = catalogue()
-    late = Model(mu_s=MU, terms=(Term(effects["clock_offset"], {"delay_s": 0.03}),))
+    late = Model(mu_s=MU, terms=(Term(effects["clock_offset"], {"delay_s": 0.03, "of_arm": 0.0}),))
     found = simulator("mujoco").repeat(recorded, late, rig=rig)
     for was, now in zip(repeated().samples, found.samples, strict=True):
         assert now.slip_ns - was.slip_ns == pytest.approx(30e6, abs=2)

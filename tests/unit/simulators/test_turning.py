@@ -44,7 +44,7 @@ def test_a_block_that_spins_fast_slides_farther() -> None:
 def test_a_block_whose_friction_acts_ahead_of_its_mass_swings_round() -> None:
     """Ahead of the mass and a little aside, it comes to act behind it, if the slide is long enough."""
     effect = catalogue()["uneven_contact"]
-    model = Model(mu_s=0.3, terms=(Term(effect, {"x_m": 2e-3, "y_m": -0.3e-3}),))
+    model = Model(mu_s=0.3, terms=(Term(effect, {**effect.neutral(), "x_m": 2e-3, "y_m": -0.3e-3}),))
     motions = simulate(ramps((0.0, 0.5, 3.0), (0.25, 0.35, 0.6)), model, time_s=[3.0])
     ahead = motions.path[0, 0, 2] + np.arctan2(0.3e-3, -2e-3)
     assert np.cos(ahead) > 0.95

@@ -186,7 +186,9 @@ def test_pushes_and_turns_reach_it() -> None:
 def test_a_camera_is_the_tools_own_work() -> None:
     """A function that cannot be told of friction can be run with what the camera does."""
     effects = catalogue()
-    late = between(Model(mu_s=MU, terms=(Term(effects["clock_offset"], {"delay_s": 0.03}),)), Model(mu_s=MU))
+    late = between(
+        Model(mu_s=MU, terms=(Term(effects["clock_offset"], {"delay_s": 0.03, "of_arm": 0.0}),)), Model(mu_s=MU)
+    )
     signals, rig = golden()
 
     def untold(run: Run) -> Any:
