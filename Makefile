@@ -13,27 +13,30 @@ run: setup
 	$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
-# Tests with processes, sockets and clocks of their own run after the others, so that they are not disturbed, and three
-# files at a time, as they mostly wait. The types are checked beside them: that keeps one core busy for a minute, which
-# the other tests would have to wait for. The longest files begin first. The others, too, run three files at a time: a
-# worker that waits for a command that its test has started leaves its core to another.
+# The tests with processes, sockets and clocks of their own mostly wait, so they run beside the others, three files at a
+# time. The others, which compute, and the check of the types have a lower priority (`nice`): they take what the former
+# leave of two cores, and do not disturb them. What ends first is told when it has ended, so that the outputs do not mix.
+# The longest files begin first. The others, too, run three files at a time: a worker that waits for a command that its
+# test has started leaves its core to another.
 #
 # The matrices are small: a second thread of linear algebra would mostly wait for the first, at full load, and two cores
 # are busy without it. `make test-portable` runs the same tests in one thread and in two.
 test test-alone test-system: export OPENBLAS_NUM_THREADS := 1
 
 test: setup style
-	@$(MAKE) --no-print-directory test-alone
-	@$(MAKE) --no-print-directory -j 2 types test-system
+	@$(MAKE) --no-print-directory -j 3 types-told test-system-told test-alone
 
 test-alone: setup
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/recovery/test_prove.py \
-	  tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
+	@unset MAKEFLAGS MAKELEVEL; nice -n 10 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
+	  tests/recovery/test_prove.py tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
 
 test-system: setup
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system/test_deploy.py \
-	  tests/system/test_killed_processes.py tests/system/test_live_faults.py tests/system/test_rig.py \
-	  tests/system/test_angle_comparison.py tests/system
+	@unset MAKEFLAGS MAKELEVEL; REPOSE_PORTS_ASIDE=4 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
+	  tests/system/test_deploy.py tests/system/test_killed_processes.py tests/system/test_live_faults.py \
+	  tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
+
+%-told: setup
+	@told=$$(mktemp) && { $(MAKE) --no-print-directory $* >"$$told" 2>&1; ended=$$?; cat "$$told"; rm "$$told"; exit $$ended; }
 
 # The same tests as on other processors, in other thread counts and on a busy machine: a table of what fails where. All of
 # it takes hours; e.g. make test-portable ARGS="--variant plainest tests/unit", or ARGS=--list for the variants.
@@ -66,7 +69,7 @@ style: setup
 	$(BIN)/lint-imports
 
 types: setup
-	$(BIN)/basedpyright
+	nice -n 10 $(BIN)/basedpyright
 
 setup: $(VENV)/.ready
 

@@ -10,7 +10,9 @@ import os
 import socket
 
 FIRST, OF_A_WORKER = 20_000, 1_500
-_WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 8
+_ASIDE = int(os.environ.get("REPOSE_PORTS_ASIDE", "0"))
+"""The workers of another run of pytest, side by side with this one, that have ports of their own (see Makefile)."""
+_WORKER = (_ASIDE + int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))) % 8
 # Tests that follow each other begin elsewhere: a port may be held for a minute after its use.
 _tried = itertools.count(os.getpid() * 50)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis.next_experiment.changes import Changes, designs, run_s, together
-from station.diagnosis.next_experiment.outlook import Groups, Outlook, Question, Rival, Trial, outlook, sharp, tried
+from station.diagnosis.next_experiment.outlook import Groups, Outlook, Question, Trial, outlook, sharp, tried
 from station.diagnosis.next_experiment.redone import Draw, Recorded, redone
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
@@ -123,7 +123,7 @@ def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | Non
 
 
 def _signal(question: Question, bench: Bench, changes: Changes) -> float:
-    return sharp(question, _session(question, bench, changes, question.rivals[0], TRIAL_RUNS))
+    return sharp(question, _done(question, bench, changes, TRIAL_RUNS)[0])
 
 
 def _best(choices: Sequence[Choice]) -> Choice:
@@ -184,13 +184,14 @@ def _choice(question: Question, bench: Bench, changes: Changes, promised: Promis
 
 def sessions(question: Question, bench: Bench, changes: Changes, *, runs: int) -> list[Trial]:
     """The session with the changes, once for each rival as its truth."""
-    return [tried(question, rival, _session(question, bench, changes, rival, runs)) for rival in question.rivals]
+    return tried(question, _done(question, bench, changes, runs))
 
 
-def _session(question: Question, bench: Bench, changes: Changes, truth: Rival, runs: int) -> Evidence:
-    """The evidence of a session with the changes in which a rival is true."""
+def _done(question: Question, bench: Bench, changes: Changes, runs: int) -> list[Evidence]:
+    """The evidence of a session with the changes, for each rival as its truth."""
     picked, draw = protocol_of(bench.recorded, changes, runs=runs)
-    return redone(bench.recorded, picked, draw, truth=question.beside.with_term(truth.term))
+    truths = [question.beside.with_term(rival.term) for rival in question.rivals]
+    return redone(bench.recorded, picked, draw, truths=truths)
 
 
 def protocol_of(recorded: Recorded, changes: Changes, *, runs: int) -> tuple[Times, Draw]:

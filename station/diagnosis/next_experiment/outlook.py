@@ -66,23 +66,13 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Trial:
-    """The scores of a session of `runs` runs in which one of the rivals is true; `signals` are the rivals' columns.
-
-    `rows` is the number of rows that it changes.
-    """
+class Session:
+    """A session of `runs` runs with the scores of all candidates; `signals` are the columns of the rivals by id."""
 
     question: Question
-    truth: Rival
     scored: Scores
     signals: Mapping[str, int]
     runs: int
-    rows: int
-
-    @property
-    def signal(self) -> int:
-        """The column of the truth."""
-        return self.signals[self.truth.id]
 
     @cached_property
     def candidates(self) -> list[Columns]:
@@ -98,7 +88,35 @@ class Trial:
         )
 
 
-def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trial:
+    """A session in which one of the rivals is true; `rows` is the number of rows that it changes."""
+
+    session: Session
+    truth: Rival
+    rows: int
+
+    @property
+    def signal(self) -> int:
+        """The column of the truth."""
+        return self.session.signals[self.truth.id]
+
+
+def tried(question: Question, sessions: Sequence[Evidence]) -> list[Trial]:
+    """The trials of each rival with its session (rivals,); a session that several have in common is scored once."""
+    scored = {evidence: _scored(question, evidence) for evidence in dict.fromkeys(sessions)}
+    return [
+        Trial(session=scored[evidence], truth=rival, rows=max(_changed(evidence, rival), 1))
+        for rival, evidence in zip(question.rivals, sessions, strict=True)
+    ]
+
+
+def _changed(evidence: Evidence, rival: Rival) -> int:
+    """The number of rows that a rival changes."""
+    return sum(len(one) for one in evidence.channels if one.changed_by(rival.term.effect))
+
+
+def _scored(question: Question, evidence: Evidence) -> Session:
     """The scores of all candidates on a session, and the rivals' own signals beside them."""
     named = [one for one in question.effects if one.layer != "numerics" and one not in _acting(question.beside)]
     smooth = smooth_terms(evidence)
@@ -107,13 +125,11 @@ def tried(question: Question, truth: Rival, evidence: Evidence) -> Trial:
     offered = [*(effect for effect in named if effect.id not in reasons), *smooth]
     scored = scores_of(evidence, null, seen.of(offered), _signals(evidence, null, question.rivals))
     first = len(scored.score) - len(question.rivals)
-    return Trial(
+    return Session(
         question=question,
-        truth=truth,
         scored=scored,
         signals={rival.id: first + place for place, rival in enumerate(question.rivals)},
         runs=evidence.runs,
-        rows=max(sum(len(one) for one in evidence.channels if one.changed_by(truth.term.effect)), 1),
     )
 
 
@@ -204,20 +220,20 @@ def outlook(trials: Sequence[Trial], groups: Groups, *, runs: float, rng: np.ran
 
 def _told(trial: Trial, groups: Groups, runs: float, rng: np.random.Generator) -> tuple[float, float]:
     """The share of sessions that name the truth's group and no other, and its mean log odds over the others."""
-    scored = replace(trial.scored, information=trial.scored.information * (runs / trial.runs))
-    truth, candidates = trial.truth.id, trial.candidates
+    session, truth, candidates = trial.session, trial.truth.id, trial.session.candidates
+    scored = replace(session.scored, information=session.scored.information * (runs / session.runs))
     drawn = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
     gains = _gains(scored, candidates, drawn)
-    heard = _smallest(candidates, gains) < trial.alarm
+    heard = _smallest(candidates, gains) < session.alarm
     known = _judged(trial, gains, runs=runs)
     own = next(group for group in groups if truth in group)
     others = [name for group in groups if group is not own for name in group]
     return float(np.mean(heard & known.tells(own, others))), float(np.mean(known.ahead(own, others)))
 
 
-def _candidates(trial: Trial) -> list[Columns]:
+def _candidates(session: Session) -> list[Columns]:
     """Every variant as a candidate, the rivals' own values among them; priors as in the search."""
-    variants = trial.scored.variants
+    variants = session.scored.variants
     named = {variant.effect.id for variant in variants if not is_smooth(variant.effect)}
     smooth = {variant.effect.id for variant in variants if is_smooth(variant.effect)}
     priors = {name: thresholds.SINGLE / len(named) for name in named}
@@ -234,7 +250,7 @@ def _candidates(trial: Trial) -> list[Columns]:
         for one in variants
     }
     of = {one.name: one for one in found.values()}
-    own = [replace(of[name], columns=(signal,)) for name, signal in trial.signals.items() if name in named]
+    own = [replace(of[name], columns=(signal,)) for name, signal in session.signals.items() if name in named]
     return [*found.values(), *own]
 
 
@@ -254,11 +270,12 @@ def _judged(trial: Trial, gains: Sequence[Array], *, runs: float) -> _Judged:
     A model that lacks an effect has its noise estimated from larger residuals, so twice the gain of an effect that
     takes G off the sum of squares of n rows is n ln(1 + G / n).
     """
-    cost, rows, against = math.log(max(runs, 2.0)), trial.rows * runs / trial.runs, trial.question.against
+    session = trial.session
+    cost, rows, against = math.log(max(runs, 2.0)), trial.rows * runs / session.runs, session.question.against
     twice = rows * np.log1p(np.array(gains) / rows)
     heat = np.array([temperature(column) for column in twice.T.tolist()])
     best: dict[str, tuple[bool, Array]] = {}
-    for one, gained in zip(trial.candidates, twice, strict=True):
+    for one, gained in zip(session.candidates, twice, strict=True):
         # A shape that nothing determines costs least; one that is known costs more, but then hardly matters.
         price = one.sizes * cost + one.shapes * thresholds.LEAST_COST + against.get(one.name, 0.0)
         odds = gained - price + 2.0 * math.log(one.prior / thresholds.NONE)

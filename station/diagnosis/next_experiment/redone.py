@@ -8,6 +8,7 @@ asked of it: what a model's number would change in each row.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,9 @@ Draw = dict[str, Array]
 """A session's protocol: numbers (runs,) by name. They are `down`, `yaw`, `mount` (rad), `x`, `y` (m), `mass_kg`, `rate`
 (of the tilt, rad/s), `dwell_s` (before the tilt begins) and `number` (of the run)."""
 
+Sliding = Along | Across | Turn
+"""The channels of a slide."""
+
 STANDARD_RATE_RAD_S, LEAST_RATE_RAD_S = math.radians(5.0), math.radians(0.5)
 """The rate of a plate that held at the onset is the former; a slower plate holds."""
 LEAST_DWELL_S = 0.05
@@ -36,12 +40,16 @@ LEAST_DWELL_S = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """A session that can be done again: its evidence, its runs with an onset (r,) and these onsets' rows (r,)."""
+    """A session that can be done again: its evidence, its runs with an onset (r,) and these onsets' rows (r,).
+
+    `kept` has the residuals of the channels that no plan changes.
+    """
 
     evidence: Evidence
     onsets: Onsets
     runs: Times
     rows: Times
+    kept: Mapping[str, _Remembered]
 
     @classmethod
     def of(cls, evidence: Evidence) -> Recorded | None:
@@ -50,7 +58,8 @@ class Recorded:
         if not isinstance(onsets, Onsets) or onsets.rows.limit.all():
             return None
         rows = np.flatnonzero(~onsets.rows.limit & evidence.counted[onsets.rows.run])
-        return cls(evidence, onsets, onsets.rows.run[rows], rows)
+        kept = {one.name: _Remembered(one) for one in evidence.channels if not isinstance(one, Onsets | Sliding)}
+        return cls(evidence, onsets, onsets.rows.run[rows], rows, kept)
 
     def protocol(self) -> Draw:
         """The protocol (r,) that the session had."""
@@ -75,27 +84,23 @@ class Recorded:
         return np.where(rate > LEAST_RATE_RAD_S, rate, STANDARD_RATE_RAD_S)
 
 
-def redone(recorded: Recorded, picked: Times, draw: Draw, *, truth: Model) -> Evidence:
+def redone(recorded: Recorded, picked: Times, draw: Draw, *, truths: Iterable[Model]) -> list[Evidence]:
     """The session of the `picked` (n,) of the recorded runs, by their places, with the protocol `draw` (n,).
 
-    Its blocks slide in the directions in which those of the `truth` begin to.
+    It is done once for each of `truths`, whose blocks slide in the directions in which its own begin to. Where those of
+    an earlier one go the same ways, it is the very same session.
     """
-    whole, before = recorded.evidence, recorded.protocol()
-    facts = _facts(whole.facts, recorded.runs[picked], draw)
-    rows = _Rows(recorded, picked, draw, before, facts)
-    onsets = rows.onsets()
-    rows.follow(truth, onsets)
-    channels = [onsets, *(rows.other(channel, onsets) for channel in whole.channels if channel.name != "onset")]
-    return replace(
-        whole,
-        channels=tuple(channel for channel in channels if len(channel)),
-        run_number=draw["number"],
-        facts=facts,
-        total_runs=len(picked),
-        paths=None,
-        rides=None,
-        held_out=None,
-    )
+    rows = _Rows(recorded, picked, draw)
+    onsets, done = rows.onsets(), dict[bytes, Evidence]()
+    return [_slid(rows, onsets, rows.ways(truth, onsets), done) for truth in truths]
+
+
+def _slid(rows: _Rows, onsets: Onsets, off_rad: Array, done: dict[bytes, Evidence]) -> Evidence:
+    """The session whose blocks slide `off_rad` (n,) from the steepest way down, from `done` if it is there."""
+    key = off_rad.tobytes()
+    if key not in done:
+        done[key] = rows.evidence(onsets, off_rad)
+    return done[key]
 
 
 def _facts(facts: RunFacts, runs: Times, draw: Draw) -> RunFacts:
@@ -113,8 +118,9 @@ def _facts(facts: RunFacts, runs: Times, draw: Draw) -> RunFacts:
 class _Rows:
     """The rows of the new session's channels, from the recorded ones of the picked runs."""
 
-    def __init__(self, recorded: Recorded, picked: Times, draw: Draw, before: Draw, facts: RunFacts) -> None:
-        self._recorded, self._picked, self._facts = recorded, picked, facts
+    def __init__(self, recorded: Recorded, picked: Times, draw: Draw) -> None:
+        self._recorded, self._picked, before = recorded, picked, recorded.protocol()
+        self._facts = _facts(recorded.evidence.facts, recorded.runs[picked], draw)
         at = recorded.onsets.moments.reported.chosen(recorded.rows[picked])
         old = {name: values[picked] for name, values in before.items()}
         self._turn = draw["down"] - old["down"]
@@ -125,13 +131,28 @@ class _Rows:
         self._to = np.column_stack([draw["x"], draw["y"]])
         self._off = np.zeros(len(picked))
 
-    def follow(self, truth: Model, onsets: Onsets) -> None:
-        """Lets the slides go where a model's blocks begin to slide."""
+    def evidence(self, onsets: Onsets, off_rad: Array) -> Evidence:
+        """The whole session, whose blocks slide `off_rad` (n,) from the steepest way down."""
+        whole, self._off = self._recorded.evidence, off_rad
+        channels = [onsets, *(self.other(channel, onsets) for channel in whole.channels if channel.name != "onset")]
+        return replace(
+            whole,
+            channels=tuple(channel for channel in channels if len(channel)),
+            run_number=self._facts.number,
+            facts=self._facts,
+            total_runs=len(self._picked),
+            paths=None,
+            rides=None,
+            held_out=None,
+        )
+
+    def ways(self, truth: Model, onsets: Onsets) -> Array:
+        """The directions (n,), rad, from the steepest way down, in which a model's blocks begin to slide."""
         load = onsets.moments.loads(truth)
         toward = np.arctan2(load.tangential[:, 1], load.tangential[:, 0])
         _, way = threshold(truth, load.contact, toward)
         off = way - onsets.moments.reported.down_rad
-        self._off = np.mod(off + np.pi, 2 * np.pi) - np.pi
+        return np.mod(off + np.pi, 2 * np.pi) - np.pi
 
     def onsets(self) -> Onsets:
         """The onsets, one to a run."""
@@ -144,8 +165,8 @@ class _Rows:
     def other(self, channel: Channel, onsets: Onsets) -> Channel:
         """A slide's channel done again; any other as it was recorded."""
         rows, run = self._of_runs(channel.rows.run)
-        if not isinstance(channel, Along | Across | Turn):
-            return _Kept(channel, rows, run)
+        if not isinstance(channel, Sliding):
+            return _Kept(channel, self._recorded.kept[channel.name], rows, run)
         motion = self._motion(channel.motion, rows, run, onsets)
         middle = {name: values[1 :: len(WEIGHTS)] for name, values in covariates_of(motion.moments.reported).items()}
         return type(channel)(replace(_chosen(channel.rows, rows, run), covariates=middle), motion)
@@ -221,23 +242,34 @@ def _chosen(rows: Rows, chosen: Times, run: Times) -> Rows:
     )
 
 
+class _Remembered:
+    """The residuals of a recorded channel by the model, each found once: every design asks for those of the same."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel, self._known = channel, dict[object, Array]()
+
+    def __call__(self, model: Model) -> Array:
+        """The residuals (n,) of the whole channel."""
+        terms = ((term.effect, tuple(term.values.items())) for term in model.terms)
+        key = (model.mu_s, *terms)
+        if key not in self._known:
+            self._known[key] = self._channel.residual(model)
+        return self._known[key]
+
+
 class _Kept(Channel):
     """Rows of a channel that no plan changes: pictures at rest, marks on the plate, other angle sensors."""
 
-    def __init__(self, whole: Channel, chosen: Times, run: Times) -> None:
+    def __init__(self, whole: Channel, residual: _Remembered, chosen: Times, run: Times) -> None:
         super().__init__(_chosen(whole.rows, chosen, run))
         self.name, self.phase, self.unit, self.trusted = whole.name, whole.phase, whole.unit, whole.trusted
         self.shares_friction = whole.shares_friction
-        self._whole, self._chosen = whole, chosen
+        self._whole, self._residual, self._chosen = whole, residual, chosen
 
     def changed_by(self, effect: Effect) -> bool:
         """True if the recorded channel is changed by the effect."""
         return self._whole.changed_by(effect)
 
-    def near(self, model: Model | None) -> None:
-        """Tells the recorded channel, see `Channel.near`."""
-        self._whole.near(model)
-
     def residual(self, model: Model) -> Array:
         """The residuals of the chosen rows."""
-        return self._whole.residual(model)[self._chosen]
+        return self._residual(model)[self._chosen]

@@ -100,7 +100,7 @@ def test_the_same_question_has_the_same_answer() -> None:
 def test_a_session_done_again_unchanged_is_the_recorded_one() -> None:
     """Its residuals under an isotropic model are the recorded ones."""
     recorded, model = on_paper(paper(), mu_s=0.4), Model(mu_s=0.38)
-    again = redone(recorded, np.arange(RUNS), recorded.protocol(), truth=model)
+    (again,) = redone(recorded, np.arange(RUNS), recorded.protocol(), truths=[model])
     before = residuals(recorded.evidence, model)
     for name, after in residuals(again, model).items():
         np.testing.assert_allclose(after, before[name], atol=1e-9)
@@ -111,7 +111,7 @@ def test_a_session_turned_about_the_normal_differs_for_no_isotropic_law() -> Non
     draw = recorded.protocol()
     there = np.exp(1j) * (draw["x"] + 1j * draw["y"])
     moved = draw | {"down": draw["down"] + 1.0, "x": there.real, "y": there.imag}
-    turned = redone(recorded, np.arange(RUNS), moved, truth=model)
-    before = residuals(redone(recorded, np.arange(RUNS), draw, truth=model), model)
+    (turned,), (same,) = (redone(recorded, np.arange(RUNS), each, truths=[model]) for each in (moved, draw))
+    before = residuals(same, model)
     for name, after in residuals(turned, model).items():
         np.testing.assert_allclose(after, before[name], atol=1e-9)

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import joblib
 import pytest
 
 import station
 from station.__main__ import main
+from station.app import diagnosing
+from station.diagnosis.diagnose import Examined, examined
+from station.diagnosis.next_experiment.recommended import recommended
+from station.physics.catalogue import Catalogue
 from station.recording.tables import write_samples
 from tests.readmes.reader import write_twenty_runs
 from tests.unit.diagnosis.page import Page
@@ -24,6 +30,33 @@ def found() -> station.Diagnosed:
     """A finding whose search was made once for several tests."""
     one = grained()
     return station.Diagnosed(diagnosis=one.diagnosis, pictures=one.pictures, found=one.found, seed=7)
+
+
+SEARCHED = dict[str, Examined]()
+"""Diagnoses by the digest of all that they were asked: a front that asks for the same gets the same."""
+
+PLANNED = dict[int, Examined]()
+"""The same with their next experiments, by the identity of the former."""
+
+
+@pytest.fixture(autouse=True)
+def _each_question_is_answered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosing, "examined", searched)
+    monkeypatch.setattr(diagnosing, "recommended", planned)
+
+
+def searched(recorded: Any, known: Catalogue, *, progress: Callable[[str], None], **asked: Any) -> Examined:
+    key = joblib.hash((recorded, sorted(known), asked))
+    assert key is not None
+    if key not in SEARCHED:
+        SEARCHED[key] = examined(recorded, known, progress=progress, **asked)
+    return SEARCHED[key]
+
+
+def planned(found: Examined, known: Catalogue) -> Examined:
+    if id(found) not in PLANNED:
+        PLANNED[id(found)] = recommended(found, known)
+    return PLANNED[id(found)]
 
 
 def by_command(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, Any]:
