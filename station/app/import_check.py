@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from station.app.setting import setting_of
 from station.app.simulating import rig_of
 from station.diagnosis.answer import why_not
-from station.diagnosis.inference.fit import fit, levelled
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.search.untestable import untestable
 from station.physics.catalogue import catalogue_of_table

@@ -19,8 +19,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit, as_simulated, fit
-from station.diagnosis.inference.values import inexact, values_of
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.level import level_of
+from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
@@ -149,17 +150,17 @@ def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
 
 
 def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
-    """Compares the coefficients of friction; their errors include the runs' scatter and a law's own inexactness."""
-    each = [_mu(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
+    """Compares the coefficients of friction; their errors include the runs' scatter."""
+    each = [_level_of(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
     return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=gain - _price(recorded, 1))
 
 
-def _mu(evidence: Evidence, fitted: Fit) -> Value:
-    mu_s = as_simulated(evidence, fitted).mu_s
-    sd = mu_s * math.hypot(fitted.noise.scatter / math.sqrt(max(evidence.used(), 1)), thresholds.EXACT)
-    return Value(value=mu_s, sd=sd, unit="1")
+def _level_of(evidence: Evidence, fitted: Fit) -> Value:
+    """The level, as sure as the measurement can be trusted, however many runs there are."""
+    level = level_of(evidence, fitted)
+    return replace(level, sd=math.hypot(level.sd, thresholds.FRICTION_TRUSTED * level.value))
 
 
 def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
@@ -174,10 +175,7 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
         Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names
     )
     covariance = sum(
-        (
-            fitted.of_effect(effect.id)[1][np.ix_(kept, kept)] + np.diag([inexact(term, name) ** 2 for name in names])
-            for fitted, term in zip(fits, terms, strict=True)
-        ),
+        (fitted.of_effect(effect.id)[1][np.ix_(kept, kept)] for fitted in fits),
         np.zeros((len(kept), len(kept))),
     )
     gain = _gain(numbers, covariance)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,11 +9,12 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.determined import determined
-from station.diagnosis.inference.fit import Fit, as_simulated
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.level import as_simulated, level_of
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Value, Verdict
+from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Verdict
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.belief import Belief, called
 from station.diagnosis.search.locate import located, summary_of, told_of_smooth
@@ -84,7 +84,7 @@ def answered(
         used_runs=evidence.used(),
         held_out_runs=evidence.used(),
         simulator="planar",
-        mu_s=_mu(evidence, found.null),
+        mu_s=level_of(evidence, found.null),
         scatter=found.null.noise.scatter,
         # The smaller of two p-values is doubled (Bonferroni).
         global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),
@@ -165,12 +165,6 @@ def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
         return "not supported"
     clear = [effect for effect in effects if effect.verdict == "supported"]
     return "supported" if clear else "indistinguishable"
-
-
-def _mu(evidence: Evidence, null: Fit) -> Value:
-    """The plain model's coefficient of friction, with the standard error that its runs' scatter leaves."""
-    mu_s = as_simulated(evidence, null).mu_s
-    return Value(value=mu_s, sd=mu_s * null.noise.scatter / math.sqrt(max(evidence.used(), 1)), unit="1")
 
 
 def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:

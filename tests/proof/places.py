@@ -118,9 +118,14 @@ def place_auc(said: Said, effect: Concealed, *, others: Iterable[Concealed] = ()
 
 
 def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) -> float:
-    """Cells (phase, run) in which an effect acted strongly, against those in which it hardly did."""
+    """Cells (phase, run) in which an effect acted strongly, against those in which it hardly did.
+
+    The record is in units of what each phase shows: where an effect acts by more than a unit it shows, even if it shows
+    twenty times more elsewhere.
+    """
+    largest = max(effect.acted.values())
+    hardly = WEAK * min(largest, 1.0)
     found = found_places(said)
-    size = {cell: value / max(effect.acted.values()) for cell, value in effect.acted.items()}
     excused = {
         cell for other in others for cell, value in other.acted.items() if value >= WEAK * max(other.acted.values())
     }
@@ -129,8 +134,8 @@ def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) ->
         phase, run = cell
         return max((_score(found, place, run) for place in found if place[0] == phase), default=0.0)
 
-    positive = [score(cell) for cell, share in size.items() if share >= STRONG]
-    negative = [score(cell) for cell, share in size.items() if share < WEAK and cell not in excused]
+    positive = [score(cell) for cell, size in effect.acted.items() if size >= STRONG * largest]
+    negative = [score(cell) for cell, size in effect.acted.items() if size < hardly and cell not in excused]
     return auc(positive, negative)
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from shared.rig import load_rig
 from station.app.setting import setting_of
 from station.app.work import write_json
-from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import FOLDS

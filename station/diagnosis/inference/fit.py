@@ -16,7 +16,7 @@ from station.diagnosis.likelihood.grouped import grouped_noise
 from station.diagnosis.likelihood.noise import Noise, estimate_noise
 from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
 from station.diagnosis.likelihood.student import fitted_tail, log_density, pulls
-from station.diagnosis.likelihood.systematic import is_nuisance, nuisances, without_nuisances
+from station.diagnosis.likelihood.systematic import is_nuisance, nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.channel import ONSET
 from station.diagnosis.observations.evidence import Evidence
@@ -139,25 +139,6 @@ def fit(
             break
         converged = search.climb(steps)
     return search.result(converged)
-
-
-def levelled(evidence: Evidence, start: Model) -> Model:
-    """The model with mu_s at the recorded level.
-
-    Far from that level the residuals' median would count as scatter, every later noise estimate would stay too large,
-    and no effect would show.
-    """
-    channel = evidence.friction
-    known = channel.residual(start)[evidence.known(channel)] if channel else np.zeros(0)
-    return replace(start, mu_s=start.mu_s * math.exp(float(np.median(known)))) if len(known) else start
-
-
-def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
-    """The model for a simulator: without nuisances, and with mu_s at the recorded level.
-
-    With one mass a law of the load is another mu, so a nuisance may have taken up a part of the level.
-    """
-    return levelled(evidence, without_nuisances(fitted.model))
 
 
 @dataclass(frozen=True, eq=False)

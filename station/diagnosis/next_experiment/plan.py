@@ -12,8 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import tomli_w
 
+from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.inference.values import inexact, values_of
+from station.diagnosis.inference.values import values_of
 from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.changes import FREE, Changes
 from station.diagnosis.next_experiment.choice import POWER, Bench, Choice, narrowing, separating
@@ -204,16 +205,15 @@ def _none(question: Question, choice: Choice, bench: Bench, words: str) -> NextE
 
 
 def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
-    """The plan that halves the part of a standard error that more runs make smaller; None if it is small already."""
+    """The plan that halves the standard error of an effect's size; None if it is precise already."""
     (rival,) = question.rivals
-    name, value, rest = _number(fitted, rival.term)
-    if value is None or value.sd <= rest / HALF:
+    name, value = _number(fitted, rival.term)
+    if value is None or value.sd <= thresholds.PRECISE * _size(rival.term, name):
         return None
-    shrinks, goal = math.sqrt(value.sd**2 - rest**2), math.sqrt((HALF * value.sd) ** 2 - rest**2)
-    choice = narrowing(question, bench, ratio=goal / shrinks)
+    choice = narrowing(question, bench, ratio=HALF)
     if choice is None:
         return None
-    sd = math.hypot(choice.promise.told * shrinks, rest)
+    sd = choice.promise.told * value.sd
     unit = "" if value.unit == "1" else f" {value.unit}"
     why = (
         f"{_words(choice.changes, bench)} measures {rival.id}'s {name} to ± {sd:.2g}{unit}, now {value} (about "
@@ -225,8 +225,8 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
     )  # fmt: skip
 
 
-def _number(fitted: Fit, term: Term) -> tuple[str, Value | None, float]:
-    """The largest size of a term by typical sizes, its value, and the standard error that always remains."""
+def _number(fitted: Fit, term: Term) -> tuple[str, Value | None]:
+    """The largest size of a term by typical sizes, and its value."""
     values = values_of(fitted, term)
     sizes = [
         parameter
@@ -234,9 +234,19 @@ def _number(fitted: Fit, term: Term) -> tuple[str, Value | None, float]:
         if not parameter.is_shape and math.isfinite(values[parameter.name].sd) and not values[parameter.name].at_bound
     ]
     if not sizes:
-        return "", None, 0.0
+        return "", None
     largest = max(sizes, key=lambda one: abs(values[one.name].value) / one.typical)
-    return largest.name, values[largest.name], inexact(term, largest.name)
+    return largest.name, values[largest.name]
+
+
+def _size(term: Term, name: str) -> float:
+    """The size of a number, or of the vector that it is a component of.
+
+    Components have the same unit, typical size and bounds, and their bounds are symmetric about 0.
+    """
+    kinds = {p.name: (p.unit, p.low, p.high, p.typical) for p in term.effect.parameters}
+    like = [other for other, kind in kinds.items() if kind == kinds[name] and kind[1] == -kind[2]] or [name]
+    return math.hypot(*(term.values[other] for other in like))
 
 
 def _words(changes: Changes, bench: Bench | None) -> str:

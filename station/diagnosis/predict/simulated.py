@@ -6,7 +6,8 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from station.diagnosis.against import Against, Found
-from station.diagnosis.inference.fit import Fit, as_simulated, fit
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.level import as_simulated
 from station.diagnosis.likelihood.systematic import claimable, keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold

@@ -16,7 +16,8 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import Scores, at_sizes, scores, variants_of
-from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
 from station.diagnosis.likelihood.wander import wanders

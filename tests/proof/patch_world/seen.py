@@ -17,6 +17,8 @@ from tests.proof.patch_world.world import World
 Array = NDArray[np.float64]
 _SLIDES_M_S = 4e-3
 """The block slides from this speed on; elastic give and shaking stay below it."""
+_RESTS_M_S = 3e-4
+"""A block that is slower gives way or creeps: until it is faster than that it moves by some micrometres."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +28,8 @@ class Seen:
     `path_mm` (n, 2) and `yaw_deg` (n) are the block's as the camera shows it, `sides_px` (n, 4) the lengths of its
     mark's sides, `mark_mm` (n, 2) the fiducial's place,
     `tilt_deg` (n) is what the arm reports at that time and `true_deg` (n) what it is. `onset_s` and `onset_deg` are
-    nan where the block did not slide.
+    nan where the block did not slide, and so is `rests_until_s`, the last time before the onset at which it did not yet
+    slide away, however slowly.
     """
 
     time_s: Array
@@ -36,6 +39,7 @@ class Seen:
     sides_px: Array
     tilt_deg: Array
     true_deg: Array
+    rests_until_s: float
     onset_s: float
     onset_deg: float
 
@@ -70,6 +74,7 @@ def look(world: World, states: Sequence[Array], *, azimuth: float, run: int) -> 
         sides_px=np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2),
         tilt_deg=tilt,
         true_deg=np.degrees(table[:, at.ANGLE]),
+        rests_until_s=_rests_until_s(time_s, speed, onset_s),
         onset_s=onset_s,
         onset_deg=math.nan if math.isnan(onset_s) else float(np.interp(onset_s, time_s, tilt)),
     )
@@ -85,3 +90,12 @@ def _onset_s(time_s: Array, speed: Array) -> float:
         return float(time_s[0])
     share = (_SLIDES_M_S - speed[k - 1]) / max(speed[k] - speed[k - 1], 1e-12)
     return float(time_s[k - 1] + share * (time_s[k] - time_s[k - 1]))
+
+
+def _rests_until_s(time_s: Array, speed: Array, onset_s: float) -> float:
+    """The last time before the onset at which the block was slower than `_RESTS_M_S`.
+
+    A block whose pull exceeds its friction by a little slides for tenths of a millimetre before it counts as sliding.
+    """
+    resting = time_s[(time_s <= onset_s) & (speed < _RESTS_M_S)]
+    return float(resting[-1]) if resting.size else onset_s

@@ -104,7 +104,8 @@ def _further(record: RunRecord) -> list[Asked]:
 def _phases(one: Seen, other: Seen, record: RunRecord) -> list[tuple[str, float, float]]:
     begin, end, detect = float(one.time_s[0]), float(one.time_s[-1]), record.detect_s or float(one.time_s[-1])
     onset = min(x for x in (one.onset_s, other.onset_s, detect) if not math.isnan(x))
-    return [("rest", begin, onset), ("slide", onset, detect), ("return", detect, end)]
+    rest = min(x for x in (one.rests_until_s, other.rests_until_s, detect) if not math.isnan(x))
+    return [("rest", begin, rest), ("slide", onset, detect), ("return", detect, end)]
 
 
 def _window(one: Seen, other: Seen, low: float, high: float) -> dict[str, Any]:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from station.diagnosis.inference.determined import determined
-from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting

@@ -12,7 +12,8 @@ from scipy import stats
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.ceiling import entropy, expected_log_run
-from station.diagnosis.inference.fit import Fit, fit, levelled, shaking_of
+from station.diagnosis.inference.fit import Fit, fit, shaking_of
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.build import evidence_of

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from station.diagnosis.inference.columns import scores
-from station.diagnosis.inference.fit import Fit, fit, levelled
+from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.gain import gain
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.channel import REST, Channel, rows_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting

@@ -75,3 +75,12 @@ def test_a_generators_record_is_scored_by_run_and_phase():
     assert place_auc(wrong, RECORDED) < 0.5
     assert place_auc(said(), RECORDED) == 0.5
     assert (place_right(right, RECORDED), place_right(wrong, RECORDED)) == (True, False)
+
+
+def test_a_place_where_an_effect_shows_is_right_even_if_it_shows_more_elsewhere():
+    """Friction that is a tenth lower moves a slide by 20 units and its onset by 2: a tool that lists both is right."""
+    both = {("onset", run): 2.0 for run in range(1, 21)} | {("slide", run): 20.0 for run in range(1, 21)}
+    acted = replace(RECORDED, acted=both | {("rest", run): 0.0 for run in range(1, 21)})
+    runs = tuple(range(1, 21))
+    answer = said(located=tuple(place(phase, "dwell", p=1e-9, runs=runs) for phase in ("onset", "slide")))
+    assert place_auc(answer, acted) == 1.0

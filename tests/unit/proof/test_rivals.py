@@ -7,7 +7,8 @@ import pytest
 
 from shared.rig import load_rig
 from station.app.setting import setting_of
-from station.diagnosis.inference.fit import fit, levelled
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.build import evidence_of
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array, Bools

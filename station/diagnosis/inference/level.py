@@ -1,0 +1,69 @@
+"""The recorded level of friction: the coefficient at which half of the runs hold on for longer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import CensoredData, ecdf
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.likelihood.systematic import without_nuisances
+from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.result import Value
+from station.physics.contact import Array, Bools
+from station.physics.model import Model
+
+OF_MEDIAN = math.sqrt(math.pi / 2.0)
+"""A median's standard error over a mean's, of Gaussian values."""
+
+
+def levelled(evidence: Evidence, start: Model) -> Model:
+    """The model with mu_s at the recorded level.
+
+    Far from that level the residuals' median would count as scatter, every later noise estimate would stay too large,
+    and no effect would show.
+    """
+    channel = evidence.friction
+    if channel is None or not evidence.known(channel).any():
+        return start
+    counted = evidence.counted[channel.rows.run]
+    return replace(start, mu_s=start.mu_s * math.exp(_median(channel.residual(start)[counted], channel, counted)))
+
+
+def _median(values: Array, channel: Channel, counted: Bools) -> float:
+    """The median of values (n,) of the rows that count, some of which are only known to lie beyond their limit.
+
+    It is that of the product-limit estimate (Kaplan & Meier 1958, J. Am. Stat. Assoc. 53, 457). Without the runs that
+    never slid the level would come out low, the more the fewer of them slide.
+    """
+    limit = channel.rows.limit[counted]
+    if not limit.any():
+        return float(np.median(values))
+    beyond = ecdf(CensoredData.right_censored(values, limit)).sf
+    half = np.flatnonzero(beyond.probabilities <= 0.5)
+    return float(beyond.quantiles[half[0] if len(half) else -1])
+
+
+def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
+    """The model for a simulator: without nuisances, and with mu_s at the recorded level.
+
+    With one mass a law of the load is another mu, so a nuisance may have taken up a part of the level.
+    """
+    return levelled(evidence, without_nuisances(fitted.model))
+
+
+def level_of(evidence: Evidence, fitted: Fit) -> Value:
+    """The coefficient of friction of that model, with the standard error of a median.
+
+    The runs scatter, and each reading of an onset has an error of its own: a tilt in steps leaves it open within a
+    step.
+    """
+    mu_s, channel = as_simulated(evidence, fitted).mu_s, evidence.friction
+    assert channel is not None
+    known = evidence.known(channel)
+    reading = fitted.noise.factor[channel.name] * float(np.median(channel.rows.sigma[known])) if known.any() else 0.0
+    each = math.hypot(fitted.noise.scatter, reading)
+    return Value(value=mu_s, sd=OF_MEDIAN * mu_s * each / math.sqrt(max(evidence.used(), 1)), unit="1")
