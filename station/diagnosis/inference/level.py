@@ -16,6 +16,7 @@ from station.diagnosis.result import Value
 from station.physics.contact import Array, Bools
 from station.physics.model import Model
 
+HALF = 0.5
 OF_MEDIAN = math.sqrt(math.pi / 2.0)
 """A median's standard error over a mean's, of Gaussian values."""
 
@@ -43,7 +44,7 @@ def _median(values: Array, channel: Channel, counted: Bools) -> float:
     if not limit.any():
         return float(np.median(values))
     beyond = ecdf(CensoredData.right_censored(values, limit)).sf
-    half = np.flatnonzero(beyond.probabilities <= 0.5)
+    half = np.flatnonzero(beyond.probabilities <= HALF)
     return float(beyond.quantiles[half[0] if len(half) else -1])
 
 

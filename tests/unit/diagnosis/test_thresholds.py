@@ -36,7 +36,8 @@ SETTINGS: dict[str, str] = {
         inference.tempered:MOVES inference.tempered:WIDTH inference.tempered:HALVINGS predict.resimulated:KNOT_NS
         predict.resimulated:BEGIN""",
     "units and constants of mathematics": """
-        predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM likelihood.robust:GAUSSIAN_MAD""",
+        predict.resimulated:NANO predict.held_out:UPPER inference.errors:UNIFORM likelihood.robust:GAUSSIAN_MAD
+        inference.level:HALF inference.level:OF_MEDIAN""",
     "what a result shows, and how; no claim depends on it": """
         inference.determined:INFLATED search.locate:MOST_PLACES search.locate:MOST_WINDOWS search.locate:MOST_RUNS
         search.locate:STANDS_OUT search.locate:BINS""",
