@@ -27,7 +27,7 @@ FIGURES = ("limit_curve", "polar", "by_direction")
 
 @dataclass(frozen=True, kw_only=True)
 class Words:
-    """What only the dataset's owner can say."""
+    """The facts that only the dataset's owner can state."""
 
     title: str
     authors: Sequence[Author]

@@ -16,7 +16,7 @@ _MOST_JOINTS = 32
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What moves as one: each link with body_from_link (4, 4). The body's frame is that of the joint that moves it."""
+    """A body of links that move as one, each with body_from_link (4, 4). The body's frame is that of the joint that moves it."""
 
     links: tuple[tuple[Link, Array], ...]
 

@@ -29,7 +29,7 @@ _SECTIONS = 48
 
 @dataclass(frozen=True, kw_only=True)
 class Meshes:
-    """Where a URDF's meshes are: relative to its own `folder`, and `packages`, the folders of package:// names."""
+    """The folders of a URDF's meshes: its own `folder`, and `packages`, those of package:// names."""
 
     folder: Path
     packages: Mapping[str, Path] = field(default_factory=dict[str, Path])
