@@ -26,7 +26,7 @@ The digest is the SHA-256 of every measured message (`station samples FILE --dig
 
 @dataclass(frozen=True, kw_only=True)
 class Card:
-    """The contents of a card; `figures` are paths below the dataset's folder, `pairs` sentences of each surface pair."""
+    """A card's contents; `figures` are paths below the dataset's folder, `pairs` sentences of each surface pair."""
 
     title: str
     authors: Sequence[Author]

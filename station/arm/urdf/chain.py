@@ -16,7 +16,7 @@ _MOST_JOINTS = 32
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """A body of links that move as one, each with body_from_link (4, 4). The body's frame is that of the joint that moves it."""
+    """Links that move as one, each with body_from_link (4, 4), in the frame of the joint that moves them."""
 
     links: tuple[tuple[Link, Array], ...]
 
