@@ -219,7 +219,7 @@ class Across(_Slides):
         return self._recorded - (held - changed) / self._unit_force
 
     def _carried(self, model: Model) -> Array:
-        """The share (3 n,) of the friction that a leading pressure carries aside by turning, see `station.physics.sole`."""
+        """The share (3 n,) of friction that a leading pressure carries aside by turning, see `station.physics.sole`."""
         contact = self._plain.contact
         rate, side_m = self.motion.yaw_rate_rad_s, np.sqrt(contact.area_m2)
         return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s)

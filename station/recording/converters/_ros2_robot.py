@@ -13,8 +13,10 @@ from shared.errors import UserError
 from shared.foxglove import FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3
 from shared.messages import JointState
 from shared.rig import rig_of_table
-from station.recording.for_viewers import DESCRIPTION, STATE, TAKES, Extra, for_viewers
+from station.recording.for_viewers import for_viewers
 from station.recording.reader import Recorded
+from station.recording.viewers import robot_description, state
+from station.recording.viewers.extra import Extra
 from station.rig.placed_arm import PlacedArm, Step, placed_arm
 
 
@@ -29,9 +31,9 @@ class Robot:
 
     def texts(self, item: Recorded) -> Iterator[Extra]:
         """The description and the state in words, where they are due with this message."""
-        if self._viewers is not None and item.topic in TAKES:
-            extras = self._viewers.follow(item.message, stamp_ns=item.publish_ns)
-            yield from (extra for extra in extras if extra.topic in (DESCRIPTION, STATE))
+        if self._viewers is not None and item.topic in self._viewers.takes:
+            extras = self._viewers.follow(item.topic, item.message, stamp_ns=item.publish_ns)
+            yield from (extra for extra in extras if extra.topic in (robot_description.TOPIC, state.TOPIC))
 
     def transforms(self, item: Recorded) -> Iterator[tuple[str, FrameTransforms]]:
         """The topic and the transforms of the foot, once, and of the links, with each message of transforms."""

@@ -73,7 +73,7 @@ def _items(reader: RecordingReader, types: Any, left_out: Counter[str]) -> Itera
         for topic, transforms in robot.transforms(item):
             yield topic, *types.encoded(transforms, item.publish_ns), item.log_ns
         for extra in robot.texts(item):
-            yield ros_topic(extra.topic), extra.type.name, extra.payload, item.log_ns
+            yield ros_topic(extra.topic), extra.schema.name, extra.payload, item.log_ns
 
 
 def _latched() -> Any:
