@@ -37,15 +37,24 @@ class Conductor:
         """`owner` is the session's name, under which it has the arm; a simulated one is alone and needs none."""
         self._owner = owner
         self._bus, self._procedure, self._clock, self._on_note = bus, procedure, clock, on_note
-        self._beat_ns = 0
+        self._beat_ns, self._sent, self._came_back = 0, 0, 0
         for source in sources:
             bus.subscribe(ANGLE_PREFIX + source.name, self._on_reading)
         bus.subscribe("arm/motion", self._on_motion)
+        bus.subscribe("session/event", self._on_event)
 
     @property
     def finished(self) -> bool:
         """True if the comparison is over, for good or bad."""
         return self._procedure.phase in (Phase.DONE, Phase.FAILED)
+
+    @property
+    def all_came_back(self) -> bool:
+        """True if the bus has brought back every event: a recorder on the same bus then has them, too."""
+        return self._came_back >= self._sent
+
+    def _on_event(self, _: Received) -> None:
+        self._came_back += 1
 
     def _on_reading(self, received: Received) -> None:
         reading = received.message
@@ -72,6 +81,7 @@ class Conductor:
             self._bus.publish("arm/command", output)
             self._bus.request("arm/command", output, self._on_reply, timeout_s=2.0)
         elif isinstance(output, RunEvent):
+            self._sent += 1
             self._bus.publish("session/event", output)
         else:
             stamp = Timestamp.from_ns(self._clock.now_ns())

@@ -46,6 +46,8 @@ NAME = "compare-angles"
 HELP = "compare the angle sensors (the paper's Table I and Fig. 3)"
 EXAMPLE = "station compare-angles --lockstep --out angles.mcap"
 ONE = "the comparison ended early"
+_RETURN_S = 2.0
+"""The longest that the end waits for the events to come back from the bus, and so to the recorder."""
 _TICK_S = 0.004
 _LOCKSTEP_NS = 10_000_000
 _PRESENCE_S = 3.0
@@ -235,7 +237,10 @@ def _conduct(bus: Bus, rig: RigConfig, plan: ComparisonPlan, *, clock: Clock, en
                 _say(note)
             conductor.tick()
         conductor.disarm()
+        until_ns = clock.now_ns() + round(_RETURN_S * 1e9)
         bus.poll(_TICK_S)
+        while not conductor.all_came_back and clock.now_ns() < until_ns:
+            bus.poll(_TICK_S)
     return procedure.failure or (end.reason if not conductor.finished else "")
 
 
