@@ -140,8 +140,9 @@ def test_a_late_clock_reads_late_onsets() -> None:
 
 
 def test_backlash_reads_steep_on_the_way_up() -> None:
-    half = 0.003
-    found = onsets(slow(), model("backlash", half_width_rad=half)) - onsets(slow(), Model(mu_s=MU))
+    """The play is taken up within a third of a degree: the commands come as often as a recorded attitude."""
+    half, often = 0.003, ramps(np.linspace(0.0, 30.0, 301), np.linspace(0.0, 0.5, 301))
+    found = onsets(often, model("backlash", half_width_rad=half)) - onsets(often, Model(mu_s=MU))
     assert found == pytest.approx(math.degrees(half), rel=1e-6)
 
 

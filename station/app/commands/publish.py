@@ -18,7 +18,7 @@ from station.publish.licence import licence
 
 NAME = "publish"
 HELP = "make a dataset of recordings: Parquet, MCAP, card, citation, figures"
-EXAMPLE = "station publish sim.mcap --out data --license CC0-1.0 --author 'Doe, Jo'"
+EXAMPLE = "station publish session.mcap --out data --license CC0-1.0 --author 'Doe, Jo'"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
