@@ -56,7 +56,7 @@ class Watch:
         self.last = Moment(math.nan, np.array([0.0, 0.0, -GRAVITY_M_S2]), np.zeros(3), np.zeros(3))
         self._rate, self._acceleration = np.zeros(3), np.zeros(3)
         self._rising, self._step_from_s, self._begun = 1.0, 0.0, False
-        self._turned_rad = 0.0
+        self._turned_rad = -math.inf
         self._rest_from_s = self._slid_from_s = math.nan
         self._from = np.zeros(2)
         self._known: tuple[Array, Contact] | None = None

@@ -100,7 +100,7 @@ def gravity_at(stretch: Array, time_s: Array) -> Down:
 def _steps(commands: Commands) -> tuple[Array, Array, Array]:
     """For each stretch (n, k−1): the tilt's direction, +1 or −1, the begin of the present or last step, the last turn.
 
-    That is the tilt, rad, from which on it has gone in this direction.
+    That is the tilt, rad, from which on it has gone in this direction; −inf before it has turned round at all.
     """
     change = np.diff(commands.tilt_rad, axis=1)
     sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
@@ -113,7 +113,8 @@ def _steps(commands: Commands) -> tuple[Array, Array, Array]:
     begins = turning & ~np.concatenate([np.zeros((len(sign), 1), bool), turning[:, :-1]], axis=1)
     begins[:, 0] = True
     began = np.maximum.accumulate(np.where(begins, np.arange(count), 0), axis=1)
-    turned = np.take_along_axis(commands.tilt_rad[:, :-1], turn, axis=1)
+    before = np.maximum.accumulate(turns, axis=1)
+    turned = np.where(before, np.take_along_axis(commands.tilt_rad[:, :-1], turn, axis=1), -np.inf)
     return rising, np.take_along_axis(commands.time_s[:, :-1], began, axis=1), turned
 
 
