@@ -138,8 +138,11 @@ def _joint(recorded: Found, simulated: Found) -> list[Effect]:
 
 
 def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
-    """The fit of all effects to one of the two; an effect that it lacks begins at its null with the other's shapes."""
-    model = one.search.model.model
+    """The fit of all effects to one of the two; an effect that it lacks begins at its null with the other's shapes.
+
+    What it calls by another name of the same class makes room for the one that is compared.
+    """
+    model = keeping(one.search.model.model, {effect.id for effect in effects})
     acting = {term.effect.id for term in model.terms}
     there = {term.effect.id: term.values for term in other.search.model.model.terms}
     for effect in effects:
