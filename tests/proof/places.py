@@ -121,10 +121,10 @@ def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) ->
     """Cells (phase, run) in which an effect acted strongly, against those in which it hardly did.
 
     The record is in units of what each phase shows: where an effect acts by more than a unit it shows, even if it shows
-    twenty times more elsewhere.
+    twenty times more elsewhere, or in one run that slipped early.
     """
     largest = max(effect.acted.values())
-    hardly = WEAK * min(largest, 1.0)
+    strongly, hardly = min(STRONG * largest, 1.0), WEAK * min(largest, 1.0)
     found = found_places(said)
     excused = {
         cell for other in others for cell, value in other.acted.items() if value >= WEAK * max(other.acted.values())
@@ -134,7 +134,7 @@ def _auc_by_phase(said: Said, effect: Concealed, others: Iterable[Concealed]) ->
         phase, run = cell
         return max((_score(found, place, run) for place in found if place[0] == phase), default=0.0)
 
-    positive = [score(cell) for cell, size in effect.acted.items() if size >= STRONG * largest]
+    positive = [score(cell) for cell, size in effect.acted.items() if size >= strongly]
     negative = [score(cell) for cell, size in effect.acted.items() if size < hardly and cell not in excused]
     return auc(positive, negative)
 

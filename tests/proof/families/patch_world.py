@@ -27,8 +27,9 @@ from tests.proof.protocol import Protocol
 RUNS = 60
 _ANSWERS = {"null": "none", "artefact": "artefact", "outside": "other"}
 STRONG = 1.5 * (1.0 - 1e-3)
-SLIDE_MM, REST_MM, MARK_MM = 0.5, 0.03, 0.05
-"""The units of a changed slide, of what a block seems to move at rest, and of a shifted picture (pilot.py)."""
+SLIDE_MM, REST_MM, MARK_MM, TURN_DEG, ANGLE_DEG = 0.5, 0.03, 0.05, 1.0, 0.2
+"""The units of a changed slide, of what a block seems to move at rest, of a shifted picture, of a turn during the slide
+and of an angle that the inclinometer contradicts (pilot.py)."""
 
 
 def _numbers(**names: str) -> Callable[[Values, Truth, RigConfig], Values | None]:
@@ -61,13 +62,19 @@ def _bend(true: Values, _truth: Truth, rig: RigConfig) -> Values:
     return {"fixed_x_m": shift * math.cos(true["bend_axis"]), "fixed_y_m": shift * math.sin(true["bend_axis"])}
 
 
+def _leaning(true: Values, _truth: Truth, _rig: RigConfig) -> Values:
+    sine = math.hypot(true["lean_x"], true["lean_y"])
+    each = math.asin(sine) / sine if sine else 1.0
+    return {"eps_x_rad": -each * true["lean_y"], "eps_y_rad": each * true["lean_x"]}
+
+
 EXACT: Mapping[str, Map] = {
     "viscous": Map(_numbers(drag_n_s_m="film"), "the same force", at_its_mass),
     "wear": Map(_polish, "the same exponential, one run later"),
     "one_way_friction": Map(_nap, "the same share, by the way that the bristles bend"),
     "uneven_contact": Map(_corner, "friction that is linear over a sole, on which the pressure balances"),
     "platform_level": Map(
-        lambda true, _truth, _rig: {"eps_x_rad": -true["lean_y"], "eps_y_rad": true["lean_x"]},
+        _leaning,
         "gravity's tangential part on the level plate, and the rotation vector that makes it",
     ),
     "backlash": Map(_numbers(half_width_rad="play"), "half the play"),
@@ -183,12 +190,17 @@ def _sizes(acted: Sequence[Json], scatter_deg: float) -> dict[tuple[str, int], f
     """By how much an effect acted in each phase of each run; a change of all onsets alike is absorbed by mu."""
     onsets = [one["onset_deg"] for one in acted if one["onset_deg"] is not None]
     level = float(np.median(onsets)) if onsets else 0.0
-    found: dict[tuple[str, int], float | None] = {}
+    found: dict[tuple[str, int], list[float]] = {}
     for one in acted:
-        run, rest = one["run"], one["phases"].get("rest", {})
-        onset, slide, path, mark = one["onset_deg"], one["slide_mm"], rest.get("path_mm"), rest.get("fiducial_mm")
-        found["onset", run] = None if onset is None else abs(onset - level) / scatter_deg
-        found["slide", run] = None if slide is None else slide / SLIDE_MM
-        found["pre-slip", run] = None if path is None else path / REST_MM
-        found["rest", run] = None if mark is None else mark / MARK_MM
-    return {cell: size for cell, size in found.items() if size is not None}
+        run, rest, slide = one["run"], one["phases"].get("rest", {}), one["phases"].get("slide", {})
+        onset = None if one["onset_deg"] is None else abs(one["onset_deg"] - level)
+        found["onset", run] = _in_units((onset, scatter_deg))
+        found["slide", run] = _in_units((one["slide_mm"], SLIDE_MM), (slide.get("yaw_deg"), TURN_DEG))
+        found["pre-slip", run] = _in_units((rest.get("path_mm"), REST_MM), (rest.get("level_deg"), ANGLE_DEG))
+        found["rest", run] = _in_units((rest.get("fiducial_mm"), MARK_MM))
+    return {cell: max(sizes) for cell, sizes in found.items() if sizes}
+
+
+def _in_units(*sizes: tuple[float | None, float]) -> list[float]:
+    """The sizes that are known, each in its unit."""
+    return [size / unit for size, unit in sizes if size is not None]

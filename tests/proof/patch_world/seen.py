@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tests.proof.patch_world import places as at
 from tests.proof.patch_world.camera import HEIGHT_M, PX_PER_M, View
 from tests.proof.patch_world.rig import mark_side_m
+from tests.proof.patch_world.sensors import gravity_in_plate
 from tests.proof.patch_world.world import World
 
 Array = NDArray[np.float64]
@@ -27,7 +28,8 @@ class Seen:
 
     `path_mm` (n, 2) and `yaw_deg` (n) are the block's as the camera shows it, `sides_px` (n, 4) the lengths of its
     mark's sides, `mark_mm` (n, 2) the fiducial's place,
-    `tilt_deg` (n) is what the arm reports at that time and `true_deg` (n) what it is. `onset_s` and `onset_deg` are
+    `tilt_deg` (n) is what the arm reports at that time and `true_deg` (n) what it is. `level_deg` (n, 2) is what an
+    inclinometer on the plate has beside that report, in the plate's axes. `onset_s` and `onset_deg` are
     nan where the block did not slide, and so is `rests_until_s`, the last time before the onset at which it did not yet
     slide away, however slowly.
     """
@@ -39,6 +41,7 @@ class Seen:
     sides_px: Array
     tilt_deg: Array
     true_deg: Array
+    level_deg: Array
     rests_until_s: float
     onset_s: float
     onset_deg: float
@@ -74,10 +77,16 @@ def look(world: World, states: Sequence[Array], *, azimuth: float, run: int) -> 
         sides_px=np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2),
         tilt_deg=tilt,
         true_deg=np.degrees(table[:, at.ANGLE]),
+        level_deg=_level_deg(world, table[:, at.ANGLE], np.radians(tilt), azimuth=azimuth),
         rests_until_s=_rests_until_s(time_s, speed, onset_s),
         onset_s=onset_s,
         onset_deg=math.nan if math.isnan(onset_s) else float(np.interp(onset_s, time_s, tilt)),
     )
+
+
+def _level_deg(world: World, true_rad: Array, told_rad: Array, *, azimuth: float) -> Array:
+    gravity = np.array([gravity_in_plate(world.contact, azimuth=azimuth, angle=float(angle)) for angle in true_rad])
+    return np.degrees(gravity - np.sin(told_rad)[:, None] * (math.sin(azimuth), -math.cos(azimuth)))
 
 
 def _onset_s(time_s: Array, speed: Array) -> float:

@@ -11,7 +11,7 @@ from shared.messages import AngleReading, JointState, MarkerCorners, PlatformSta
 from tests.proof.patch_world import places as at
 from tests.proof.patch_world.bench import Bench
 from tests.proof.patch_world.rig import Joints
-from tests.proof.patch_world.world import Camera, Sensing
+from tests.proof.patch_world.world import Camera, Contact, Sensing
 
 INCLINOMETER = "inclinometer"
 _INCLINOMETER_SD_RAD = math.radians(0.05)
@@ -56,7 +56,9 @@ def joints(bench: Bench, sensing: Sensing, arm: Joints, *, stamp_ns: int) -> Joi
 
 def inclination(bench: Bench, *, stamp_ns: int, rng: np.random.Generator) -> AngleReading:
     """The reading of an inclinometer on the plate, against true gravity."""
-    x, y = gravity_in_plate(bench) + _INCLINOMETER_SD_RAD * rng.standard_normal(2)
+    azimuth, angle = float(bench.motion[at.AZIMUTH]), float(bench.state[at.ANGLE])
+    gravity = gravity_in_plate(bench.world.contact, azimuth=azimuth, angle=angle)
+    x, y = gravity + _INCLINOMETER_SD_RAD * rng.standard_normal(2)
     down = math.sqrt(max(1 - x * x - y * y, 0.0))
     return AngleReading(
         stamp_ns=stamp_ns,
@@ -69,13 +71,13 @@ def inclination(bench: Bench, *, stamp_ns: int, rng: np.random.Generator) -> Ang
     )
 
 
-def gravity_in_plate(bench: Bench) -> np.ndarray:
-    """The first two components of gravity's unit vector in the plate (2), with the level's error."""
-    c, azimuth, angle = bench.world.contact, bench.motion[at.AZIMUTH], bench.state[at.ANGLE]
+def gravity_in_plate(contact: Contact, *, azimuth: float, angle: float) -> np.ndarray:
+    """The first two components of gravity's unit vector in the plate (2), with the level's error; see `plate.loads`."""
     ax, ay = math.cos(azimuth), math.sin(azimuth)
-    level = np.array([c.lean_x, c.lean_y])
+    level = np.array([contact.lean_x, contact.lean_y])
+    down = math.sqrt(1.0 - level @ level)
     along = (ax * level[0] + ay * level[1]) * (1 - math.cos(angle))
-    return math.cos(angle) * level + math.sin(angle) * np.array([ay, -ax]) + along * np.array([ax, ay])
+    return math.cos(angle) * level + math.sin(angle) * down * np.array([ay, -ax]) + along * np.array([ax, ay])
 
 
 def frame(

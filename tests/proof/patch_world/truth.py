@@ -37,7 +37,8 @@ def acted(
         A table for each run: `onset_deg`, the change of the onset as the arm's angles tell it (None where one of both
         did not slide), `slide_mm`, the change of the slide since its onset (root mean square over 0.3 s), and for the
         `phases` rest, slide and return from when to when (s since the session's begin), by how much at most the block's
-        path (mm) and yaw (deg), the fiducial (mm) and the reported tilt (deg) differ.
+        path and yaw since the phase began (mm, deg), the fiducial (mm), the reported tilt (deg), and what an
+        inclinometer has beside that (deg) differ.
     """
     return [_of_run(world, without, record, seed=seed, bench_of=bench_of) for record in records if record.states]
 
@@ -113,11 +114,21 @@ def _window(one: Seen, other: Seen, low: float, high: float) -> dict[str, Any]:
     found: dict[str, Any] = {"from_s": round(low, 4), "to_s": round(high, 4)}
     if inside.any():
         turn = (one.yaw_deg - other.yaw_deg + 180) % 360 - 180
-        found["path_mm"] = _number(float(np.hypot(*(one.path_mm - other.path_mm)[inside].T).max()), 5)
-        found["yaw_deg"] = _number(float(np.abs(turn[inside]).max()), 4)
-        found["fiducial_mm"] = _number(float(np.hypot(*(one.mark_mm - other.mark_mm)[inside].T).max()), 5)
-        found["tilt_deg"] = _number(float(np.abs((one.tilt_deg - other.tilt_deg)[inside]).max()), 5)
+        found["path_mm"] = _number(_most(_moved(one.path_mm - other.path_mm, inside)), 5)
+        found["yaw_deg"] = _number(_most(_moved(turn[:, None], inside)), 4)
+        found["fiducial_mm"] = _number(_most((one.mark_mm - other.mark_mm)[inside]), 5)
+        found["tilt_deg"] = _number(_most((one.tilt_deg - other.tilt_deg)[inside, None]), 5)
+        found["level_deg"] = _number(_most((one.level_deg - other.level_deg)[inside]), 5)
     return found
+
+
+def _moved(apart: Array, inside: NDArray[np.bool_]) -> Array:
+    """Differences (n, k) inside a phase, since it began: a lens shifts a block that lies still, which nobody sees."""
+    return apart[inside] - apart[inside][0]
+
+
+def _most(apart: Array) -> float:
+    return float(np.linalg.norm(apart, axis=1).max())
 
 
 def _number(value: float, digits: int) -> float | None:

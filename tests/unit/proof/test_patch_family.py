@@ -57,6 +57,13 @@ def test_a_change_of_all_onsets_alike_is_no_place():
     assert effect.acted["rest", 1] == 0.0
 
 
+def test_a_turn_and_what_the_inclinometer_contradicts_are_places_too():
+    turned = run(1, onset=0.0) | {"phases": {"rest": {"level_deg": 0.4}, "slide": {"yaw_deg": 3.0}}}
+    (effect,) = truth_of(entry("worn_corner"), {"worn_corner": [turned]}).effects
+    assert (effect.acted["slide", 1], effect.acted["pre-slip", 1]) == (3.0, 2.0)
+    assert ("rest", 1) not in effect.acted
+
+
 def test_a_null_conceals_nothing():
     told = truth_of(entry(tier="null_nuisance"), {})
     assert (told.kind, told.answer, told.effects) == ("null", "none", ())

@@ -84,3 +84,8 @@ def test_a_place_where_an_effect_shows_is_right_even_if_it_shows_more_elsewhere(
     runs = tuple(range(1, 21))
     answer = said(located=tuple(place(phase, "dwell", p=1e-9, runs=runs) for phase in ("onset", "slide")))
     assert place_auc(answer, acted) == 1.0
+
+
+def test_one_run_that_slipped_early_does_not_hide_where_the_others_show_it():
+    early = replace(RECORDED, acted={**RECORDED.acted, ("pre-slip", 1): 40.0})
+    assert place_auc(said(located=(place("onset", "dwell", runs=ODD),)), early) > 0.9
