@@ -12,7 +12,8 @@ class Parameter:
     `null` is the value at which the effect vanishes; None marks a shape (a speed scale, a place), which has no meaning
     while the effect vanishes and is therefore started from each of `starts`. `low` and `high` bound the number: a sign
     that physics forbids is outside the bounds. `typical` is a size at which the effect is plain to see: it scales steps
-    and starts. A law that sets in beyond a size, and has no slope at its null, is also looked at with each of `sizes`.
+    and starts. A law that has no slope at its null, as it sets in beyond a size, or one whose slope there holds only
+    nearby, is also looked at with each of `sizes`.
     """
 
     name: str

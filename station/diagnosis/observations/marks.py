@@ -20,7 +20,7 @@ TRUE_ROUNDS = 2
 """A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""
 LEAST_STRAIN = 1e-9
 """Strains that are equal to so much have no scatter to divide by."""
-SENSOR_POINTS = 7
+SENSOR_POINTS = 15
 
 
 class PlateMarks(Channel):

@@ -99,5 +99,9 @@ def _stretches(run: RunTrack, time_ns: Times, tilt_rad: Array, rising: Array) ->
 
 
 def _spread(chosen: Times) -> Times:
-    """SENSOR_POINTS of the readings' indices, evenly spread."""
-    return chosen[np.round(np.linspace(0, len(chosen) - 1, SENSOR_POINTS)).astype(np.int64)]
+    """SENSOR_POINTS of the readings' indices, each from the middle of an equal share of them.
+
+    Their mean is that of all readings: points that include both ends weigh these twice.
+    """
+    share = (np.arange(SENSOR_POINTS) + 0.5) / SENSOR_POINTS
+    return chosen[(share * len(chosen)).astype(np.int64)]
