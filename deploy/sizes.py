@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,11 @@ OUT_OF = re.compile(r" \\$|^ +--hash=.*$", re.MULTILINE)
 
 def main(wanted: list[str]) -> None:
     """Prints a table in Markdown: what is installed, MB on disk (2^20 bytes), packages."""
+    if shutil.which("uv") is None:
+        sys.exit("Expected uv, which installs each extra, and found none: pip install uv")
+    unknown = sorted({*wanted} - {"", *known(), "dev"})
+    if unknown:
+        sys.exit(f"Expected extras among {', '.join(known())} or dev, got {', '.join(unknown)}")
     print("| installed | MB | packages |\n| --- | ---: | ---: |")
     for extra in wanted or ["", *known(), "dev"]:
         with tempfile.TemporaryDirectory() as folder:

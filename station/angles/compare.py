@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from shared.errors import UserError
 from station.angles.stops import Series, Stop
@@ -210,7 +210,7 @@ def regress(difference: Array, *, angle_rad: Array, approach: Array) -> tuple[di
     if freedom < 1 or np.linalg.matrix_rank(design) < len(terms):
         return found, float("nan")
     values, covariance, residuals = _least_squares(design, difference)
-    half = float(stats.t.ppf((1 + LEVEL) / 2, freedom)) * np.sqrt(np.diag(covariance))
+    half = float(stdtrit(freedom, (1 + LEVEL) / 2)) * np.sqrt(np.diag(covariance))
     for name, value, width in zip(terms, values.tolist(), half.tolist(), strict=True):
         found[name] = Estimate(value, value - width, value + width)
     return found, float(np.sqrt(residuals @ residuals / freedom))

@@ -17,8 +17,9 @@ from shared.installed import DISTRIBUTION
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("pi_agent", "shared", "station")
 VIEW, TABLES, ARM = {"rerun", "rerun_cli"}, {"pandas", "pyarrow"}, {"ssik"}
-OTHERS = {"rosbags", "natnet", "pymavlink", "serial"}
-BEYOND_STATION = VIEW | TABLES | ARM | OTHERS
+OTHERS = {"rosbags", "natnet", "pymavlink", "serial", "cryptography"}
+ELSEWHERE, MESHES = {"aiohttp", "fsspec", "s3fs", "dask", "distributed"}, {"collada", "trimesh"}
+BEYOND_STATION = VIEW | TABLES | ARM | OTHERS | ELSEWHERE | MESHES
 """What is imported from the extras beside `station`; test_installed.py compares pyproject.toml with all imports."""
 STATION = {"joblib", "lz4", "matplotlib", "mcap", "mujoco", "numba", "rich", "scipy", "tomli_w", "zstandard"}
 # The environment sees the packages of this one, less those named in LACKING, as if they were not installed.
@@ -98,7 +99,7 @@ def test_the_wheel_holds_every_file_of_the_packages_and_their_types(wheel: Path)
 
 @pytest.mark.parametrize(
     ("lacking", "extras"),
-    [(BEYOND_STATION, {"view"}), (STATION | BEYOND_STATION, {"station"})],
+    [(BEYOND_STATION, {"keys", "view"}), (STATION | BEYOND_STATION, {"keys", "station"})],
     ids=["station", "base"],
 )
 def test_a_command_without_its_extra_says_one_sentence(
