@@ -181,10 +181,13 @@ def _corners(to_px: Floats, columns: Floats, weigh: partial[Floats]) -> Floats:
     Infinite if the frame does not hold them all, as when one edge is covered from end to end.
     """
     information = columns.T @ weigh(columns)
-    scale = np.sqrt(np.diag(information)) + np.finfo(float).tiny  # millimetres and brightness differ in size
+    wanted = to_px.shape[1]
+    scale = np.sqrt(np.diag(information))
+    scale[:wanted] = scale[:wanted].max()  # one for all corners, or one that is not told would seem to be
+    if scale.min() <= 0.0:
+        return np.full((8, 8), np.inf)
     scaled = information / np.outer(scale, scale)
     if np.linalg.eigvalsh(scaled)[0] < UNTOLD:
         return np.full((8, 8), np.inf)
     covariance = np.linalg.inv(scaled) / np.outer(scale, scale)
-    wanted = to_px.shape[1]
     return to_px @ covariance[:wanted, :wanted] @ to_px.T
