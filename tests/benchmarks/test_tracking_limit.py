@@ -75,7 +75,7 @@ class Row:
         return low, high
 
     def line(self) -> str:
-        """One row of the table; see `HEAD`. `median`: of the frames' own ratios, which one wrong frame does not move."""
+        """One row of the table; see `HEAD`. `median`: of the frames' own ratios."""
         count = int(self.found.sum())
         start = f"{self.condition:22s} {self.method:17s} {count:3d}/{len(self.squares):3d}"
         if count < 2:

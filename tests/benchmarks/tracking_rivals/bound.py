@@ -1,6 +1,6 @@
 """The Cramér-Rao bound of a frame: how exactly any unbiased method can tell the corners of the mark from that frame.
 
-The Fisher information of the parameters is J' S^-1 J. J: the derivatives of the expected frame, by finite differences of
+The Fisher information of the parameters is J' S^-1 J. J: the derivatives of the expected frame, by differences of
 the renderer. S: the variance of each pixel by shot noise, read noise and rounding, and for a bare tape the covariance
 of the plate's texture, which a tracker does not know. Four bounds, from what is taken as known:
 
@@ -67,7 +67,9 @@ def bounds(scene: Scene, pose: Pose, *, quality: Quality = QUALITY) -> Bounds:
     weigh = partial(_divided, noise[seen])
     if textured:
         weigh = _textured(frame, seen, noise)
-    turn = np.column_stack([np.tile([1.0, 0.0], 4), np.tile([0.0, 1.0], 4), (frame.corners_mm @ [[0, 1], [-1, 0]]).ravel()])
+    turn = np.column_stack(
+        [np.tile([1.0, 0.0], 4), np.tile([0.0, 1.0], 4), (frame.corners_mm @ [[0, 1], [-1, 0]]).ravel()]
+    )
     return Bounds(
         known,
         _corners(inverse_px, np.hstack([whole[seen], nuisance[seen]]), weigh),
@@ -125,9 +127,7 @@ def _nuisances(frame: ExpectedFrame, ground: Image | None) -> Floats:
     painted, blur_px = frame.reflectance(ground=ground), frame.scene.optics.blur_px
     light = _light(frame, painted)
     changed = [(light + way * 1e-3 * painted * frame.gain, light + way * 1e-3) for way in (1, -1)]
-    widths = [
-        _light(frame, frame.reflectance(blur_px=blur_px + way * BLUR_STEP_PX, ground=ground)) for way in (1, -1)
-    ]
+    widths = [_light(frame, frame.reflectance(blur_px=blur_px + way * BLUR_STEP_PX, ground=ground)) for way in (1, -1)]
     pairs = [*zip(*changed, strict=True), widths]
     return np.stack([frame.values(after) - frame.values(before) for after, before in pairs], axis=-1)
 

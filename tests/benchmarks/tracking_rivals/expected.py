@@ -72,7 +72,7 @@ class ExpectedFrame:
     ) -> Image:
         """Reflectance through the lens.
 
-        `corners_mm`: of the dark square (4, 2), `with_feature`: what is printed inside goes with them; `ground`: another
+        `corners_mm`: of the dark square (4, 2), `with_feature`: what is printed inside goes along; `ground`: another
         plate. The outside of a margin stays where it is: it is cut by hand, and no method may lean on it.
         """
         optics = replace(self.scene.optics, blur_px=self.scene.optics.blur_px if blur_px is None else blur_px)
@@ -83,7 +83,9 @@ class ExpectedFrame:
 
     def values(self, light: Image) -> Floats:
         """Pixel values of light, not rounded."""
-        return np.asarray(self.scene.sensor.tone.to_value(np.clip(light, 0.0, 1.0).astype(np.float32)), dtype=np.float64)
+        return np.asarray(
+            self.scene.sensor.tone.to_value(np.clip(light, 0.0, 1.0).astype(np.float32)), dtype=np.float64
+        )
 
     def seen_px(self, corners_mm: Floats) -> Floats:
         """Where corners of the mark's frame (4, 2) are seen, each at the time of its own row."""

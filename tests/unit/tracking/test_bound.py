@@ -88,7 +88,8 @@ def test_the_information_of_a_rounded_value_is_that_of_its_chances(deviation: fl
         return np.maximum(np.where(u[:, 0] > 0, ndtr(-u[:, 0]) - ndtr(-u[:, 1]), ndtr(u[:, 1]) - ndtr(u[:, 0])), 1e-200)
 
     expected = [
-        float(np.sum((chances(m + step) - chances(m - step)) ** 2 / chances(m)) / (2 * step) ** 2) for m in means.tolist()
+        float(np.sum((chances(m + step) - chances(m - step)) ** 2 / chances(m)) / (2 * step) ** 2)
+        for m in means.tolist()
     ]
     told = rounded_information(means, np.full_like(means, deviation))
     np.testing.assert_allclose(told, expected, rtol=2e-3)
