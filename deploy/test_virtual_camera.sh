@@ -1,12 +1,13 @@
 #!/bin/bash
 # The real picamera2 without a Pi: an emulated computer with Debian unstable's libcamera plays a drawn mark by
 # libcamera's virtual camera, and pi_agent/cameras/pi_camera.py reads it through PyPI's picamera2. Not part of
-# `make test`: it takes Debian's package server and some minutes (many without /dev/kvm). No service of this machine
+# `make test`: it takes Debian's package server and some minutes. No service of this machine
 # is touched, and nothing outside FOLDER is written.
 #
 #   deploy/test_virtual_camera.sh [FOLDER]      FOLDER (default ~/.cache/repose/virtual_camera) keeps the system
 #
 #   SECONDS_SEEN=60 deploy/test_virtual_camera.sh     looks for longer than 20 s
+#   KVM=1 deploy/test_virtual_camera.sh               on the processor itself (within another virtual machine it may stop)
 #
 # Needs: root, and mmdebstrap qemu-system-x86 e2fsprogs. An emulated computer, since the camera's buffers want
 # /dev/dma_heap and /dev/udmabuf, which many kernels lack. Exits with 77 and the reason where it cannot run.
@@ -23,9 +24,9 @@ root=$folder/root
 mkdir -p "$folder"
 
 # Debian 13's libcamera (0.4) hangs in its virtual camera, and Debian 12's (0.0.3) has none.
-packages=kmod,udev,python3,python3-pip,python3-numpy,python3-pil,python3-libcamera,libcamera-ipa,python3-prctl,python3-av
+packages=kmod,mount,udev,python3,python3-pip,python3-numpy,python3-pil,python3-libcamera,libcamera-ipa,python3-prctl,python3-av
 packages+=,python3-libarchive-c,python3-jsonschema,python3-tqdm,python3-piexif,zstd,initramfs-tools,linux-image-amd64
-packages+=,ca-certificates
+packages+=,ca-certificates,gcc,libc6-dev,python3-dev
 if [ "$(cat "$folder/complete" 2>/dev/null)" != "$packages" ]; then
   echo "== building Debian unstable in $root"
   rm -rf "$root" "$folder/complete"
@@ -34,8 +35,8 @@ if [ "$(cat "$folder/complete" 2>/dev/null)" != "$packages" ]; then
     --include="$packages" sid "$root" "${MIRROR:-http://deb.debian.org/debian}"
   cp -L /etc/resolv.conf "$root/etc/resolv.conf"
   [ ! -e /etc/pip.conf ] || cp -L /etc/pip.conf "$root/etc/pip.conf"
-  chroot "$root" env ${PIP_CERT:+PIP_CERT=/etc/ssl/certs/ca-certificates.crt} pip install --quiet --root-user-action=ignore \
-    --break-system-packages --only-binary :all: --no-deps \
+  cp -L /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/ca-certificates.crt"
+  chroot "$root" python3 -m pip install --quiet --root-user-action=ignore --break-system-packages --no-deps \
     picamera2==0.3.38 PiDNG simplejpeg videodev2 OpenEXR opencv-python-headless
   echo "$packages" >"$folder/complete"
 fi
@@ -67,8 +68,10 @@ kernel=$(echo "$root"/boot/vmlinuz-*) initrd=$(echo "$root"/boot/initrd.img-*)
 size_kb=$(($(du -sk "$root" | cut -f1) * 13 / 10 + 200000))
 rm -f "$folder/disk.img"
 mke2fs -q -t ext4 -d "$root" "$folder/disk.img" "${size_kb}k"
-echo "== booting it ($([ -w /dev/kvm ] && echo "KVM" || echo "without KVM: slowly"))"
-timeout "${LIMIT_S:-1800}" qemu-system-x86_64 $([ -w /dev/kvm ] && echo "-enable-kvm -cpu host") -m 2048 -smp 2 -nographic \
-  -no-reboot -net none -kernel "$kernel" -initrd "$initrd" -drive "file=$folder/disk.img,format=raw,if=virtio" \
-  -append "root=/dev/vda rw console=ttyS0 quiet panic=-1 init=/repose/init" </dev/null | tee "$folder/console.txt"
+accelerator=$([ -n "${KVM:-}" ] && echo "kvm -cpu host" || echo "tcg,thread=multi -cpu max")
+echo "== booting it (-accel $accelerator)"
+# shellcheck disable=SC2086  # an option and its processor
+timeout "${LIMIT_S:-1800}" qemu-system-x86_64 -accel $accelerator -m 2048 -smp 2 -nographic -no-reboot -net none \
+  -kernel "$kernel" -initrd "$initrd" -drive "file=$folder/disk.img,format=raw,if=virtio" \
+  -append "root=/dev/vda rw console=ttyS0 panic=-1 init=/repose/init" </dev/null | tee "$folder/console.txt"
 grep -q '^RIGHT' "$folder/console.txt"

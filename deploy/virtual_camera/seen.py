@@ -4,7 +4,8 @@
 frames, tracks the mark, and prints one line of JSON after SEEN, then RIGHT, or WRONG with what is.
 
 What the virtual camera does not have and a Pi's camera has is added here, and nothing else is: its one mode in
-`sensor_modes`, and exposure, gain and duration of a frame among the metadata. Requests, jobs, buffers, mapped arrays,
+`sensor_modes`, and exposure, gain and duration of a frame among the metadata. The library for a window on a screen
+(`kms`), which picamera2 imports and Debian does not have, is an empty stand-in. Requests, jobs, buffers, mapped arrays,
 time stamps, starting, stopping and closing are picamera2's and libcamera's own.
 """
 
@@ -16,6 +17,7 @@ import time
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import cv2
 import numpy as np
@@ -31,7 +33,7 @@ from shared.memory_bus import MemoryBus
 from tests.unit.pi_agent.rigs import rig
 
 MARK = Mark(side_mm=10.0, margin=0.16, feature="dot")
-SIZE_PX, RATE_HZ, EXPOSURE_MS = 600, 60, 2.0
+SIZE_PX, RATE_HZ, EXPOSURE_MS = 600, 30, 2.0
 FRAMES = Path("/root/frames")
 PIPELINE = Path("/usr/share/libcamera/pipeline/virtual/virtual.yaml")
 YAML = f""""Virtual0":
@@ -59,6 +61,7 @@ def draw() -> NDArray[np.float64]:
 
 def add_what_is_missing() -> None:
     """Gives picamera2's own classes what a Pi's pipeline tells and the virtual one does not."""
+    sys.modules["kms"] = MagicMock()
     picamera2: Any = import_module("picamera2")
     whole: Any = picamera2.Picamera2
     completed: Any = import_module("picamera2.request").CompletedRequest
