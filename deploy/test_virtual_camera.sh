@@ -37,7 +37,7 @@ if [ "$(cat "$folder/complete" 2>/dev/null)" != "$packages" ]; then
   [ ! -e /etc/pip.conf ] || cp -L /etc/pip.conf "$root/etc/pip.conf"
   cp -L /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/ca-certificates.crt"
   chroot "$root" python3 -m pip install --quiet --root-user-action=ignore --break-system-packages --no-deps \
-    picamera2==0.3.38 PiDNG simplejpeg videodev2 OpenEXR opencv-python-headless
+    picamera2==0.3.38 PiDNG simplejpeg videodev2 OpenEXR opencv-python-headless protobuf
   echo "$packages" >"$folder/complete"
 fi
 

@@ -29,6 +29,7 @@ WANTED = os.environ.get("TRACKING_CONDITIONS", "")
 DICTIONARY, TAG_ID = "APRILTAG_16h5", 7
 REFINEMENTS = ("SUBPIX", "CONTOUR", "APRILTAG")
 ANOTHER_PX = 20.0  # a corner further off is that of another thing: not found
+CONVENTION_PX = {"APRILTAG": 0.5}  # what a refinement counts pixels from: their corners, as AprilTag itself does
 ENOUGH = 20  # frames from which a ratio is judged
 DRAWS = 1000
 LEVELS = ("known", "estimated", "outline", "shape")
@@ -115,10 +116,12 @@ def _rivals(trials: list[Trial], folder: Path) -> dict[str, list[Floats | None]]
     found: dict[str, list[Floats | None]] = {}
     for refinement in REFINEMENTS:
         method = aruco(refinement, dictionary=DICTIONARY, tag_id=TAG_ID)
-        found[f"ArUco {refinement}"] = [method(frame) for frame in frames]
+        corners = [method(frame) for frame in frames]
+        shift = CONVENTION_PX.get(refinement, 0.0)
+        found[f"ArUco {refinement}"] = [None if each is None else each - shift for each in corners]
     if apriltags.installed():
-        corners, _ = apriltags.detect_all(frames, folder, family="tag16h5", tag_id=TAG_ID)
-        found["AprilTag"] = list(corners)
+        detected, _ = apriltags.detect_all(frames, folder, family="tag16h5", tag_id=TAG_ID)
+        found["AprilTag"] = list(detected)
     else:
         print("AprilTag: skipped, pupil-apriltags is not installed (pip install pupil-apriltags)")
     return found
