@@ -47,6 +47,7 @@ cp -r "$checkout"/{pi_agent,shared} "$root/repose/"
 cp -r "$checkout/tests/unit/pi_agent" "$root/repose/tests/unit/"
 touch "$root/repose/tests/__init__.py" "$root/repose/tests/unit/__init__.py"
 cp "$checkout/deploy/virtual_camera/seen.py" "$root/repose/"
+chroot "$root" env PYTHONPATH=/repose HOME=/root python3 /repose/seen.py draw # the emulated computer is slow
 cat >"$root/repose/init" <<INIT
 #!/bin/sh
 export PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root PYTHONPATH=/repose

@@ -1,7 +1,8 @@
 """Runs inside the emulated machine: pi_camera through the real picamera2 on libcamera's virtual camera.
 
-`python3 seen.py SECONDS` draws a mark with known corners, lets the virtual camera play it, opens our driver, reads its
-frames, tracks the mark, and prints one line of JSON after SEEN, then RIGHT, or WRONG with what is.
+`python3 seen.py draw`, outside of it, writes the picture of a mark with known corners for the virtual camera to play.
+`python3 seen.py SECONDS` opens our driver, reads its frames, tracks the mark, and prints one line of JSON after SEEN,
+then RIGHT, or WRONG with what is.
 
 What the virtual camera does not have and a Pi's camera has is added here, and nothing else is: its one mode in
 `sensor_modes`, and exposure, gain and duration of a frame among the metadata. The library for a window on a screen
@@ -9,6 +10,7 @@ What the virtual camera does not have and a Pi's camera has is added here, and n
 time stamps, starting, stopping and closing are picamera2's and libcamera's own.
 """
 
+import faulthandler
 import importlib.metadata
 import json
 import os
@@ -34,7 +36,7 @@ from tests.unit.pi_agent.rigs import rig
 
 MARK = Mark(side_mm=10.0, margin=0.16, feature="dot")
 SIZE_PX, RATE_HZ, EXPOSURE_MS = 600, 30, 2.0
-FRAMES = Path("/root/frames")
+FRAMES, CORNERS = Path("/root/frames"), Path("/root/corners.npy")
 PIPELINE = Path("/usr/share/libcamera/pipeline/virtual/virtual.yaml")
 YAML = f""""Virtual0":
   supported_formats:
@@ -48,15 +50,15 @@ YAML = f""""Virtual0":
 """
 
 
-def draw() -> NDArray[np.float64]:
-    """Writes the picture that the virtual camera plays, and the files that make it; returns the true corners (4, 2)."""
+def draw() -> None:
+    """Writes the picture that the virtual camera plays, the file that tells it so, and the true corners (4, 2)."""
     rng = np.random.default_rng(20261217)
     frame, corners = render(Scene(surface("wood", rng=rng), mark=MARK), Pose(3.0, -2.0, 0.4), rng=rng)
     FRAMES.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(FRAMES / "0.jpg"), frame, [cv2.IMWRITE_JPEG_QUALITY, 100])
     PIPELINE.parent.mkdir(parents=True, exist_ok=True)
     PIPELINE.write_text(YAML)
-    return corners
+    np.save(CORNERS, corners)
 
 
 def add_what_is_missing() -> None:
@@ -70,7 +72,8 @@ def add_what_is_missing() -> None:
         """With buffers of libcamera's own making: the virtual camera wants a plane each for light and colour."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:
-            super().__init__(*arguments, **{"allocator": picamera2.allocators.LibcameraAllocator(), **named})
+            super().__init__(*arguments, **named)
+            self.allocator = picamera2.allocators.LibcameraAllocator(self.camera)
 
         @property
         def sensor_modes(self) -> list[dict[str, Any]]:
@@ -94,6 +97,7 @@ def look(seconds: float, truth: NDArray[np.float64]) -> dict[str, Any]:
     clock = SystemClock()
     camera = load_camera(CameraContext(rig=setting, bus=MemoryBus(clock), clock=clock))
     camera.open()
+    print("opened", flush=True)
     camera.close()
     info = camera.open()
     tracker = Tracker(TrackerConfig(mark=MARK))
@@ -143,19 +147,20 @@ def faults(seen: dict[str, Any], seconds: float) -> list[str]:
 
 
 def main(seconds: float) -> None:
-    """See above."""
-    truth = draw()
+    """See above; after four minutes without an end it says where every thread stands, and ends."""
+    faulthandler.dump_traceback_later(seconds + 240.0, exit=True)
     os.environ.setdefault("LIBCAMERA_LOG_LEVELS", "*:WARN")
     add_what_is_missing()
+    print("imported", flush=True)
     versions = {
         "picamera2": importlib.metadata.version("picamera2"),
         "libcamera": import_module("libcamera").CameraManager.singleton().version,
     }
-    seen = look(seconds, truth)
+    seen = look(seconds, np.load(CORNERS))
     print("SEEN", json.dumps({**versions, **seen}), flush=True)
     wrong = faults(seen, seconds)
     print("WRONG: not so: " + "; ".join(wrong) if wrong else "RIGHT", flush=True)
 
 
 if __name__ == "__main__":
-    main(float(sys.argv[1]))
+    draw() if sys.argv[1] == "draw" else main(float(sys.argv[1]))
