@@ -75,6 +75,9 @@ def add_what_is_missing() -> None:
             super().__init__(*arguments, **named)
             self.allocator = picamera2.allocators.LibcameraAllocator(self.camera)
 
+        def _get_raw_modes(self) -> list[dict[str, Any]]:
+            return [{"format": "R8", "size": (SIZE_PX, SIZE_PX)}]
+
         @property
         def sensor_modes(self) -> list[dict[str, Any]]:
             size = (SIZE_PX, SIZE_PX)
@@ -108,12 +111,13 @@ def look(seconds: float, truth: NDArray[np.float64]) -> dict[str, Any]:
         if frame is None:
             continue
         ages.append((clock.now_ns() - frame.capture_ns) / 1e6)
-        seen = tracker.track(frame.image, capture_ns=frame.capture_ns)
-        if seen.found:
-            errors.append(float(np.sqrt(np.mean(np.sum((seen.corners_px - truth) ** 2, axis=1)))))
         stamps.append(frame.capture_ns)
         numbers.append(frame.seq)
         dropped = frame.dropped
+        seen = tracker.track(frame.image.copy(), capture_ns=frame.capture_ns)
+        frame = None  # buffers of libcamera's own making are unmapped by the next read, which wants no views of them
+        if seen.found:
+            errors.append(float(np.sqrt(np.mean(np.sum((seen.corners_px - truth) ** 2, axis=1)))))
     camera.close()
     gaps_ms = np.diff(stamps) / 1e6
     return {
