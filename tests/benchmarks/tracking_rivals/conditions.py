@@ -39,11 +39,13 @@ ROLLING = Shutter(line_ns=17_000.0, exposure_ns=2_000_000, row0_dt_ns=-1_000_000
 
 @dataclass(frozen=True)
 class Trial:
-    """Frames in order, their true corners, and the tracker's settings."""
+    """Frames in order, their true corners, the tracker's settings, and what the last frame shows."""
 
     frames: tuple[NDArray[np.uint8], ...]
     corners: tuple[Floats, ...]
     config: TrackerConfig
+    scene: Scene
+    pose: Pose
 
     def capture_ns(self, number: int) -> int:
         """Capture time of a frame."""
@@ -102,7 +104,8 @@ def still(
     last = renderer if disturbed is None else renderer.in_scene(disturbed)
     shots.append(last.render(second, rng=rng))
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
-    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+    frames, corners = zip(*shots, strict=True)
+    return Trial(frames, corners, config, disturbed or scene, second)
 
 
 def clean(rng: Rng) -> Trial:
@@ -196,7 +199,8 @@ def filmed(scene: Scene, rng: Rng, poses: Sequence[Pose]) -> Trial:
     shots = [before.render(pose, rng=rng) for pose in poses[:-1]]
     shots.append(last.render(poses[-1], rng=rng))
     config = TrackerConfig(mark=scene.mark, tone=scene.sensor.tone, shutter=scene.shutter)
-    return Trial(tuple(frame for frame, _ in shots), tuple(corners for _, corners in shots), config)
+    frames, corners = zip(*shots, strict=True)
+    return Trial(frames, corners, config, scene, poses[-1])
 
 
 def begun(rng: Rng) -> Trial:
@@ -404,3 +408,46 @@ ADVERSE: dict[str, Maker] = {name: _on_recommended(make) for name, make in _DIST
 """Disturbances of the recommended mark."""
 ADVERSE_TAPE: dict[str, Maker] = {f"{name}, tape": _on_tape(make) for name, make in _DISTURBANCES.items()}
 """The same of bare tape."""
+
+
+def _coded(rng: Rng) -> Mark:
+    return random_mark(rng, margin=0.16, feature="tag")
+
+
+def _on_code(make: Callable[[Rng, Mark], Trial]) -> Maker:
+    return lambda rng: make(rng, _coded(rng))
+
+
+def clean_code(rng: Rng) -> Trial:
+    """The mark with a code on a uniform plate, little noise."""
+    sensor = Sensor(full_scale_e=60_000, read_noise_e=2)
+    return still(Scene(PLATES.pick(rng, "plain"), mark=_coded(rng), sensor=sensor), rng)
+
+
+def code_by_pi_curve(rng: Rng) -> Trial:
+    """The mark with a code, the Pi's own tone curve."""
+    scene = Scene(PLATES.pick(rng), mark=_coded(rng), sensor=Sensor(tone=PI_DEFAULT), fiducials=plate_fiducials())
+    return still(scene, rng)
+
+
+def code_out_of_focus(rng: Rng) -> Trial:
+    """The mark with a code out of focus: 1.2 to 2 px."""
+    optics = Optics(blur_px=float(rng.uniform(1.2, 2.0)))
+    return still(Scene(PLATES.pick(rng), mark=_coded(rng), optics=optics, fiducials=plate_fiducials()), rng)
+
+
+def sliding_code(rng: Rng) -> Trial:
+    """The mark with a code at 0.3 m/s, rolling shutter, 2 ms exposure."""
+    scene = Scene(PLATES.pick(rng), mark=_coded(rng), shutter=ROLLING, fiducials=plate_fiducials())
+    return moving(scene, rng, speed_mm_s=300.0, turn_rad_s=3.0)
+
+
+CODED: dict[str, Maker] = {
+    "code, clean": clean_code,
+    "code, nominal": with_tag,
+    "code, Pi curve": code_by_pi_curve,
+    "code, out of focus": code_out_of_focus,
+    "code, sliding": sliding_code,
+    **{f"code, {name}": _on_code(make) for name, make in _DISTURBANCES.items()},
+}
+"""Frames of the mark that ArUco and AprilTag can read, too."""
