@@ -41,6 +41,7 @@ FIXED_IDS = frozenset(
         "border_contact",
         "tipping",
         "platform_level",
+        "plate_bow",
         "angle_scale",
         "backlash",
         "pivot_offset",
