@@ -59,12 +59,14 @@ def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
 def level_of(evidence: Evidence, fitted: Fit) -> Value:
     """The coefficient of friction of that model, with the standard error of a median.
 
-    The runs scatter, and each reading of an onset has an error of its own: a tilt in steps leaves it open within a
-    step.
+    Where no block was seen to let go, a law of the speed extrapolates static friction to speeds that nobody recorded:
+    the level is then that of the recorded slides. The runs scatter, and each reading of an onset has an error of its
+    own: a tilt in steps leaves it open within a step.
     """
-    mu_s, channel = as_simulated(evidence, fitted).mu_s, evidence.friction
+    model, channel = as_simulated(evidence, fitted), evidence.friction
     assert channel is not None
-    known = evidence.known(channel)
+    known, contact = evidence.known(channel), None if evidence.onsets is not None else evidence.contact()
+    mu = model.mu_s if contact is None else float(np.median(model.friction(contact)[known]))
     reading = fitted.noise.factor[channel.name] * float(np.median(channel.rows.sigma[known])) if known.any() else 0.0
     each = math.hypot(fitted.noise.scatter, reading)
-    return Value(value=mu_s, sd=OF_MEDIAN * mu_s * each / math.sqrt(max(evidence.used(), 1)), unit="1")
+    return Value(value=mu, sd=OF_MEDIAN * mu * each / math.sqrt(max(evidence.used(), 1)), unit="1")
