@@ -41,7 +41,6 @@ FIXED_IDS = frozenset(
         "border_contact",
         "tipping",
         "platform_level",
-        "plate_bow",
         "angle_scale",
         "backlash",
         "pivot_offset",

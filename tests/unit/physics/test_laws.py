@@ -238,41 +238,6 @@ def test_level_error_is_one_rotation_of_the_world() -> None:
     np.testing.assert_allclose(error.as_rotvec(), np.tile([0.01, -0.02, 0.0], (12, 1)), atol=1e-9)
 
 
-def test_a_bowed_plate_pulls_and_presses_as_gravity_on_its_own_slope_does() -> None:
-    """Against a plate's height itself: its normal at the block by differences, and gravity split along and across."""
-    bow = {"bowl_per_m": 2e-4, "saddle_per_m": -1e-4, "twist_per_m": 3e-4}
-    state = at_rest(40, mount_rad=0.0)
-    push = said("plate_bow", "push", state, **bow)
-
-    def height(x: Array, y: Array) -> Array:
-        b, s, t = bow.values()
-        return 0.5 * (b * (x**2 + y**2) + s * (x**2 - y**2)) + t * x * y
-
-    apart, x, y = 1e-3, state.x_m, state.y_m
-    slope_x = (height(x + apart, y) - height(x - apart, y)) / (2 * apart)
-    slope_y = (height(x, y + apart) - height(x, y - apart)) / (2 * apart)
-    normal = np.column_stack([-slope_x, -slope_y, np.ones(40)])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    sin, cos = np.sin(state.tilt_rad), np.cos(state.tilt_rad)
-    down = np.column_stack([np.cos(state.down_rad), np.sin(state.down_rad)])
-    gravity = GRAVITY_M_S2 * np.column_stack([sin[:, None] * down, -cos])
-    pressed = -(gravity * normal).sum(axis=1)
-    left = gravity + pressed[:, None] * normal
-    assert left[:, :2] - gravity[:, :2] == pytest.approx(push[:, :2], abs=1e-8)
-    assert pressed - GRAVITY_M_S2 * cos == pytest.approx(-push[:, 2], abs=1e-8)
-
-
-def test_a_block_that_slides_through_a_bowl_is_pressed_by_the_curve_and_the_bow_turns_with_the_plate() -> None:
-    slow = contacts(30, moving=True, speed_m_s=0.0)
-    fast = replace(slow, speed_m_s=read_only(np.full(30, 0.5)))
-    pressed = said("plate_bow", "push", slow, bowl_per_m=0.1) - said("plate_bow", "push", fast, bowl_per_m=0.1)
-    assert pressed == pytest.approx(np.tile([0.0, 0.0, 0.1 * 0.5**2], (30, 1)))
-    level = at_rest(30, mount_rad=0.0, tilt_rad=0.0)
-    turned = replace(level, mount_rad=read_only(np.full(30, np.pi / 2)))
-    saddle = said("plate_bow", "push", level, saddle_per_m=0.1)
-    assert said("plate_bow", "push", turned, saddle_per_m=0.1) == pytest.approx(-saddle, abs=1e-12)
-
-
 def test_scaled_angle_is_undone() -> None:
     """Reported = (1 + g) true + b."""
     state = at_rest()

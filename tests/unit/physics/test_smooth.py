@@ -181,3 +181,13 @@ def test_a_field_does_no_work_around_a_loop() -> None:
     work = 0.5 * np.sum(push[:, :2] * step, axis=1)
     assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
     assert np.abs(work).sum() > 1e-4
+
+
+def test_what_is_pushed_aside_is_pushed_to_the_left_of_its_way_and_only_while_it_slides() -> None:
+    state = contacts(50)
+    push = SmoothPush("aside").push(state, {"a0": 0.03})
+    assert push is not None
+    ahead = np.column_stack([np.cos(state.way_rad), np.sin(state.way_rad)])
+    assert (push[:, :2] * ahead).sum(axis=1) == pytest.approx(np.zeros(50), abs=1e-12)
+    turned_left = ahead[:, 0] * push[:, 1] - ahead[:, 1] * push[:, 0]
+    assert turned_left == pytest.approx(0.03 * state.moving)
