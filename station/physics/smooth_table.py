@@ -131,8 +131,8 @@ def _push(table: Mapping[str, Any]) -> SmoothPush:
     chosen = known.get(str(table["push"]))
     if chosen is None or table["covariate"] != pushed_by(chosen):
         said = f"push = {table['push']!r} by {table['covariate']!r}"
-        known_ones = ", ".join(f"{one} by {pushed_by(one)}" for one in PUSHES)
-        raise UserError(f"Expected a push of {known_ones} in {_WHERE}, got {said}")
+        of_place = ", ".join(one for one in PUSHES if pushed_by(one) == "position")
+        raise UserError(f"Expected a push of {of_place} by position or aside by way in {_WHERE}, got {said}")
     return SmoothPush(chosen)
 
 
