@@ -23,6 +23,11 @@
     push = "radial"
     coefficients = [-0.2]
 
+    [[smooth]]                          # a push in m/s² to the left of a sliding block's way
+    covariate = "way"
+    push = "aside"
+    coefficients = [0.03]
+
 A covariate that is not of the moment but of the run before has its values beside it, `runs = [1, 2]` and
 `values = [0.5, -0.2]`: such a term can be simulated only in the session that it was found in.
 """
@@ -53,6 +58,7 @@ from station.physics.smooth import (
     Unnamed,
     Wave,
     When,
+    pushed_by,
 )
 
 _FORMS = ("powers", "harmonics", "swings")
@@ -123,9 +129,10 @@ def _push(table: Mapping[str, Any]) -> SmoothPush:
     only(table, {"covariate", "push", "coefficients"}, f"{_WHERE} with a push")
     known: dict[object, Direction] = {direction: direction for direction in PUSHES}
     chosen = known.get(str(table["push"]))
-    if chosen is None or table["covariate"] != "position":
+    if chosen is None or table["covariate"] != pushed_by(chosen):
         said = f"push = {table['push']!r} by {table['covariate']!r}"
-        raise UserError(f"Expected a push of {', '.join(PUSHES)} by position in {_WHERE}, got {said}")
+        of_place = ", ".join(one for one in PUSHES if pushed_by(one) == "position")
+        raise UserError(f"Expected a push of {of_place} by position or aside by way in {_WHERE}, got {said}")
     return SmoothPush(chosen)
 
 

@@ -51,7 +51,7 @@ class Variant:
 class Scores:
     """Information (K, K) and score (K,) of K columns around a fitted model, with the model's own numbers projected out.
 
-    `of_runs` (blocks, K) are the shares of independent runs, or groups, of the score; `low`, `high` (K,) are the bounds
+    `of_runs` (clusters, K) are the shares of independent runs, groups or stretches of the score; `low`, `high` (K,) are the bounds
     of a column's number relative to its null; `runs` is the number of runs that count.
     """
 
@@ -143,7 +143,7 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = 
     unbound = np.full(beside.shape[1], np.inf)
     counted = evidence.counted[whitening.run]
     table = whitening(np.column_stack([own, seen.table, beside]))[counted]
-    block, tail = whitening.block[counted], whitening.tail[counted]
+    cluster, tail = evidence.cluster[whitening.run][counted], whitening.tail[counted]
     slope, _ = pulls(white[counted], tail, whitening.limit[counted])
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
     weighted = np.sqrt(expected)[:, None] * table
@@ -158,13 +158,13 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = 
     raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
     share = raw * -slope[:, None]
     of_runs = np.zeros((evidence.runs, raw.shape[1]))
-    np.add.at(of_runs, block, share)
+    np.add.at(of_runs, cluster, share)
     return Scores(
         variants=seen.variants,
         # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
         information=free_of.T @ free_of + projection.T @ prior @ projection,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
-        of_runs=of_runs[np.unique(evidence.block[evidence.counted])],
+        of_runs=of_runs[np.unique(evidence.cluster[evidence.counted])],
         low=np.concatenate([seen.low, -unbound]),
         high=np.concatenate([seen.high, unbound]),
         runs=int(evidence.counted.sum()),

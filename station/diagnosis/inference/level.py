@@ -13,7 +13,7 @@ from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Value
-from station.physics.contact import Array, Bools
+from station.physics.contact import Array, Bools, Contact
 from station.physics.model import Model
 
 HALF = 0.5
@@ -59,12 +59,22 @@ def as_simulated(evidence: Evidence, fitted: Fit) -> Model:
 def level_of(evidence: Evidence, fitted: Fit) -> Value:
     """The coefficient of friction of that model, with the standard error of a median.
 
-    The runs scatter, and each reading of an onset has an error of its own: a tilt in steps leaves it open within a
-    step.
+    Where no block was seen to let go, a law of the speed extrapolates static friction to speeds that nobody recorded:
+    the level is then that of the recorded slides. The runs scatter, and each reading of an onset has an error of its
+    own: a tilt in steps leaves it open within a step.
     """
-    mu_s, channel = as_simulated(evidence, fitted).mu_s, evidence.friction
+    model, channel = as_simulated(evidence, fitted), evidence.friction
     assert channel is not None
     known = evidence.known(channel)
+    mu = model.mu_s * (1.0 if evidence.onsets is not None else _of_sliding(model, channel.contact, known))
     reading = fitted.noise.factor[channel.name] * float(np.median(channel.rows.sigma[known])) if known.any() else 0.0
     each = math.hypot(fitted.noise.scatter, reading)
-    return Value(value=mu_s, sd=OF_MEDIAN * mu_s * each / math.sqrt(max(evidence.used(), 1)), unit="1")
+    return Value(value=mu, sd=OF_MEDIAN * mu * each / math.sqrt(max(evidence.used(), 1)), unit="1")
+
+
+def _of_sliding(model: Model, contact: Contact | None, known: Bools) -> float:
+    """The friction of the recorded slides over that of the same blocks at rest, by the model."""
+    if contact is None or not known.any():
+        return 1.0
+    still = replace(contact, moving=np.zeros(len(contact), dtype=np.bool_), speed_m_s=np.zeros(len(contact)))
+    return float(np.median((model.friction(contact) / model.friction(still))[known]))

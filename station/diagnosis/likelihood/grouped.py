@@ -34,7 +34,9 @@ LEAST = 1e-6
 
 def grouped_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
     """Estimates the noise of evidence with groups from residuals by channel; static and sliding rows apart."""
-    found = {channel.name: _sizes(evidence, channel, residuals[channel.name]) for channel in evidence.channels}
+    own = {channel.name: _sizes(evidence, channel, residuals[channel.name]) for channel in evidence.channels}
+    lent = _lent(evidence, own)
+    found = {name: sizes or lent for name, sizes in own.items()}
     follow = {channel.name for channel in evidence.channels if channel.travelled_m is not None}
     return Noise(
         friction=0.0,
@@ -57,13 +59,23 @@ class _Sizes:
     reach_m: float = 1.0
 
 
-def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes:
-    """The likeliest sizes. One group has no level of its own: that is mu."""
+def _lent(evidence: Evidence, own: Mapping[str, _Sizes | None]) -> _Sizes:
+    """The sizes for channels with too few rows to know their own: those of the channel with the most.
+
+    It is the same contact, whose friction scatters and wanders on. Without them a few windows in which friction still
+    settles would be as sure as their means, to 1e-4, and decide the search of the whole record.
+    """
+    longest = max(evidence.channels, key=len)
+    return own[longest.name] or _Sizes()
+
+
+def _sizes(evidence: Evidence, channel: Channel, residual: Array) -> _Sizes | None:
+    """The likeliest sizes; None for too few rows. One group has no level of its own: that is mu."""
     rows = channel.rows
     order = np.argsort(evidence.block[rows.run], kind="stable")
     order = order[evidence.known(channel)[order]]
     if len(order) < thresholds.LEAST_KNOWN:
-        return _Sizes()
+        return None
     block, sigma, values = evidence.block[rows.run][order], rows.sigma[order], residual[order]
     starts = np.diff(block, prepend=-1) != 0
     path = channel.travelled_m

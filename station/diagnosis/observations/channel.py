@@ -101,14 +101,14 @@ class Channel(ABC):
         return bool(self.hooks & effect.acts_through())
 
 
-ONSET, ALONG, REST = "onset", "along", "rest"
+ONSET, ALONG, ACROSS, REST = "onset", "along", "across", "rest"
 """Names of channels: static friction, sliding friction, and the block's place at rest."""
 
 CONTACT_HOOKS = frozenset({"friction", "push", "attitude", "delay_s"})
 ACTING = {
     ONSET: CONTACT_HOOKS | {"shaking"},
     ALONG: CONTACT_HOOKS,
-    "across": CONTACT_HOOKS | {"lead"},
+    ACROSS: CONTACT_HOOKS | {"lead"},
     "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),

@@ -32,7 +32,8 @@ class Evidence:
     are not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are predicted
     and not fitted; None: there are none. `wander` is the wander of friction along the slides by channel, where it was
     estimated. `floor` is the least noise of rows and runs. `group` (r,) numbers the groups of runs that share a draw of
-    friction, as those of one specimen; None: each run is on its own.
+    friction, as those of one specimen; None: each run is on its own. `stretch` (r,) numbers the stretches of one speed
+    in continuous records; None: there are too few to know how they scatter.
     """
 
     channels: tuple[Channel, ...]
@@ -47,6 +48,7 @@ class Evidence:
     wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
     floor: Noise | None = None
     group: Index | None = None
+    stretch: Index | None = None
 
     def channel(self, name: str) -> Channel | None:
         """The channel of that name, or None."""
@@ -87,6 +89,14 @@ class Evidence:
         if self.group is None:
             return np.arange(self.runs)
         _, first, of = np.unique(self.group, return_index=True, return_inverse=True)
+        return first[of]
+
+    @property
+    def cluster(self) -> Index:
+        """The first run (r,) of each run's stretch, or of its block: their shares of a score scatter as they may."""
+        if self.stretch is None:
+            return self.block
+        _, first, of = np.unique(self.stretch, return_index=True, return_inverse=True)
         return first[of]
 
     def contact(self) -> Contact | None:

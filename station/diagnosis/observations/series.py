@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from station.diagnosis import thresholds
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.table_rows import TableRows
 from station.physics.contact import Array, Bools
@@ -51,6 +52,21 @@ def in_windows(rows: TableRows) -> TableRows:
 def travelled_of(rows: TableRows) -> Array | None:
     """The slip (n,), m, of continuous records; None for single measurements."""
     return rows.displacement_m if len(rows) and np.isfinite(rows.displacement_m).all() and rows.ordered else None
+
+
+def stretches_of(rows: TableRows) -> Times | None:
+    """The number (n,) of each window's stretch of one speed in records; None where there are too few of them.
+
+    Where a speed is set, friction may jump by more than it wanders between, for reasons of the apparatus: each change
+    is one piece of evidence for a law of the speed, however many windows follow it. How they scatter is known from some
+    of them.
+    """
+    if travelled_of(rows) is None:
+        return None
+    ends = _stretches(rows.speed_m_s, rows.group)
+    if len(ends) < thresholds.LEAST_KNOWN:
+        return None
+    return np.repeat(np.arange(len(ends)), [end - begin for begin, end in ends])
 
 
 def _record(rows: TableRows) -> tuple[TableRows, Array]:

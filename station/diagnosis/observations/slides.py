@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.observations.channel import ALONG, Channel, Rows
+from station.diagnosis.observations.channel import ACROSS, ALONG, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, Contact, View
@@ -189,7 +189,7 @@ class Across(_Slides):
     would seem to prove an offset of the angle.
     """
 
-    name: str = "across"
+    name: str = ACROSS
     title: str = "the sideways force"
     frictional: bool = True
     sees: bool = True

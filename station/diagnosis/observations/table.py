@@ -13,7 +13,7 @@ from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.pulled import SETTLING
-from station.diagnosis.observations.series import in_windows, settling, travelled_of
+from station.diagnosis.observations.series import in_windows, settling, stretches_of, travelled_of
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import FREE_M
 from station.diagnosis.observations.table_onsets import onsets_of
@@ -40,6 +40,7 @@ def table_evidence(recorded: Measured | Sequence[Sample], setting: Setting) -> E
         total_runs=len(table),
         notes=tuple(notes),
         group=rows.group,
+        stretch=stretches_of(rows),
     )
 
 

@@ -18,6 +18,7 @@ from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
 from station.physics.model import Model, Term
+from station.physics.smooth import SmoothPush
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -99,6 +100,10 @@ def summary_of(before: Fit, place: Place) -> str:
 
 def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
     """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
+    if isinstance(term.effect, SmoothPush) and term.effect.direction == "aside":
+        (size,) = term.values.values()
+        side = "left" if size > 0 else "right"
+        return f"something outside the catalogue: sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
     apart = between(evidence, less(model, term.effect.id), model)
     change = 2 * float(np.sqrt(np.mean(apart**2)))
     covariate = covariate_of(term.effect)

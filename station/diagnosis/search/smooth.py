@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.observations.channel import ACROSS
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.memory import MEMORY
@@ -151,8 +152,10 @@ def _memory(evidence: Evidence) -> dict[str, ByRun]:
 
 
 def _pushes(evidence: Evidence) -> Iterator[Effect]:
+    if evidence.channel(ACROSS) is not None:
+        yield SmoothPush("aside")
     onset = evidence.friction
     if onset is None or not {"x", "y"} <= onset.rows.covariates.keys():
         return
     if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= thresholds.LEAST_PLACES_M:
-        yield from (SmoothPush(direction) for direction in PUSHES)
+        yield from (SmoothPush(direction) for direction in PUSHES if direction != "aside")

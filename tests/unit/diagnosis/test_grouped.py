@@ -11,6 +11,8 @@ from scipy.stats import multivariate_normal
 
 from shared.messages import Sample
 from station.diagnosis import thresholds
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.likelihood.grouped import ANY, grouped_noise
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.student import log_density
@@ -19,11 +21,15 @@ from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
+from station.diagnosis.search.candidates import single_candidates
+from station.physics.catalogue import catalogue
 from station.physics.model import Model
 from station.signals.measured import Measured
 
 STEP_M, SPEEDS_M_S = 1e-5, (2e-7, 2e-6)
 SPEED_CHANGES = 100
+CHI2_95 = 3.84
+"""Chance gives a number a larger gain once in twenty times."""
 
 
 def evidence(columns: dict[str, NDArray[Any]], group: tuple[str, ...] = ()) -> Evidence:
@@ -114,3 +120,42 @@ def test_a_steady_record_has_nothing_that_settles() -> None:
     friction = 0.45 * np.exp(rng.normal(0.0, 1e-3, 300))
     seen = evidence({"friction_coefficient": friction, "displacement_m": place, "time_s": place / 1e-6})
     assert [channel.name for channel in seen.channels] == ["along"]
+
+
+def test_a_few_windows_that_settle_are_as_sure_as_the_contact_is() -> None:
+    """With their means' own errors two of them once outweighed a whole record, and wear was claimed of it."""
+    seen = record(settles_m=2.0 * STEP_M, wander=0.01)
+    settling = seen.channel("settling")
+    assert settling is not None
+    assert len(settling) < thresholds.LEAST_KNOWN
+    noise = grouped_noise(seen, {one.name: one.residual(Model(mu_s=0.48)) for one in seen.channels})
+    assert noise.wander["settling"] == noise.wander["along"]
+    assert noise.factor["settling"] == noise.factor["along"]
+
+
+def dealt(rng: np.random.Generator, *, like: bool) -> Evidence:
+    """Twenty stretches of two speeds, each with a level of friction of its own; `like` the speed's, or any."""
+    fast = np.arange(20) % 2 == 1
+    own = np.log(1.1) * fast if like else rng.permutation(np.log(1.1) * fast)
+    fast, own = np.repeat(fast, 20), np.repeat(own, 20)
+    place = STEP_M * np.arange(400)
+    friction = 0.45 * np.exp(own + rng.normal(0.0, 1e-3, 400))
+    time_s = np.cumsum(STEP_M / np.where(fast, SPEEDS_M_S[1], SPEEDS_M_S[0]))
+    return evidence({"friction_coefficient": friction, "displacement_m": place, "time_s": time_s})
+
+
+def promised(seen: Evidence) -> float:
+    """Twice the gain of a law of the speed by its scores, as far as the stretches agree on it."""
+    plain = fit(seen, levelled(seen, Model(mu_s=0.4)), ())
+    (best,) = single_candidates(seen, plain, [catalogue()["rate_strengthening"]])
+    return best.twice_gain
+
+
+def test_windows_after_one_change_of_speed_are_one_piece_of_evidence() -> None:
+    """Levels that jump wherever a speed is set, at random, are no law of it; where they agree it is as sure as ever."""
+    rng = np.random.default_rng(6)
+    by_chance = [promised(dealt(rng, like=False)) for _ in range(12)]
+    assert np.mean(np.array(by_chance) > CHI2_95) <= 0.25
+    assert promised(dealt(rng, like=True)) > 5.0 * CHI2_95
+    assert dealt(rng, like=True).stretch is not None
+    assert record().stretch is None, "two stretches do not say how such levels scatter"

@@ -130,7 +130,7 @@ def test_the_examples_can_be_read() -> None:
     _, _, text = (module.__doc__ or "").partition("\n\n")
     examples, _, _ = text.partition("\nA covariate")
     model = model_of_table(tomllib.loads(examples) | {"friction": {"mu_s": 0.4}}, KNOWN)
-    assert len({term.effect.id for term in model.terms}) == 4
+    assert len({term.effect.id for term in model.terms}) == 5
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,8 @@ def test_the_examples_can_be_read() -> None:
         ({"colour": 1}, "got colour"),
         ({"runs": [1, 2], "values": [0.1]}, "as many runs as values .*, got 2 and 1"),
         ({"runs": [1, 2]}, "a list of numbers for values"),
-        ({"powers": None, "push": "up"}, "a push of radial, linear, any, field by position .*, got push = 'up'"),
+        ({"powers": None, "push": "aside", "covariate": "position"}, "aside by way .*, got push = 'aside' by 'position'"),
+        ({"powers": None, "push": "up"}, "a push of radial, linear, any, field by position or aside by way .*, got push = 'up'"),
     ],
 )
 def test_a_wrong_table_gives_one_sentence(changes: dict[str, Any], said: str) -> None:
@@ -181,3 +182,13 @@ def test_a_field_does_no_work_around_a_loop() -> None:
     work = 0.5 * np.sum(push[:, :2] * step, axis=1)
     assert abs(work.sum()) < 1e-6 * np.abs(work).sum()
     assert np.abs(work).sum() > 1e-4
+
+
+def test_what_is_pushed_aside_is_pushed_to_the_left_of_its_way_and_only_while_it_slides() -> None:
+    state = contacts(50)
+    push = SmoothPush("aside").push(state, {"a0": 0.03})
+    assert push is not None
+    ahead = np.column_stack([np.cos(state.way_rad), np.sin(state.way_rad)])
+    assert (push[:, :2] * ahead).sum(axis=1) == pytest.approx(np.zeros(50), abs=1e-12)
+    turned_left = ahead[:, 0] * push[:, 1] - ahead[:, 1] * push[:, 0]
+    assert turned_left == pytest.approx(0.03 * state.moving)
