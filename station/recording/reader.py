@@ -93,12 +93,12 @@ def open_recording(path: Path) -> RecordingReader:
     from station.recording.parted import PartedReader, continued_in  # noqa: PLC0415  # it reads by what is in this file
 
     path = Path(path)
-    first = _open_file(path)
+    first = open_file(path)
     parts, missing = [first], ""
     while number_of(path.name) == 1 and (name := continued_in(parts[-1])) and not missing:
         after = part_path(path, len(parts) + 1)
         if after.exists():
-            parts.append(_open_file(after))
+            parts.append(open_file(after))
         elif (broken := after.with_name(after.name + PARTIAL)).exists():
             raise UserError(f"Expected a finished recording, but {broken} breaks off; run: station repair {broken}")
         else:
@@ -107,7 +107,12 @@ def open_recording(path: Path) -> RecordingReader:
     return PartedReader(parts, missing=missing) if len(parts) > 1 or missing else first
 
 
-def _open_file(path: Path) -> RecordingReader:
+def open_file(path: Path) -> RecordingReader:
+    """Opens one finished file alone, whether it goes on in another or not.
+
+    Raises:
+        UserError: as `open_recording` does.
+    """
     try:
         with path.open("rb") as file:
             _check_ends(file, path)
