@@ -74,7 +74,7 @@ def test_whatever_is_read_is_that_of_one_file(parted: Path, whole: Path) -> None
 def run_signals_equal(one: RecordingReader, other: RecordingReader) -> bool:
     ours, theirs = ([signals for _, signals in run_signals(reader)] for reader in (one, other))
     assert len(ours) == 2
-    return all(np.array_equal(a.corners.capture_ns, b.corners.capture_ns) for a, b in zip(ours, theirs, strict=True))
+    return all(np.array_equal(a.corners.time_ns, b.corners.time_ns) for a, b in zip(ours, theirs, strict=True))
 
 
 def test_sequence_numbers_run_on_across_the_seams(parted: Path) -> None:
