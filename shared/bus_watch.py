@@ -3,6 +3,8 @@
 - Who listens sees each link with the name in its certificate: one that counts as nobody is named, with its address.
 - Who is refused cannot be told why, but sees signs of it: no link comes about (an expired certificate, a foreign
   authority), or links stand and nobody on them announces himself (revoked keys). Its own certificate it reads itself.
+- A handshake that fails leaves its only trace at the accepting end in Zenoh's own log, which has no callback: it goes
+  to standard output where RUST_LOG asks for it (`RUST_LOG=zenoh_link_tls=warn`, as in the Pi's unit).
 
 What a member sends beyond its rights reaches nobody, and no other process learns of it; its own end names it.
 """
@@ -48,7 +50,7 @@ class BusWatch:
             self._say(f"The keys in {self.folder} will be refused by the others: {why}")
 
     def linked(self, name: str | None, address: str) -> None:
-        """A link has come about with whoever has a certificate of that name."""
+        """Notes a link with whoever has a certificate of that name."""
         with self._lock:
             self._links.add(name or address)
         if self.members and name not in self._counting():
@@ -58,13 +60,13 @@ class BusWatch:
             )
 
     def sending(self, name: str) -> None:
-        """This process sends on a topic; said if its certificate does not allow it."""
+        """Notes that this process sends on a topic; said if its certificate does not allow it."""
         role = self._role()
         if role and name not in sent_by(role) and not name.startswith(ANGLE_PREFIX):
             self._beyond(role, f"send {name}")
 
     def asking(self, service: str) -> None:
-        """This process asks a service; said if its certificate does not allow it."""
+        """Notes that this process asks a service; said if its certificate does not allow it."""
         role = self._role()
         if role and SERVICES[service].asker not in (role, "any"):
             self._beyond(role, f"ask {service}")

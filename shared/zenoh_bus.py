@@ -120,6 +120,7 @@ class ZenohBus:
         self.malformed: Counter[str] = Counter()
         """Payloads by topic or service that were no message, and were left out."""
         os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {_RECEIVERS}))")  # no entry of the configuration
+        zenoh.try_init_log_from_env()  # silent without RUST_LOG
         try:
             self._session = zenoh.open(_config(listen, connect, rig_id=rig_id, process=process))
         except zenoh.ZError as error:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Generator
 from dataclasses import dataclass, field
@@ -123,24 +126,19 @@ def told_by(caplog: pytest.LogCaptureFixture) -> str:
     return "\n".join(record.getMessage() for record in caplog.records)
 
 
-@pytest.mark.parametrize(
-    ("who", "here", "there"),
-    [
-        ("revoked camera", "'camera.1', which counts as nobody", "were they revoked?"),
-        ("expired station", "", "certificate has expired"),
-        ("stranger", "", "No link with tls/127.0.0.1:"),
-    ],
-)
+SAID = {
+    "revoked camera": ("'camera.1', which counts as nobody", "were they revoked?"),
+    "expired station": ("", "certificate has expired"),
+    "stranger": ("", "No link with tls/127.0.0.1:"),
+}
+"""What is said where somebody is refused, and by whoever is refused."""
+
+
+@pytest.mark.parametrize("who", SAID)
 def test_who_is_refused_and_why_is_said_at_each_end_that_can_know(
-    who: str,
-    here: str,
-    there: str,
-    keys: Path,
-    agents: Agents,
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
+    who: str, keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A handshake that fails leaves no trace where it was refused: Zenoh tells nobody who knocked."""
+    here, there = SAID[who]
     monkeypatch.setattr(bus_watch, "PATIENCE_S", 2.0)
     monkeypatch.setenv("REPOSE_KEYS", str(keys / who))
     for bus, name in zip(agents.buses, SERVING, strict=True):
@@ -152,6 +150,33 @@ def test_who_is_refused_and_why_is_said_at_each_end_that_can_know(
             other.poll(0.05)
     assert here in told_by(caplog)
     assert there in told_by(caplog)
+
+
+ACCEPTS = """
+import sys, time
+from shared.zenoh_bus import ZenohBus
+with ZenohBus("rights", listen=[sys.argv[1]], process="arm") as bus:
+    print("listening", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("who", ["expired station", "stranger"])
+def test_a_handshake_that_failed_stands_in_the_log_of_the_end_that_refused_it(
+    who: str, keys: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    environment = {**os.environ, "REPOSE_KEYS": str(keys / "good"), "RUST_LOG": "zenoh_link_tls=warn"}
+    words = [sys.executable, "-c", ACCEPTS, endpoint]
+    with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) as accepting:
+        assert accepting.stdout is not None
+        assert "listening" in accepting.stdout.readline()
+        monkeypatch.setenv("REPOSE_KEYS", str(keys / who))
+        try:
+            with ZenohBus("rights", connect=[endpoint]):
+                assert "zenoh_link_tls" in accepting.stdout.readline()
+        finally:
+            accepting.kill()
 
 
 def test_members_are_refused_nothing_in_the_log(

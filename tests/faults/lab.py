@@ -53,10 +53,30 @@ class Lab:
         """Where the sessions record to."""
         return self.folder / "disk"
 
-    def mount(self, megabytes: int) -> None:
-        """A disk of its own for the recordings; it needs root."""
-        self.disk.mkdir()
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(self.disk)], check=True)
+    def mount(self, megabytes: int, *, ext4: bool = False) -> None:
+        """A disk of its own for the recordings, in memory or as a file with ext4; it needs root.
+
+        With ext4 the kernel is told to hold nothing back (`sync`): what a program has written is on the disk.
+        """
+        self.unmount()
+        self.disk.mkdir(exist_ok=True)
+        if not ext4:
+            subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(self.disk)], check=True)
+            return
+        with self.image.open("wb") as file:
+            file.truncate(megabytes * 1_000_000)
+        subprocess.run(["mkfs.ext4", "-q", "-F", str(self.image)], check=True)
+        self.remount()
+
+    @property
+    def image(self) -> Path:
+        """The file that holds the disk with ext4."""
+        return self.folder / "disk.img"
+
+    def remount(self) -> None:
+        """Mounts the disk with ext4 (again), for writing."""
+        how = "loop,sync,errors=remount-ro"
+        subprocess.run(["mount", "-t", "ext4", "-o", how, str(self.image), str(self.disk)], check=True)
 
     def unmount(self) -> None:
         """Takes the disk away again, if it was one."""
