@@ -187,7 +187,7 @@ def test_members_are_refused_nothing_in_the_log(
         bus.announce(name)
         bus.subscribe("log", lambda _: None)
     end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end and any(bus.alive() != set(SERVING) for bus in agents.buses):
+    while time.monotonic() < end and any(bus.alive() != frozenset(SERVING) for bus in agents.buses):
         time.sleep(0.05)
     for name in ("camera", "arm"):
         agents.buses[SERVING.index(name)].publish("log", topic("log").message())
