@@ -52,8 +52,7 @@ def chosen(words: Sequence[str], *, tables: bool = True) -> Chosen:
             raise UserError(f"Expected {_said(tables)} at {word}, found none")
         found += [name for name in more if name not in found]
     found = firsts(found)
-    plain = not any(remote.is_remote(word) or glob.has_magic(word) for word in words)
-    return Chosen(names=tuple(found), one=len(found) == 1 and found[0] in words and plain)
+    return Chosen(names=tuple(found), one=len(found) == 1 and found[0] in words)
 
 
 def size_bytes(names: Iterable[str]) -> int | None:
