@@ -31,6 +31,7 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
+from shared.visible import visible
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
 from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
@@ -102,7 +103,7 @@ def open_recording(path: Path) -> RecordingReader:
         elif (broken := after.with_name(after.name + PARTIAL)).exists():
             raise UserError(f"Expected a finished recording, but {broken} breaks off; run: station repair {broken}")
         else:
-            missing = f"{path} goes on in {after.name} (written as {name}), which is not beside it"
+            missing = f"{path} goes on in {after.name} (written as {visible(name)}), which is not beside it"
             _LOG.warning("%s: what is in it is left out", missing)
     return PartedReader(parts, missing=missing) if len(parts) > 1 or missing else first
 
