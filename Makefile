@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SAMPLES ?= 5
 SEED ?= 1
 
-.PHONY: run test test-alone test-system test-portable proof proof-full faults fuzz lint style types setup lock bench docs reference clean
+.PHONY: run test test-alone test-system test-portable proof proof-full faults soak fuzz lint style types setup lock bench docs reference clean
 
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
@@ -56,6 +56,11 @@ proof-full: setup
 # make faults ARGS="--row 'kill -9' --times 5", or ARGS=--list for the rows. All of it takes about two hours for three times.
 faults: setup
 	$(BIN)/python -m tests.faults $(ARGS)
+
+# A session of 20 000 samples in simulated time, watched from outside: memory, file handles, threads, as a plot, and its parts
+# read as one; e.g. make soak ARGS="--samples 500 --split 50"
+soak: setup
+	$(BIN)/python -m tests.soak $(ARGS)
 
 # Inputs that nobody should send, to every reader and the bus; e.g. make fuzz ARGS="--inputs 200000 --jobs 2"
 fuzz: setup

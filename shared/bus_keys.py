@@ -30,10 +30,9 @@ def tls_settings(
     Raises:
         UserError: if one is and the keys are missing, or others than their owner may read the private one.
     """
-    if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
+    folder = keys_in_use(endpoints, process=process, environment=environment)
+    if folder is None:
         return {}
-    folder = Path(environment.get(VARIABLE, "") or "keys").resolve()
-    folder = own_keys(folder, process)
     files = {name: _readable(folder / f"{name}.pem") for name in FILES}
     if open_to_others(files["key"]):
         raise UserError(f"Expected a private key that its owner alone can read, got {files['key']}: chmod 600 it")
@@ -44,6 +43,15 @@ def tls_settings(
     }
     tls = {"root_ca_certificate": str(files["ca"]), "enable_mtls": True, "verify_name_on_connect": True, **own}
     return {"transport/link/tls": tls} | _rights(folder / RIGHTS, rig_id)
+
+
+def keys_in_use(
+    endpoints: Sequence[str], *, process: str = "", environment: Mapping[str, str] = os.environ
+) -> Path | None:
+    """The folder of the keys with which a process speaks on these endpoints; None if none is encrypted."""
+    if not any(endpoint.startswith(("tls/", "quic/")) for endpoint in endpoints):
+        return None
+    return own_keys(Path(environment.get(VARIABLE, "") or "keys").resolve(), process)
 
 
 def own_keys(folder: Path, process: str) -> Path:

@@ -26,8 +26,9 @@ from zenoh import ext
 
 from shared import topics, wire
 from shared.bus import Handler, Missed, MissHandler, Received, Recipe, ReplyHandler, Server
-from shared.bus_keys import tls_settings
+from shared.bus_keys import RIGHTS, keys_in_use, members_in, tls_settings
 from shared.bus_rights import OBSERVER
+from shared.bus_watch import BusWatch
 from shared.clock import Clock, SystemClock
 from shared.errors import UserError
 from shared.messages import Message
@@ -119,6 +120,7 @@ class ZenohBus:
         self.malformed: Counter[str] = Counter()
         """Payloads by topic or service that were no message, and were left out."""
         os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {_RECEIVERS}))")  # no entry of the configuration
+        zenoh.try_init_log_from_env()  # silent without RUST_LOG
         try:
             self._session = zenoh.open(_config(listen, connect, rig_id=rig_id, process=process))
         except zenoh.ZError as error:
@@ -127,10 +129,27 @@ class ZenohBus:
                 "is the same process already running, or the address not this machine's?"
             ) from error
         self._outbox = Outbox()
+        self._watch = self._watched(listen, connect, rig_id=rig_id, process=process)
         watcher = self._session.liveliness().declare_subscriber(
             f"{self._prefix}/{_ALIVE}/*", self._on_alive, history=True
         )
         self._entities.append(watcher)
+
+    def _watched(self, listen: Sequence[str], connect: Sequence[str], *, rig_id: str, process: str) -> BusWatch | None:
+        """What says who is refused; None without keys."""
+        folder = keys_in_use([*listen, *connect], process=process)
+        if folder is None:
+            return None
+        rights = folder / RIGHTS
+        watch = BusWatch(folder, members_in(rights, rig_id) if rights.exists() else {}, tuple(connect))
+        watch.read_own()
+
+        def linked(event: zenoh.LinkEvent) -> None:
+            if event.kind == zenoh.SampleKind.PUT:
+                watch.linked(event.link.auth_identifier, event.link.dst)
+
+        self._entities.append(self._session.info.declare_link_events_listener(linked, history=True))
+        return watch
 
     @classmethod
     def of(cls, process: str, rig: RigConfig, *, clock: Clock | None = None) -> ZenohBus:
@@ -172,6 +191,8 @@ class ZenohBus:
         (self._publishers.get(topic) or self._declare_publisher(topic)).put(payload)
 
     def _declare_publisher(self, name: str) -> Any:
+        if self._watch is not None:
+            self._watch.sending(name)
         traffic = topics.topic(name).traffic
         options: dict[str, Any] = {
             "priority": _PRIORITIES[traffic.priority - 1],
@@ -305,6 +326,8 @@ class ZenohBus:
     ) -> None:
         """See `Bus.request`."""
         line = topics.SERVICES[service]
+        if self._watch is not None:
+            self._watch.asking(service)
         answered: list[bool] = []
 
         def deliver(reply: Message | None) -> None:
@@ -349,6 +372,8 @@ class ZenohBus:
 
     def poll(self, timeout_s: float = 0.0) -> int:
         """See `Bus.poll`. What arrives while the handlers run waits for the next call, so this always returns."""
+        if self._watch is not None:
+            self._watch.look(alive=bool(self.alive()))
         with contextlib.suppress(queue.Empty):
             self._taken.append(self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait())
             for _ in range(self._inbox.qsize()):

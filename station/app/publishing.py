@@ -20,6 +20,7 @@ from station.publish.folder import new_folder
 from station.publish.licence import Licence
 from station.publish.source import Source, sources_of
 from station.publish.tables import runs_table, samples_table
+from station.recording.parts import files_of, part_path
 
 FIGURES = ("limit_curve", "polar", "by_direction")
 """The figures that a dataset shows of each pair; `station analyze` draws all."""
@@ -74,7 +75,8 @@ def _copy(sources: Sequence[Source], folder: Path) -> None:
     for source in sources:
         path = source.reader.path
         try:
-            shutil.copyfile(path, folder / source.name)
+            for number, part in enumerate(files_of(path), start=1):
+                shutil.copyfile(part, part_path(folder / source.name, number))
         except OSError as error:
             raise UserError(f"Expected to copy {path} to the dataset, but that failed: {error.strerror}") from error
 

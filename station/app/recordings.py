@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from dataclasses import asdict
 from datetime import datetime
@@ -12,11 +13,31 @@ from station.recording.provenance import Provenance
 from station.sampling.plan import Plan
 
 FOLDER = Path("recordings")
+SPLIT_MB = (1, 1_000_000)
+"""The sizes of a part: at least as large as a chunk, so that there are not more parts than chunks."""
 
 
 def recording_path(out: str | None) -> Path:
     """The path of `--out`, or a new one in ./recordings named by the time."""
     return Path(out) if out else FOLDER / f"{datetime.now().astimezone():%Y-%m-%d_%H-%M-%S}.mcap"
+
+
+def add_split(parser: argparse.ArgumentParser) -> None:
+    """Declares `--split`, the size at which a recording goes on in another file."""
+    parser.add_argument(
+        "--split",
+        type=_split_bytes,
+        default=0,
+        metavar="MB",
+        help="go on in NAME.part002.mcap at this size (read as one)",
+    )
+
+
+def _split_bytes(text: str) -> int:
+    megabytes = int(text) if text.isascii() and text.isdigit() else 0
+    if not SPLIT_MB[0] <= megabytes <= SPLIT_MB[1]:
+        raise argparse.ArgumentTypeError(f"expected a size from {SPLIT_MB[0]} to {SPLIT_MB[1]} MB, got '{text}'")
+    return megabytes * 1_000_000
 
 
 def plan_toml(plan: Plan) -> str:

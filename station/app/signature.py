@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from pathlib import Path
 
 from shared.bus_keys import VARIABLE
 from shared.errors import UserError
+from station.recording.parts import sha256_of
 
 SUFFIX = ".sig"
 
@@ -31,14 +31,13 @@ def signature_path(recording: Path) -> Path:
 
 
 def file_sha256(path: Path) -> str:
-    """The SHA-256 of a file's bytes.
+    """The SHA-256 of a recording's bytes, in all its parts.
 
     Raises:
         UserError: if it cannot be read.
     """
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return sha256_of(path)
     except OSError as error:
         raise UserError(f"Expected a recording at {path}, but it cannot be read: {error.strerror}") from error
 

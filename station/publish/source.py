@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 from shared.errors import UserError
 from shared.messages import Sample
+from station.recording.parts import sha256_of
 from station.recording.reader import TRUTH, RecordingReader, digest, open_recording
 from station.recording.summary import is_kept
 
@@ -77,8 +77,7 @@ def _source(path: Path, *, taken: set[str]) -> Source:
     reader = open_recording(path)
     told = reader.metadata.get("session", {})
     started = datetime.fromtimestamp((_whole(told.get("started_ns", "")) or reader.start_ns) // 10**9, UTC)
-    with path.open("rb") as file:
-        content = hashlib.file_digest(file, "sha256").hexdigest()
+    content = sha256_of(path)
     return Source(
         reader=reader,
         name=_free_name(path, taken),

@@ -138,6 +138,11 @@ class McapFile:
             AttachmentIndex(offset, len(packed), stamp_ns, stamp_ns, len(data), name, media_type)
         )
 
+    @property
+    def messages(self) -> int:
+        """The number of messages in the chunks that have ended: all of them after `flush`."""
+        return sum(self._counts.values())
+
     def flush(self) -> None:
         """Ends the chunk in progress and hands everything to the operating system."""
         self._end_chunk()

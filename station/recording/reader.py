@@ -31,10 +31,12 @@ from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
 from shared.messages import AngleReading, Message, Sample
+from shared.visible import visible
 from station.recording.batches import Batch, Unpacked, batch_by_walking, batch_of
 from station.recording.chunks import HELD_BYTES, MAX_CHUNK_BYTES, DamageError, RawMessage, messages, unpack
 from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.mcap_file import MAGIC
+from station.recording.parts import number_of, part_path
 from station.recording.provenance import CHECKSUM, is_intact
 from station.recording.writer import PARTIAL
 
@@ -84,12 +86,34 @@ class Recorded:
 
 
 def open_recording(path: Path) -> RecordingReader:
-    """Opens a finished recording.
+    """Opens a finished recording, with the parts in which it goes on; a later part alone, if that is named.
 
     Raises:
         UserError: in one sentence, if there is none, or it is empty, cut off, damaged or something else.
     """
+    from station.recording.parted import PartedReader, continued_in  # noqa: PLC0415  # it reads by what is in this file
+
     path = Path(path)
+    first = open_file(path)
+    parts, missing = [first], ""
+    while number_of(path.name) == 1 and (name := continued_in(parts[-1])) and not missing:
+        after = part_path(path, len(parts) + 1)
+        if after.exists():
+            parts.append(open_file(after))
+        elif (broken := after.with_name(after.name + PARTIAL)).exists():
+            raise UserError(f"Expected a finished recording, but {broken} breaks off; run: station repair {broken}")
+        else:
+            missing = f"{path} goes on in {after.name} (written as {visible(name)}), which is not beside it"
+            _LOG.warning("%s: what is in it is left out", missing)
+    return PartedReader(parts, missing=missing) if len(parts) > 1 or missing else first
+
+
+def open_file(path: Path) -> RecordingReader:
+    """Opens one finished file alone, whether it goes on in another or not.
+
+    Raises:
+        UserError: as `open_recording` does.
+    """
     try:
         with path.open("rb") as file:
             _check_ends(file, path)
@@ -171,8 +195,12 @@ class RecordingReader:
     def __init__(self, path: Path, summary: Summary) -> None:
         assert summary.statistics is not None
         self.path = path
+        self.summary = summary
+        self.missing = ""
+        """What should have come after it and is not there, in a sentence."""
+        self.seams: tuple[str, ...] = ()
+        """Sentences on what does not fit together where parts meet."""
         self._malformed: dict[str, set[int]] = {}
-        self._summary = summary
         counts = summary.statistics.channel_message_counts
         self._infos: dict[int, TopicInfo] = {}
         for number, channel in summary.channels.items():
@@ -190,9 +218,19 @@ class RecordingReader:
         return {info.name: info for info in sorted(self._infos.values(), key=lambda info: info.name)}
 
     @property
+    def message_count(self) -> int:
+        """The number of messages in the file, of all topics."""
+        return sum(info.count for info in self._infos.values())
+
+    @property
+    def metadata_names(self) -> frozenset[str]:
+        """The names of the metadata records, without reading them."""
+        return frozenset(index.name for index in self.summary.metadata_indexes)
+
+    @property
     def compressions(self) -> tuple[str, ...]:
         """The names of the chunks' compressions that occur."""
-        return tuple(sorted({index.compression for index in self._summary.chunk_indexes}))
+        return tuple(sorted({index.compression for index in self.summary.chunk_indexes}))
 
     @property
     def duration_s(self) -> float:
@@ -298,7 +336,7 @@ class RecordingReader:
         """The chunks with messages of these channels and times, by the time of their first message."""
         return [
             index
-            for index in sorted(self._summary.chunk_indexes, key=lambda index: index.message_start_time)
+            for index in sorted(self.summary.chunk_indexes, key=lambda index: index.message_start_time)
             if index.message_end_time >= low
             and index.message_start_time < high
             and (not index.message_index_offsets or not wanted.keys().isdisjoint(index.message_index_offsets))
@@ -357,7 +395,7 @@ class RecordingReader:
     def _metadata(self) -> dict[str, dict[str, str]]:
         with self.path.open("rb") as file:
             found: dict[str, dict[str, str]] = {}
-            for index in self._summary.metadata_indexes:
+            for index in self.summary.metadata_indexes:
                 try:
                     file.seek(index.offset + 9)
                     record = Metadata.read(ReadDataStream(file))
@@ -371,7 +409,7 @@ class RecordingReader:
         """The attached files by name."""
         with self.path.open("rb") as file:
             found: dict[str, bytes] = {}
-            for index in self._summary.attachment_indexes:
+            for index in self.summary.attachment_indexes:
                 file.seek(index.offset)
                 try:
                     record = attachment_of(_read(file, index.length)[9:])

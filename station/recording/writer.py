@@ -1,5 +1,7 @@
 """Writes a recording: `NAME.mcap.partial` while it grows, `NAME.mcap` once it is closed.
 
+With a size at which to split it goes on in `NAME.part002.mcap` and so on (`station.recording.parts`).
+
 Compression is lz4: packing a message costs 1.8 µs with it and 3.1 µs with zstd, whose files are smaller by a tenth
 (tests/benchmarks/test_recording_speed.py prints both).
 """
@@ -20,6 +22,7 @@ from shared.messages import ClockOffset, Message
 from station.recording.disk import RESERVE_BYTES, ReservedFile, free_bytes
 from station.recording.for_viewers import for_viewers
 from station.recording.mcap_file import McapFile
+from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER, later_files, part_path
 from station.recording.provenance import Attachment, Provenance, sealed
 from station.recording.viewers.extra import Extra
 
@@ -65,8 +68,9 @@ class Recording:
         flush_every_s: float = FLUSH_EVERY_S,
         min_free_bytes: int = MIN_FREE_BYTES,
         on_stopped: Callable[[str], None] | None = None,
+        split_bytes: int = 0,
     ) -> None:
-        """Opens the file and writes where it comes from.
+        """Opens the file and writes where it comes from. A part that has `split_bytes` is the last but one; 0: never.
 
         Raises:
             UserError: if a recording of this name exists (and `overwrite` is false), the folder cannot be written, or
@@ -80,15 +84,25 @@ class Recording:
         self._flush_every_ns = int(flush_every_s * 1e9)
         self._min_free_bytes = min_free_bytes
         self._on_stopped = on_stopped
-        self._channels: dict[str, _Channel] = {}
-        self._schemas: dict[str, int] = {}
+        self._split_bytes = split_bytes
+        self._provenance = provenance
         self._offsets: dict[str, int] = {}
+        self._sequences: dict[str, int] = {}
         self._unflushed_since_ns = 0
         self._closed = False
-        self._file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
-        self._writer = McapFile(self._file, library=f"repose {provenance.versions.get('repose', '')}")
-        self._for_viewers = for_viewers(provenance.rig_toml)
-        self._describe(provenance)
+        self._number, self._messages_before = 1, 0
+        for later in later_files(path):
+            later.unlink()
+        self._begin(path, ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES))
+
+    def _begin(self, path: Path, file: ReservedFile) -> None:
+        """Begins a file: each has all that it takes to be read alone."""
+        self._file, self._part_path = file, path
+        self._channels: dict[str, _Channel] = {}
+        self._schemas: dict[str, int] = {}
+        self._writer = McapFile(file, library=f"repose {self._provenance.versions.get('repose', '')}")
+        self._for_viewers = for_viewers(self._provenance.rig_toml)
+        self._describe(self._provenance)
 
     def __enter__(self) -> Recording:
         """Itself."""
@@ -103,6 +117,29 @@ class Recording:
         self.add_metadata("versions", provenance.versions)
         for file in provenance.files():
             self.attach(file, stamp_ns=provenance.started_ns)
+        if self._number > 1:
+            self.add_metadata(METADATA, self._part())
+
+    def _part(self) -> dict[str, str]:
+        return {NUMBER: str(self._number), BEFORE: str(self._messages_before)}
+
+    def _go_on(self) -> None:
+        """Ends this part and begins the next; where that cannot be begun, this one grows on.
+
+        The next file can be repaired before this one has its name, so that a process killed in between leaves a part
+        that breaks off, and not one that is missing.
+        """
+        path = part_path(self.path, self._number + 1)
+        try:
+            file = ReservedFile(partial_path(path), reserve_bytes=RESERVE_BYTES)
+        except UserError:
+            return
+        self.add_metadata(METADATA, self._part() | {CONTINUED: path.name})
+        ended, ended_file, ended_path = self._writer, self._file, self._part_path
+        self._sequences |= {name: channel.sequence for name, channel in self._channels.items()}
+        self._number, self._messages_before = self._number + 1, self._messages_before + ended.messages
+        self._begin(path, file)
+        _finish(ended, ended_file, ended_path)
 
     def attach(self, file: Attachment, *, stamp_ns: int) -> None:
         """Puts a file into the recording."""
@@ -167,7 +204,8 @@ class Recording:
         kind = extra.schema
         schema = self._writer.register_schema(kind.name, kind.definition, encoding=kind.encoding)
         number = self._writer.register_channel("/" + extra.topic, schema_id=schema, encoding=kind.message_encoding)
-        self._channels[extra.topic] = channel = _Channel(number, known=True, agent="")
+        sequence = self._sequences.get(extra.topic, 0)
+        self._channels[extra.topic] = channel = _Channel(number, known=True, agent="", sequence=sequence)
         return channel
 
     def _publish_ns(self, received: Received, channel: _Channel) -> int:
@@ -200,6 +238,7 @@ class Recording:
                 capture_ns=topics.capture_of(line.message),
                 tells_offsets=line.message is ClockOffset,
             )
+        channel.sequence = self._sequences.get(name, 0)
         self._channels[name] = channel
         return channel
 
@@ -214,6 +253,8 @@ class Recording:
         self._writer.flush()
         if free_bytes(self.path.parent) < self._min_free_bytes:
             self._file.full = True
+        elif 0 < self._split_bytes <= self._file.tell():
+            self._go_on()
 
     def flush_if_due(self, now_ns: int) -> None:
         """Flushes what has waited too long; call it when nothing comes."""
@@ -237,7 +278,7 @@ class Recording:
     def _give_up(self, error: OSError) -> None:
         self._closed = True
         self._file.close()
-        partial = partial_path(self.path)
+        partial = partial_path(self._part_path)
         self._report(
             f"The recording broke off ({error.strerror}): what was written is in {partial}; "
             f"free some space and run: station repair {partial}"
@@ -258,14 +299,18 @@ class Recording:
         if not self._closed:
             self._closed = True
             try:
-                self._writer.finish()
+                _finish(self._writer, self._file, self._part_path)
             except OSError as error:
                 self._give_up(error)
-                return self.path
-            self._file.sync()
-            self._file.close()
-            os.replace(partial_path(self.path), self.path)
         return self.path
+
+
+def _finish(writer: McapFile, file: ReservedFile, path: Path) -> None:
+    """Ends a file and gives it its name."""
+    writer.finish()
+    file.sync()
+    file.close()
+    os.replace(partial_path(path), path)
 
 
 def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
@@ -274,13 +319,18 @@ def refuse_existing(path: Path, *, overwrite: bool = False) -> None:
         raise UserError(f"Expected a recording's name to end in .mcap, got '{path.name}'; call it {path.name}.mcap")
     if overwrite:
         return
-    if path.exists():
-        raise UserError(f"Expected a new name for the recording, but {path} exists; choose another one or move it away")
-    if partial_path(path).exists():
-        raise UserError(
-            f"Expected a new name for the recording, but {partial_path(path)} was left by a session that broke off; "
-            f"run: station repair {partial_path(path)}"
-        )
+    finished = [later for later in later_files(path) if later.suffix != PARTIAL]
+    for there in (path, *finished):
+        if there.exists():
+            raise UserError(
+                f"Expected a new name for the recording, but {there} exists; choose another one or move it away"
+            )
+    for left in (partial_path(path), *later_files(path)):
+        if left.exists():
+            raise UserError(
+                f"Expected a new name for the recording, but {left} was left by a session that broke off; "
+                f"run: station repair {left}"
+            )
 
 
 def _refuse_full(path: Path, *, min_free_bytes: int) -> None:

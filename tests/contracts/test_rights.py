@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Generator
 from dataclasses import dataclass, field
@@ -12,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from shared import bus_watch
 from shared.bus_rights import ROLES, sent_by
 from shared.config import Table
 from shared.messages import Message
@@ -116,6 +120,96 @@ def test_each_is_heard_on_what_is_its_own_and_on_nothing_else(
             other.poll(0.05)
     assert agents.heard == sent
     assert agents.asked == askable
+
+
+def told_by(caplog: pytest.LogCaptureFixture) -> str:
+    return "\n".join(record.getMessage() for record in caplog.records)
+
+
+SAID = {
+    "revoked camera": ("'camera.1', which counts as nobody", "were they revoked?"),
+    "expired station": ("", "certificate has expired"),
+    "stranger": ("", "No link with tls/127.0.0.1:"),
+}
+"""What is said where somebody is refused, and by whoever is refused."""
+
+
+@pytest.mark.parametrize("who", SAID)
+def test_who_is_refused_and_why_is_said_at_each_end_that_can_know(
+    who: str, keys: Path, agents: Agents, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    here, there = SAID[who]
+    monkeypatch.setattr(bus_watch, "PATIENCE_S", 2.0)
+    monkeypatch.setenv("REPOSE_KEYS", str(keys / who))
+    for bus, name in zip(agents.buses, SERVING, strict=True):
+        bus.announce(name)
+    with ZenohBus("rights", connect=agents.rig.bus.endpoint("arm")) as other:
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end and not (here in told_by(caplog) and there in told_by(caplog)):
+            agents.poll()
+            other.poll(0.05)
+    assert here in told_by(caplog)
+    assert there in told_by(caplog)
+
+
+ACCEPTS = """
+import sys, time
+from shared.zenoh_bus import ZenohBus
+with ZenohBus("rights", listen=[sys.argv[1]], process="arm") as bus:
+    print("listening", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("who", ["expired station", "stranger"])
+def test_a_handshake_that_failed_stands_in_the_log_of_the_end_that_refused_it(
+    who: str, keys: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    endpoint = f"tls/127.0.0.1:{free_port()}"
+    environment = {**os.environ, "REPOSE_KEYS": str(keys / "good"), "RUST_LOG": "zenoh_link_tls=warn"}
+    words = [sys.executable, "-c", ACCEPTS, endpoint]
+    with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) as accepting:
+        assert accepting.stdout is not None
+        assert "listening" in accepting.stdout.readline()
+        monkeypatch.setenv("REPOSE_KEYS", str(keys / who))
+        try:
+            with ZenohBus("rights", connect=[endpoint]):
+                assert "zenoh_link_tls" in accepting.stdout.readline()
+        finally:
+            accepting.kill()
+
+
+def test_members_are_refused_nothing_in_the_log(
+    agents: Agents, keys: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(bus_watch, "PATIENCE_S", 0.0)
+    for bus, name in zip(agents.buses, SERVING, strict=True):
+        bus.announce(name)
+        bus.subscribe("log", lambda _: None)
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end and any(bus.alive() != frozenset(SERVING) for bus in agents.buses):
+        time.sleep(0.05)
+    for name in ("camera", "arm"):
+        agents.buses[SERVING.index(name)].publish("log", topic("log").message())
+    agents.poll()
+    assert told_by(caplog) == ""
+
+
+@pytest.mark.parametrize("who", ROLES)
+def test_what_goes_beyond_ones_rights_is_said_by_ones_own_end(
+    who: str, keys: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    sent, askable = rights_of(who)
+    monkeypatch.setenv("REPOSE_KEYS", str(keys / "good" / who))
+    with ZenohBus("rights", connect=("tls/127.0.0.1:9",)) as bus:
+        for name in TOPICS:
+            bus.publish(name, topic(name).message())
+        for name, service in SERVICES.items():
+            bus.request(name, service.request(), lambda _: None, timeout_s=0.1)
+    for name in TOPICS:
+        assert (f"may not send {name}:" in told_by(caplog)) == (name not in sent)
+    for name in SERVICES:
+        assert (f"may not ask {name}:" in told_by(caplog)) == (name not in askable)
 
 
 def test_a_camera_agent_cannot_stand_in_for_the_station(

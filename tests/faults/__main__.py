@@ -67,9 +67,12 @@ def _run(options: argparse.Namespace, rows: Sequence[Row], cables: network.Netwo
         try:
             if cables is not None:
                 cables.make()
-                lab.mount(DISK_MB)
             lab.make()
+            laid = None
             for number, row in enumerate(rows):
+                if cables is not None and laid != row.ext4:
+                    lab.mount(DISK_MB, ext4=row.ext4)
+                    laid = row.ext4
                 outcomes, failed = _trials(lab, row, options)
                 line = line_of(row.name, outcomes, failed, row)
                 if not number:

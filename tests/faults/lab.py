@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -53,10 +54,40 @@ class Lab:
         """Where the sessions record to."""
         return self.folder / "disk"
 
-    def mount(self, megabytes: int) -> None:
-        """A disk of its own for the recordings; it needs root."""
-        self.disk.mkdir()
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(self.disk)], check=True)
+    def mount(self, megabytes: int, *, ext4: bool = False) -> None:
+        """A disk of its own for the recordings, in memory or as a file with ext4; it needs root.
+
+        With ext4 the kernel is told to hold nothing back (`sync`): what a program has written is on the disk.
+        """
+        self.unmount()
+        self.disk.mkdir(exist_ok=True)
+        if not ext4:
+            subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={megabytes}m", "tmpfs", str(self.disk)], check=True)
+            return
+        with self._image.open("wb") as file:
+            file.truncate(megabytes * 1_000_000)
+        subprocess.run(["mkfs.ext4", "-q", "-F", str(self._image)], check=True)
+        self._mount_ext4(self._image)
+
+    @property
+    def _image(self) -> Path:
+        return self.folder / "disk.img"
+
+    def mend(self) -> None:
+        """Checks the disk with ext4 and mounts what it holds anew.
+
+        It is a copy, since the processes of the rig still have the disk as it was (`ip netns exec` gives each mounts of
+        its own).
+        """
+        self.unmount()
+        mended = shutil.copyfile(self._image, self.folder / "mended.img")
+        # It exits with 1 when it has mended something.
+        subprocess.run(["e2fsck", "-f", "-y", str(mended)], check=False, capture_output=True, timeout=60)
+        self._mount_ext4(mended)
+
+    def _mount_ext4(self, image: Path) -> None:
+        how = "loop,sync,errors=remount-ro"
+        subprocess.run(["mount", "-t", "ext4", "-o", how, str(image), str(self.disk)], check=True)
 
     def unmount(self) -> None:
         """Takes the disk away again, if it was one."""

@@ -19,7 +19,8 @@ class Row:
     """`fault` does it, waits as long as it lasts, and mends what nobody else would (starts what it has killed).
 
     `blind`: station or camera is not there while it lasts, so that nothing may move up; `network`: it needs links of
-    our own; `ends`: the session is over afterwards, and a new one is started to see that the rig goes on.
+    our own; `ends`: the session is over afterwards, and a new one is started to see that the rig goes on; `ext4`: it
+    wants the recordings on that file system.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Row:
     blind: bool = True
     network: bool = False
     ends: bool = False
+    ext4: bool = False
 
 
 def all_rows() -> tuple[Row, ...]:

@@ -28,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", help="rig file; without it the simulated rig that comes with Repose")
     parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
+    recordings.add_split(parser)
     parser.add_argument("--seconds", type=float, default=0.0, help="how long; 0: until it is stopped")
 
 
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         bus = ZenohBus.of(OBSERVER, rig, clock=clock)
         stack.callback(bus.close)
         origin = Provenance(rig_id=rig.id, started_ns=clock.now_ns(), rig_toml=rig.text)
-        recording = Recording(path, provenance=origin, overwrite=options.overwrite)
+        recording = Recording(path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split)
         recorder = Recorder(bus, recording, clock=clock, on_stopped=stopped_by.append)
         stack.callback(recorder.close)
         print(f"Recording the bus of rig '{rig.id}' to {path}. Ctrl-C ends it.", flush=True)

@@ -50,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, help="seed of every random choice (replaces the plan's)")
     parser.add_argument("--out", help="the recording; without it recordings/<time>.mcap")
     parser.add_argument("--overwrite", action="store_true", help="replace a recording of that name")
+    recordings.add_split(parser)
     parser.add_argument("--take-over", action="store_true", help="take the arm over from a session that has it")
     parser.add_argument("--lockstep", action="store_true", help="simulated time, one process, faster than life")
     parser.add_argument("--pixels", action="store_true", help="with --lockstep: render frames and track them")
@@ -77,7 +78,9 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
     origin = recordings.provenance(rig, plan, mode="lockstep", started_ns=SIMULATION_EPOCH_NS)
     begin = time.perf_counter()
     with ExitStack() as stack:
-        recording = Recording(path, provenance=origin, overwrite=options.overwrite, flush_every_s=10.0)
+        recording = Recording(
+            path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split, flush_every_s=10.0
+        )
         recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
         display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
         lockstep = Lockstep(
@@ -120,7 +123,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         owner = session_name()
         claim_arm(bus, clock=clock, owner=owner, take_over=options.take_over)
         origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
-        recording = Recording(path, provenance=origin, overwrite=options.overwrite)
+        recording = Recording(path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split)
         display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
         session = LiveSession(
             bus,

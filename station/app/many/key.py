@@ -12,6 +12,7 @@ from typing import Any
 import shared
 import station
 from station.app.versions import versions
+from station.recording.parts import sha256_of
 
 _SOURCES = (".py", ".toml", ".xml")
 """The endings of the files that compute: code, arms and scenes."""
@@ -31,13 +32,12 @@ def key_of(command: str, asked: Mapping[str, Any]) -> str:
 
 
 def digest_of(path: Path) -> str:
-    """The SHA-256 of a file's content.
+    """The SHA-256 of a file's content, of a recording in parts that of all of them.
 
     Raises:
         OSError: if it cannot be read.
     """
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    return sha256_of(path)
 
 
 @cache

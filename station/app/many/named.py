@@ -2,6 +2,7 @@
 
 A folder means the recordings (.mcap) at any depth, with those that broke off; tables in it are mostly made of them, and
 would count twice. A glob means every recording and table that it matches. A file that has the name of a glob is itself.
+The later parts of a recording are read with its first one, and are none of their own beside it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from shared.errors import UserError
 from station.app.many import remote
+from station.recording.parts import files_of, firsts
 
 RECORDINGS = (".mcap", ".mcap.partial")
 TABLES = (".csv", ".parquet")
@@ -49,14 +51,15 @@ def chosen(words: Sequence[str], *, tables: bool = True) -> Chosen:
         if not more:
             raise UserError(f"Expected {_said(tables)} at {word}, found none")
         found += [name for name in more if name not in found]
-    return Chosen(names=tuple(found), one=len(words) == 1 and found == list(words))
+    found = firsts(found)
+    return Chosen(names=tuple(found), one=len(found) == 1 and found[0] in words)
 
 
 def size_bytes(names: Iterable[str]) -> int | None:
     """The size of all, or None where one is elsewhere."""
     if any(remote.is_remote(name) for name in names):
         return None
-    return sum(Path(name).stat().st_size for name in names)
+    return sum(part.stat().st_size for name in names for part in files_of(Path(name)))
 
 
 def _is_plain(word: str) -> bool:

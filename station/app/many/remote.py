@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import threading
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from shared.errors import UserError
 from shared.installed import to_install
+from station.recording.parted import continued_in
+from station.recording.parts import number_of, part_path
+from station.recording.reader import open_file
 
 CACHE = Path.home() / ".cache" / "repose" / "recordings"
 CACHE_NAMED_BY = "REPOSE_CACHE"
@@ -66,7 +70,30 @@ def local(name: str) -> Path:
     Raises:
         UserError: if it cannot be fetched.
     """
-    return _fetched(name) if is_remote(name) else Path(name)
+    return _with_parts(name) if is_remote(name) else Path(name)
+
+
+def _with_parts(address: str) -> Path:
+    """The copy of a recording; the parts in which it goes on lie beside it, as far as the store has them."""
+    first = _fetched(address)
+    parts = [first]
+    while first.suffix == ".mcap" and number_of(first.name) == 1 and _goes_on(parts[-1]):
+        after = part_path(first, len(parts) + 1)
+        elsewhere = address.removesuffix(first.name) + after.name
+        if not after.exists():
+            with suppress(UserError):  # it is missing there, which is told when the recording is read
+                shutil.copyfile(_fetched(elsewhere), after)
+        if not after.exists():
+            break
+        parts.append(after)
+    return first
+
+
+def _goes_on(path: Path) -> bool:
+    try:
+        return bool(continued_in(open_file(path)))
+    except UserError:  # damaged: said when it is read
+        return False
 
 
 def _fetched(address: str) -> Path:

@@ -8,6 +8,7 @@ from typing import Any
 
 from shared.errors import UserError
 from station.app.recordings import FOLDER
+from station.recording.parts import files_of, firsts
 
 REPORT, DIAGNOSIS = "report", "diagnosis"
 
@@ -26,11 +27,11 @@ class Shelf:
     def listed(self) -> list[dict[str, Any]]:
         """Name, size, time and made pages of each recording, the newest first."""
         found = [path for folder in (self.folder, self.new_ones) for path in folder.glob("*.mcap")]
-        known = [(path, path.stat()) for path in found if path.is_file()]
+        known = [(path, path.stat()) for path in map(Path, firsts(map(str, found))) if path.is_file()]
         return [
             {
                 "name": self._name(path),
-                "bytes": stat.st_size,
+                "bytes": sum(part.stat().st_size for part in files_of(path)),
                 "changed_s": stat.st_mtime,
                 "pages": [kind for kind in (REPORT, DIAGNOSIS) if self.page(path, kind).is_file()],
             }

@@ -24,6 +24,7 @@ class Report:
 
     `compression` and `attachments` name what occurs; `unknown` the topics whose schema this version does not know.
     `malformed` are payloads by topic that are no message of it, `changed_metadata` records that were not written so.
+    `parts_missing` says which parts of a recording in several files are not there, or hold something else.
     """
 
     path: str
@@ -40,6 +41,7 @@ class Report:
     unknown: tuple[str, ...]
     malformed: dict[str, int]
     changed_metadata: tuple[str, ...] = ()
+    parts_missing: tuple[str, ...] = ()
 
     def stream(self, topic: str) -> StreamHealth | None:
         """The line of one topic, or None when it does not occur."""
@@ -82,6 +84,7 @@ def examine(reader: RecordingReader) -> Report:
         metadata=tuple(metadata),
         attachments=tuple(reader.attachments),
         changed_metadata=reader.changed_metadata,
+        parts_missing=(*reader.seams, *([reader.missing] if reader.missing else [])),
         unknown=tuple(name for name, info in reader.topics.items() if info.message is None and name not in FOR_VIEWERS),
         malformed=dict(reader.malformed),
     )

@@ -169,6 +169,11 @@ def _motions(report: Report) -> Iterator[Finding]:
         yield Finding("sync", "expected one small move seen by camera and arm (phase SYNC) in a session, found none")
 
 
+def _parts(report: Report) -> Iterator[Finding]:
+    for sentence in report.parts_missing:
+        yield Finding("parts", sentence)
+
+
 def _format(report: Report) -> Iterator[Finding]:
     for name in report.compression:
         if name not in ("lz4", "zstd"):
@@ -192,6 +197,7 @@ RULES: tuple[Rule, ...] = (
     _fresh,
     _disturbed,
     _motions,
+    _parts,
     _format,
 )
 

@@ -1,9 +1,11 @@
-"""The disk of the recordings is full. It is one of our own, which needs root."""
+"""The disk of the recordings is full, or turns read-only. It is one of our own, which needs root."""
 
 from __future__ import annotations
 
 import contextlib
+import subprocess
 import time
+from pathlib import Path
 from random import Random
 
 from tests.faults.lab import Lab
@@ -20,4 +22,17 @@ def full(lab: Lab, _random: Random) -> None:
     filler.unlink()
 
 
-ROWS = (Row("disk full", full, ends=True, network=True),)
+def read_only(lab: Lab, _random: Random) -> None:
+    """The kernel finds an error on it and takes no more writes (errors=remount-ro); it is mended and comes back."""
+    found = subprocess.run(["findmnt", "-no", "SOURCE", str(lab.disk)], check=True, capture_output=True, text=True)
+    trigger = Path("/sys/fs/ext4") / Path(found.stdout.strip()).name / "trigger_fs_error"
+    trigger.write_text("a fault\n", encoding="ascii")
+    time.sleep(10.0)
+    lab.end("station")
+    lab.mend()
+
+
+ROWS = (
+    Row("disk full", full, ends=True, network=True),
+    Row("disk turns read-only", read_only, ends=True, network=True, ext4=True),
+)

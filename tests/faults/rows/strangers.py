@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import time
@@ -20,26 +21,30 @@ def send(what: str, lab: Lab, _random: Random) -> None:
     subprocess.run([*inside, sys.executable, *words], cwd=ROOT, check=True, timeout=60)
 
 
-def second_rig(lab: Lab, _random: Random) -> None:
-    """A camera agent of the same id, with addresses of its own, for ten seconds."""
+def beside(programs: tuple[tuple[str, ...], ...], lab: Lab, _random: Random) -> None:
+    """Programs of a rig of the same id, with addresses of its own, for fifteen seconds."""
     other = lab.folder / "other.toml"
     text = lab.rig.read_text(encoding="utf-8")
     if lab.network is not None:
-        text = text.replace(lab.network.address("camera") + ":", lab.network.address("stranger") + ":")
+        for name in ("camera", "arm", "twin", "station"):
+            text = text.replace(lab.network.address(name) + ":", lab.network.address("stranger") + ":")
     other.write_text(text, encoding="utf-8")
     inside = lab.network.inside("stranger") if lab.network is not None else []
-    words = ["-m", "pi_agent", "run", "--rig", str(other)]
-    process = subprocess.Popen(
-        [*inside, sys.executable, *words], cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.STDOUT
-    )
-    time.sleep(12.0)
-    process.terminate()
-    process.wait(20.0)
+    with contextlib.ExitStack() as stack:
+        for program in programs:
+            words = [*inside, sys.executable, "-m", *program, "--rig", str(other)]
+            process = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.STDOUT)
+            stack.callback(process.wait, 20.0)
+            stack.callback(process.terminate)
+        time.sleep(15.0)
 
 
+CAMERA = (("pi_agent", "run"),)
+WHOLE = (("station", "twin"), ("station", "arm"), *CAMERA)
 ROWS = (
     Row("nonsense on every topic, 10 s", partial(send, "malformed"), blind=False),
     Row("a flood of log lines, 10 s", partial(send, "flood"), blind=False),
     Row("messages of another version, 10 s", partial(send, "version"), blind=False),
-    Row("a second camera agent of the same id", second_rig, blind=False, network=True),
+    Row("a second camera agent of the same id", partial(beside, CAMERA), blind=False, network=True),
+    Row("a second rig of the same id", partial(beside, WHOLE), blind=False, network=True),
 )

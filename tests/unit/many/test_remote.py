@@ -15,7 +15,10 @@ from shared.errors import UserError
 from station.__main__ import main
 from station.app.many import remote
 from station.app.many.named import chosen
+from station.recording.parts import files_of
+from station.recording.reader import digest, open_recording
 from tests.unit.diagnosis.recorded import GOLDEN
+from tests.unit.recording.test_parts import split
 
 fsspec: Any = pytest.importorskip("fsspec")
 
@@ -132,3 +135,14 @@ def test_commands_read_a_recording_on_a_web_server(
     assert there.replace(f"{server}/one.mcap", str(GOLDEN)) == capsys.readouterr().out
     assert main(["samples", f"{server}/", str(GOLDEN), "--out", str(tmp_path / "set")]) == 0
     assert "2 recordings: 2 done" in capsys.readouterr().out
+
+
+def test_the_parts_of_a_recording_are_fetched_with_it(store: Any, tmp_path: Path) -> None:
+    first = split(tmp_path / "long.mcap")
+    for path in files_of(first):
+        store.pipe(f"/lab/deep/{path.name}", path.read_bytes())
+    found = chosen(["memory://lab/deep"])
+    assert [name.rpartition("/")[2] for name in found.names] == ["long.mcap", "two.mcap"]
+    copy = remote.local(found.names[0])
+    assert [path.name for path in files_of(copy)] == [path.name for path in files_of(first)]
+    assert digest(open_recording(copy)) == digest(open_recording(first))

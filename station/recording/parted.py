@@ -1,0 +1,151 @@
+"""Reads a recording's parts as one: every message once, in order of receipt across the seams."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import pairwise
+from operator import attrgetter
+
+from shared.errors import UserError
+from station.recording.batches import Batch
+from station.recording.chunks import HELD_BYTES
+from station.recording.parts import BEFORE, CONTINUED, METADATA, NUMBER
+from station.recording.reader import MAX_HELD_BYTES, Recorded, RecordingReader, TopicInfo
+
+
+class PartedReader(RecordingReader):
+    """Several parts of one session; it holds no more of them in memory than the messages that overlap at a seam."""
+
+    def __init__(self, parts: Sequence[RecordingReader], *, missing: str = "") -> None:
+        """`missing` says what should have come after the last part, or nothing.
+
+        Raises:
+            UserError: if a file is no part of this session, or another one than its name says.
+        """
+        super().__init__(parts[0].path, parts[0].summary)
+        self.missing = missing
+        self._parts = tuple(parts)
+        for number, part in enumerate(parts, start=1):
+            _require_same_session(parts[0], part, number)
+        self.seams = tuple(_seams(parts))
+        held = [part for part in parts if part.message_count] or [parts[0]]
+        self.start_ns = min(part.start_ns for part in held)
+        self.end_ns = max(part.end_ns for part in held)
+
+    @property
+    def topics(self) -> dict[str, TopicInfo]:
+        """Every topic of any part, by name."""
+        found = dict[str, TopicInfo]()
+        for part in self._parts:
+            for name, info in part.topics.items():
+                before = found.get(name)
+                found[name] = info if before is None else replace(before, count=before.count + info.count)
+        return dict(sorted(found.items()))
+
+    @property
+    def message_count(self) -> int:
+        """The number of messages in all parts."""
+        return sum(part.message_count for part in self._parts)
+
+    @property
+    def compressions(self) -> tuple[str, ...]:
+        """The names of the compressions that occur."""
+        return tuple(sorted({name for part in self._parts for name in part.compressions}))
+
+    def messages(
+        self,
+        topics: Collection[str] | None = None,
+        from_ns: int | None = None,
+        to_ns: int | None = None,
+        *,
+        truth: bool = False,
+    ) -> Iterator[Recorded]:
+        """As of one file. A part holds what was received a moment before the end of the one before it: all is in order.
+
+        Raises:
+            UserError: as of one file; or if the parts overlap in time by more than fits into memory.
+        """
+        parts = self._within(from_ns, to_ns)
+        waiting = list[Recorded]()
+        for number, part in enumerate(parts):
+            items = heapq.merge(waiting, part.messages(topics, from_ns, to_ns, truth=truth), key=attrgetter("log_ns"))
+            next_ns = min((later.start_ns for later in parts[number + 1 :]), default=None)
+            waiting = list[Recorded]()
+            held = 0
+            for item in items:
+                if next_ns is None or item.log_ns < next_ns:
+                    yield item
+                    continue
+                waiting.append(item)
+                held += len(item.payload) + HELD_BYTES
+                if held > MAX_HELD_BYTES:
+                    raise UserError(f"Expected the parts of {self.path} one after another, but they overlap in time")
+
+    def batches(
+        self, topics: Collection[str], from_ns: int | None = None, to_ns: int | None = None
+    ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
+        """As of one file, part after part; a topic's number is another one in each."""
+        for part in self._within(from_ns, to_ns):
+            yield from part.batches(topics, from_ns, to_ns)
+
+    def _within(self, from_ns: int | None, to_ns: int | None) -> list[RecordingReader]:
+        """The parts with messages of these times; one at least, which refuses what must not be asked for."""
+        low, high = self._span(from_ns, to_ns)
+        held = (part for part in self._parts if part.message_count)
+        return [part for part in held if part.end_ns >= low and part.start_ns < high] or [self._parts[0]]
+
+    @property
+    def malformed(self) -> dict[str, int]:
+        """Payloads by topic that are no message of it, in all parts, as far as they were read."""
+        found = dict(super().malformed)
+        for part in self._parts:
+            for topic, count in part.malformed.items():
+                found[topic] = found.get(topic, 0) + count
+        return found
+
+    @cached_property
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """The metadata records of all parts by name; of several with one name the last."""
+        return {name: record for part in self._parts for name, record in part.metadata.items()}
+
+    @cached_property
+    def changed_metadata(self) -> tuple[str, ...]:
+        """The metadata records that are not as they were written, in any part."""
+        return tuple(dict.fromkeys(name for part in self._parts for name in part.changed_metadata))
+
+    @cached_property
+    def attachments(self) -> dict[str, bytes]:
+        """The attached files of all parts by name; of several with one name the first, with which the session began."""
+        return {name: data for part in reversed(self._parts) for name, data in part.attachments.items()}
+
+
+def told_of(part: RecordingReader) -> dict[str, str]:
+    """What a file says of itself as a part; nothing where the recording is one file."""
+    return part.metadata.get(METADATA, {}) if METADATA in part.metadata_names else {}
+
+
+def _require_same_session(first: RecordingReader, part: RecordingReader, number: int) -> None:
+    same = part.metadata.get("session") == first.metadata.get("session")
+    if not same or told_of(part).get(NUMBER) != str(number):
+        raise UserError(
+            f"Expected {part.path} to be part {number} of the session that begins in {first.path}, but it is not; move "
+            "it away, or put the right file there"
+        )
+
+
+def _seams(parts: Sequence[RecordingReader]) -> Iterator[str]:
+    """A sentence for each seam at which the parts hold another number of messages than when they were written."""
+    held = 0
+    for before, part in pairwise(parts):
+        held += before.message_count
+        said = told_of(part).get(BEFORE, "")
+        if said != str(held):
+            yield f"expected {said or 'a number of'} messages before {part.path.name}, found {held}"
+
+
+def continued_in(part: RecordingReader) -> str:
+    """The name that the next part had when it was written; empty for the last one."""
+    return told_of(part).get(CONTINUED, "")
