@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-from station.rig.arm_model import ArmModel, Capsule, Joint
+from station.rig.arm_model import ArmModel, Capsule, Joint, Vector
 
 _WIDTH = 118
 _DECIMALS = 9
@@ -60,6 +60,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
         "max_effort_nm": float(joint.max_effort_nm),
         "link_mass_kg": float(joint.link_mass_kg),
         **_capsule(joint.link_capsule),
+        **({"hull_m": joint.link_hull_m} if joint.link_hull_m else {}),
     }
 
 
@@ -80,8 +81,10 @@ def _lines(**entries: Any) -> Iterator[str]:
             yield f"{key} = {_value(value)}"
 
 
-def _value(value: float | str) -> str:
+def _value(value: float | str | Vector) -> str:
     """The value as TOML has it; tomli_w knows how texts and numbers are escaped."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
 
 
