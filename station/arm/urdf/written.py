@@ -13,6 +13,7 @@ from station.rig.arm_model import ArmModel, Capsule, Joint, Vector
 
 _WIDTH = 118
 _DECIMALS = 9
+_IN_LINE = 4
 
 
 def toml_of(model: ArmModel, *, notes: Mapping[str, Sequence[str]], about: Sequence[str]) -> str:
@@ -73,9 +74,12 @@ def _degrees(angle_rad: float) -> float:
 
 
 def _lines(**entries: Any) -> Iterator[str]:
-    """One line for each entry, an array on one line with the brackets together."""
+    """One line for each entry, an array on one line with the brackets together; one of arrays takes several."""
     for key, value in entries.items():
-        if isinstance(value, tuple):
+        if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+            lines = (value[first : first + _IN_LINE] for first in range(0, len(value), _IN_LINE))
+            yield from (f"{key} = [", *(f"  {_value(line)[1:-1]}," for line in lines), "]")
+        elif isinstance(value, tuple):
             yield f"{key} = [{', '.join(_value(item) for item in value)}]"  # pyright: ignore[reportUnknownVariableType]
         else:
             yield f"{key} = {_value(value)}"
