@@ -11,8 +11,8 @@ import numpy as np
 from shared.errors import UserError
 from station.arm.urdf.capsule import enclosing_capsule
 from station.arm.urdf.chain import Body, Chain
-from station.arm.urdf.robot import UrdfJoint
 from station.arm.urdf.hull import enclosing_hull
+from station.arm.urdf.robot import UrdfJoint
 from station.arm.urdf.shapes import Meshes, points_of
 from station.rig.arm_model import ArmModel, Array, Capsule, Joint, Vector
 

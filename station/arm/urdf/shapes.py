@@ -54,7 +54,7 @@ class Meshes:
 
 
 def points_of(body: Body, meshes: Meshes) -> Array:
-    """Points (n, 3) that span the geometry of a body, or a little more, in its frame (m); none where it has no geometry.
+    """Points (n, 3) that span the geometry of a body, or a little more, in its frame (m); none where it has none.
 
     Raises:
         UserError: if a mesh is missing or cannot be read, or a shape's sizes are wrong.

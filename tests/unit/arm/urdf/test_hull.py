@@ -105,7 +105,8 @@ def test_distances_are_taken_from_the_hull_and_the_mass_is_the_link_s() -> None:
     near = 0
     for q in np.random.default_rng(2).uniform(-math.pi, math.pi, (60, 6)):
         capsule, hull = (scene.clearance(q) for scene in scenes)
-        np.testing.assert_allclose(*(scene.holding_torque_nm(q) for scene in scenes), atol=1e-9)
+        torques = [scene.holding_torque_nm(q) for scene in scenes]
+        np.testing.assert_allclose(torques[0], torques[1], atol=1e-9)
         if capsule.distance_m > 0.01:
             near += capsule.distance_m < 0.2
             assert capsule.distance_m - 0.014 < hull.distance_m <= capsule.distance_m + 1e-4
@@ -118,13 +119,15 @@ def surface(capsule: Capsule) -> Array:
     return np.concatenate([points + capsule.from_m, points + capsule.to_m])
 
 
-@pytest.mark.skipif(find_spec("airo_models") is None, reason="airo-models, of which ur5e.toml was made, is not installed")
+@pytest.mark.skipif(
+    find_spec("airo_models") is None, reason="airo-models is not installed (the dependency group tools)"
+)
 def test_the_ur5e_s_hulls_hold_its_meshes() -> None:
     pytest.importorskip("trimesh", reason="the extra urdf is not installed")
     spec = find_spec("airo_models")
     assert spec is not None
-    (package,) = spec.submodule_search_locations or ()
-    urdf = Path(package, "arms/ur5e/ur5e.urdf")
+    assert spec.origin is not None
+    urdf = Path(spec.origin).parent / "arms/ur5e/ur5e.urdf"
     chain = chain_of(read_robot(urdf), base="base_link", tip="tool0")
     for joint, (_, _, body) in zip(load_arm_model("ur5e").joints, chain.steps, strict=True):
         points = points_of(body, Meshes(folder=urdf.parent))
