@@ -1,4 +1,4 @@
-"""Does the arm touch itself, the table or the camera's mount? MuJoCo's geometry answers, on the arm's capsules and hulls.
+"""Does the arm touch itself, the table or the camera's mount? MuJoCo answers, on the capsules and hulls of the links.
 
 The same model gives the torques that hold the arm against gravity. Parts that meet at a joint may touch.
 """
