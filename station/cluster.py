@@ -6,6 +6,7 @@ Its workers have this program installed and see the same folders under the same 
 from __future__ import annotations
 
 import importlib
+import socket
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
@@ -54,14 +55,26 @@ def _ray(address: str) -> Generator[None]:
         raise UserError(f"Expected the package ray, which is not installed ({error}); run: pip install ray") from error
     of_joblib.register_ray()
     try:
+        _require_answer(address)
         ray.init(address=address or None, log_to_driver=False, logging_level="ERROR")
-    except ConnectionError as error:
+    except OSError as error:
         raise UserError(f"Expected a Ray cluster at {address}, but none answers: {error}") from error
     try:
         with on_backend("ray"):
             yield
     finally:
         ray.shutdown()
+
+
+def _require_answer(address: str) -> None:
+    """Asks whether anything listens there, as Ray itself asks for minutes.
+
+    Raises:
+        OSError: if nothing does.
+    """
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if host and port.isdecimal():
+        socket.create_connection((host.strip("[]"), int(port)), timeout=TIMEOUT_S).close()
 
 
 _KINDS: dict[str, Callable[[str], AbstractContextManager[None]]] = {"dask": _dask, "ray": _ray}

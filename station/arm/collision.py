@@ -1,4 +1,4 @@
-"""Does the arm touch itself, the table or the camera's mount? MuJoCo's geometry answers, on the arm's capsules.
+"""Does the arm touch itself, the table or the camera's mount? MuJoCo answers, on the capsules and hulls of the links.
 
 The same model gives the torques that hold the arm against gravity. Parts that meet at a joint may touch.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from station.arm.bindings import mj, place
-from station.rig.arm_model import ArmModel, Capsule, transform
+from station.rig.arm_model import ArmModel, Capsule, Joint, transform
 from station.rig.arm_settings import ObstacleSettings
 
 Array = NDArray[np.float64]
@@ -53,8 +53,22 @@ class CollisionScene:
         for rank, joint in enumerate(self._arm.joints):
             body = body.add_body(name=joint.name, **place(transform(joint.origin_xyz_m, joint.origin_rpy_rad)))
             body.add_joint(name=joint.name, type=mj.mjtJoint.mjJNT_HINGE, axis=joint.axis)
-            self._capsule(body, f"link {rank + 1}", rank, joint.link_capsule, mass=joint.link_mass_kg)
+            self._link(spec, body, rank, joint)
         self._mount(body, len(self._arm.joints), obstacles)
+
+    def _link(self, spec: Any, body: Any, rank: int, joint: Joint) -> None:
+        """A link's capsule; where the link has a hull, it is the one that must not touch, and the capsule the mass."""
+        name = f"link {rank + 1}"
+        if not joint.link_hull_m:
+            self._capsule(body, name, rank, joint.link_capsule, mass=joint.link_mass_kg)
+            return
+        weight = joint.link_capsule
+        body.add_geom(
+            type=mj.mjtGeom.mjGEOM_CAPSULE, fromto=[*weight.from_m, *weight.to_m], size=[weight.radius_m, 0, 0],
+            mass=joint.link_mass_kg,
+        )  # fmt: skip
+        spec.add_mesh(name=name).uservert = np.ravel(joint.link_hull_m).tolist()
+        self._add(body, name, rank, type=mj.mjtGeom.mjGEOM_MESH, meshname=name)
 
     def _mount(self, last: Any, rank: int, obstacles: ObstacleSettings) -> None:
         """The plate and, above it, the camera on its posts."""

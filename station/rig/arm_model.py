@@ -38,7 +38,8 @@ class Capsule:
 class Joint:
     """One revolute joint and the link that it moves; the origin is relative to the frame before it (URDF's rule).
 
-    `lower_rad` and `upper_rad` are None for a joint that turns without end.
+    `lower_rad` and `upper_rad` are None for a joint that turns without end. `link_hull_m`, where it is given, are the
+    corners of a convex body that holds the link more closely than its capsule does: collisions are looked for with it.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Joint:
     max_effort_nm: float
     link_mass_kg: float
     link_capsule: Capsule
+    link_hull_m: tuple[Vector, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +254,20 @@ def _joint(entry: dict[str, Any]) -> Joint:
         max_effort_nm=_positive(entry, "max_effort_nm"),
         link_mass_kg=_positive(entry, "link_mass_kg"),
         link_capsule=_capsule(entry),
+        link_hull_m=_hull(entry),
     )
+
+
+def _hull(entry: dict[str, Any]) -> tuple[Vector, ...]:
+    """The corners of the link's hull, where one is given.
+
+    Raises:
+        ValueError: if they span no body.
+    """
+    corners = tuple(_vector({"hull_m": corner}, "hull_m") for corner in entry.get("hull_m", ()))
+    if corners and np.linalg.matrix_rank(np.subtract(corners, corners[0]), tol=1e-6) < 3:
+        raise ValueError(f"hull_m of {entry['name']} must be at least four corners that are not in one plane")
+    return corners
 
 
 def _capsule(entry: dict[str, Any]) -> Capsule:

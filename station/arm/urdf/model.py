@@ -11,6 +11,7 @@ import numpy as np
 from shared.errors import UserError
 from station.arm.urdf.capsule import enclosing_capsule
 from station.arm.urdf.chain import Body, Chain
+from station.arm.urdf.hull import enclosing_hull
 from station.arm.urdf.robot import UrdfJoint
 from station.arm.urdf.shapes import Meshes, points_of
 from station.rig.arm_model import ArmModel, Array, Capsule, Joint, Vector
@@ -66,6 +67,7 @@ def draft(chain: Chain, meshes: Meshes, *, name: str, source: str) -> Drafted:
 @dataclass(frozen=True, kw_only=True)
 class _Part:
     capsule: Capsule
+    hull_m: tuple[Vector, ...]
     mass_kg: float
     notes: tuple[str, ...]
 
@@ -89,7 +91,7 @@ def _part(body: Body, body_from_end: Array, meshes: Meshes) -> _Part:
     if not mass > 0:
         mass = round(_DENSITY_KG_M3 * _volume(capsule), 3)
         notes.append("mass: none in the URDF; the capsule's, as heavy as water")
-    return _Part(capsule=capsule, mass_kg=mass, notes=tuple(notes))
+    return _Part(capsule=capsule, hull_m=enclosing_hull(points), mass_kg=mass, notes=tuple(notes))
 
 
 def _beyond(body_from_end: Array) -> Vector:
@@ -133,6 +135,7 @@ def _joint(joint: UrdfJoint, origin: Array, part: _Part, *, torque_nm: float) ->
         name=joint.name, origin_xyz_m=xyz, origin_rpy_rad=rpy, axis=joint.axis, lower_rad=lower, upper_rad=upper,
         max_velocity_rad_s=velocity, max_acceleration_rad_s2=acceleration, max_jerk_rad_s3=acceleration / _JERK_S,
         max_effort_nm=effort, link_mass_kg=part.mass_kg, link_capsule=part.capsule,
+        link_hull_m=part.hull_m,
     )  # fmt: skip
     return _Made(joint=made, notes=tuple(notes))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ _MOST_BYTES = 64_000_000
 _MOST_PLACED_BYTES = 2_000_000_000
 _SUFFIXES = (".stl", ".obj", ".dae")
 _SECTIONS = 48
+_ROUND = 1 / math.cos(math.pi / _SECTIONS)
+"""A polygon's corners lie this much farther out than the circle that it goes round, so that it holds the circle."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +54,7 @@ class Meshes:
 
 
 def points_of(body: Body, meshes: Meshes) -> Array:
-    """The points (n, 3) that span the geometry of a body, in its frame (m); none where it has no geometry.
+    """Points (n, 3) that span the geometry of a body, or a little more, in its frame (m); none where it has none.
 
     Raises:
         UserError: if a mesh is missing or cannot be read, or a shape's sizes are wrong.
@@ -78,8 +81,9 @@ def _points(shape: Shape, meshes: Meshes, *, where: str) -> Array:
         return np.concatenate([_ring(radius, -length / 2), _ring(radius, length / 2)])
     if element.tag == "sphere":
         (radius,) = _sizes(element, "radius", 1, where)
-        heights = np.cos(np.linspace(0, np.pi, _SECTIONS // 2 + 1))
-        return radius * np.concatenate([_ring(float(np.sqrt(max(0.0, 1 - z * z))), float(z)) for z in heights])
+        heights = np.cos(np.linspace(0, np.pi, _SECTIONS // 2 + 1)).tolist()
+        rings = [_ring(math.sqrt(max(0.0, 1 - z * z)), z) for z in heights]
+        return radius * _ROUND * np.concatenate(rings)
     if element.tag == "mesh":
         scale = np.array(vector(element, "scale", where=where, default=(1.0, 1.0, 1.0)))
         return _mesh(meshes.path(element.get("filename", ""))) * scale
@@ -94,8 +98,9 @@ def _sizes(element: Element, key: str, count: int, where: str) -> Array:
 
 
 def _ring(radius: float, height: float) -> Array:
-    turns = np.arange(_SECTIONS) * (2 * np.pi / _SECTIONS)
-    return np.stack([radius * np.cos(turns), radius * np.sin(turns), np.full(_SECTIONS, height)], axis=1)
+    """The corners (n, 3) of a polygon round a circle."""
+    turns, out = np.arange(_SECTIONS) * (2 * np.pi / _SECTIONS), radius * _ROUND
+    return np.stack([out * np.cos(turns), out * np.sin(turns), np.full(_SECTIONS, height)], axis=1)
 
 
 def _mesh(path: Path) -> Array:

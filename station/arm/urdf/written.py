@@ -9,10 +9,11 @@ from typing import Any
 
 import tomli_w
 
-from station.rig.arm_model import ArmModel, Capsule, Joint
+from station.rig.arm_model import ArmModel, Capsule, Joint, Vector
 
 _WIDTH = 118
 _DECIMALS = 9
+_IN_LINE = 4
 
 
 def toml_of(model: ArmModel, *, notes: Mapping[str, Sequence[str]], about: Sequence[str]) -> str:
@@ -60,6 +61,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
         "max_effort_nm": float(joint.max_effort_nm),
         "link_mass_kg": float(joint.link_mass_kg),
         **_capsule(joint.link_capsule),
+        **({"hull_m": joint.link_hull_m} if joint.link_hull_m else {}),
     }
 
 
@@ -72,16 +74,21 @@ def _degrees(angle_rad: float) -> float:
 
 
 def _lines(**entries: Any) -> Iterator[str]:
-    """One line for each entry, an array on one line with the brackets together."""
+    """One line for each entry, an array on one line with the brackets together; one of arrays takes several."""
     for key, value in entries.items():
-        if isinstance(value, tuple):
+        if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+            lines = (value[first : first + _IN_LINE] for first in range(0, len(value), _IN_LINE))
+            yield from (f"{key} = [", *(f"  {_value(line)[1:-1]}," for line in lines), "]")
+        elif isinstance(value, tuple):
             yield f"{key} = [{', '.join(_value(item) for item in value)}]"  # pyright: ignore[reportUnknownVariableType]
         else:
             yield f"{key} = {_value(value)}"
 
 
-def _value(value: float | str) -> str:
+def _value(value: float | str | Vector) -> str:
     """The value as TOML has it; tomli_w knows how texts and numbers are escaped."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
     return tomli_w.dumps({"x": value}).removeprefix("x = ").rstrip("\n")
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import ast
 import json
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib import pyplot
 from ruamel.yaml import YAML
 
 import station
@@ -22,6 +26,7 @@ from tests.unit.deploy.test_rig_example import EXAMPLE
 
 SITE: dict[str, Any] = YAML(typ="safe", pure=True).load((guide.ROOT / "docs/mkdocs.yml").read_text("utf-8"))
 TUTORIAL: dict[str, Any] = json.loads((guide.ROOT / "docs/tutorial.ipynb").read_text("utf-8"))
+CELLS = [cell for cell in TUTORIAL["cells"] if cell["cell_type"] == "code"]
 
 
 @pytest.mark.parametrize("name", reference.PAGES)
@@ -91,13 +96,43 @@ def _pages_of(nav: Any) -> Iterator[str]:
 
 
 def test_the_tutorial_holds_no_old_outputs_and_calls_what_there_is() -> None:
-    """It is run when the site is built, which takes fifteen seconds of a processor."""
-    cells = [cell for cell in TUTORIAL["cells"] if cell["cell_type"] == "code"]
-    assert not any(cell["outputs"] or cell["execution_count"] for cell in cells)
-    tree = ast.parse("\n".join("".join(cell["source"]) for cell in cells))
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in CELLS)
+    tree = ast.parse("\n".join("".join(cell["source"]) for cell in CELLS))
     used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and _is_station(node.value)}
     assert used >= {"open", "diagnose", "simulate"}
     assert used <= set(station.__all__)
+
+
+def test_the_tutorial_runs_from_a_recording_to_a_better_simulation(capsys: pytest.CaptureFixture[str]) -> None:
+    pyplot.switch_backend("Agg")
+    told: dict[str, Any] = {"__name__": "tutorial"}
+    for cell in CELLS:
+        exec(compile("".join(cell["source"]), "tutorial.ipynb", "exec"), told)
+    pyplot.close("all")
+    away_mm = {name: np.median(np.abs(told["seen_mm"][name] - told["seen_mm"]["recorded"])) for name in told["seen_mm"]}
+    assert away_mm["improved"] < 0.2 * away_mm["plain"]
+    assert "sag" in str(told["answer"]), "what the page says of it"
+    assert (told["folder"] / "model.toml").read_text("utf-8") in capsys.readouterr().out
+    assert len(station.open(told["folder"] / "again.mcap").samples["run"]) > 10
+
+
+def test_the_site_runs_the_tutorial_and_no_other_file() -> None:
+    """A page may link to a .py file, which is then beside it, and which mkdocs-jupyter takes for a notebook."""
+    (notebooks,) = [plugin["mkdocs-jupyter"] for plugin in SITE["plugins"] if "mkdocs-jupyter" in plugin]
+    assert (notebooks["include"], notebooks["execute"]) == (["docs/tutorial.ipynb"], True)
+
+
+def test_the_whole_site_can_be_built(tmp_path: Path) -> None:
+    """As `make docs` builds it, but for the tutorial, which the test above runs."""
+    pytest.importorskip("mkdocs_jupyter", reason="what builds the site is not installed (the dependency group docs)")
+    guide.stage(tmp_path / "pages")
+    text = (guide.ROOT / "docs/mkdocs.yml").read_text("utf-8").replace("execute: true", "execute: false")
+    config = tmp_path / "mkdocs.yml"
+    config.write_text(text.replace("../build/docs/", ""), encoding="utf-8")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--config-file", str(config)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=250)
+    assert ended.returncode == 0, ended.stderr
+    assert "Diagnose" in (tmp_path / "site/docs/tutorial.html").read_text("utf-8")
 
 
 def _is_station(node: ast.expr) -> bool:
