@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from random import Random
 
+import numpy as np
 import pytest
 
 from tests.fuzz.__main__ import main
 from tests.fuzz.change import of_bytes, of_table, of_text
 from tests.fuzz.target import Unclear, all_targets, command, refuse_control, refuse_unclear
+from tests.fuzz.trial import LIMIT_BYTES, peak_bytes
 
 
 @pytest.mark.timeout(900)  # 16 s of processor time, which a machine that does much else gives it in minutes
 def test_a_thousand_inputs(capsys: pytest.CaptureFixture[str]) -> None:
     status = main(["--inputs", "1000", "--seed", "20261123"])
     assert status == 0, capsys.readouterr().out
+
+
+def test_the_memory_of_the_process_that_starts_it_is_not_counted() -> None:
+    large = np.ones(LIMIT_BYTES // 8)
+    words = [sys.executable, "-c", "from tests.fuzz.trial import peak_bytes; print(peak_bytes())"]
+    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert peak_bytes() > large.nbytes > 2 * int(told)
 
 
 def test_the_same_number_is_the_same_input() -> None:
