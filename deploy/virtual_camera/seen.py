@@ -36,6 +36,7 @@ from tests.unit.pi_agent.rigs import rig
 
 MARK = Mark(side_mm=10.0, margin=0.16, feature="dot")
 SIZE_PX, RATE_HZ, EXPOSURE_MS = 600, 30, 2.0
+ENOUGH = 20  # frames; an emulated processor takes as long as six of them for one, and the driver counts the others
 FRAMES, CORNERS = Path("/root/frames"), Path("/root/corners.npy")
 PIPELINE = Path("/usr/share/libcamera/pipeline/virtual/virtual.yaml")
 YAML = f""""Virtual0":
@@ -139,7 +140,7 @@ def look(seconds: float, truth: NDArray[np.float64]) -> dict[str, Any]:
 def faults(seen: dict[str, Any], seconds: float) -> list[str]:
     """What is not as it must be; a busy computer may lose frames, but never their order or their times."""
     must = {
-        "half of the frames or more came": seen["frames"] >= 0.5 * RATE_HZ * seconds,
+        f"{ENOUGH} frames or more came": seen["frames"] >= ENOUGH,
         "frames and dropped ones make up the time": seen["frames"] + seen["dropped"] >= 0.9 * RATE_HZ * seconds,
         "numbers and stamps rise": seen["numbered_in_order"] and seen["stamps_rise"],
         "no frame is older than 0.2 s in the median, or from the future": seen["age_ms_least"] >= 0

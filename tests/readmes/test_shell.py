@@ -56,6 +56,7 @@ ELSEWHERE = {
     "apt-get install chrony": "changes the clock of this machine",
     "printf 'allow": "likewise",
     "deploy/test_in_arm64.sh": "emulates another processor for forty minutes",
+    "deploy/test_virtual_camera.sh": "builds and boots an emulated computer, as root",
     "deploy/test_image.sh": "installs Debian and the station anew, as root",
 }
 """Lines that are read and not run, with the reason or the test that runs what they start."""
@@ -249,6 +250,7 @@ PROGRAMS: dict[str, Callable[[str, pytest.MonkeyPatch], None]] = {
     "pi-agent": _ours,
     "deploy.sh": _deploy,
     "test_in_arm64.sh": _script,
+    "test_virtual_camera.sh": _script,
     "test_image.sh": _script,
     "cp": _copied,
     "openssl": _in_a_shell,
