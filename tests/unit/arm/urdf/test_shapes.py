@@ -117,7 +117,7 @@ NESTED = '<library_nodes><node id="a">' + '<instance_node url="#b"/>' * 9 + '</n
         ('<mesh filename="http://here/a.stl"/>', b"", "not at a http:"),
         ('<mesh filename="package://mine/a.stl"/>', b"", "--package mine=FOLDER"),
         ('<mesh filename="a.stl"/>', b"solid nothing", "a mesh of finite points|cannot be read"),
-        ('<mesh filename="a.stl"/>', stl()[:-9], "cannot be read"),
+        ('<mesh filename="a.stl"/>', stl()[:-9], "cannot be read|finite points"),
         ('<mesh filename="a.obj"/>', b"v 1 2\nf 1 2 3", "cannot be read|finite points"),
         ('<mesh filename="a.dae"/>', b"<a/>", "cannot be read|finite points"),
         ('<mesh filename="a.dae"/>', b"<!DOCTYPE a>" + dae(), "no <!DOCTYPE>"),
