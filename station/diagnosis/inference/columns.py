@@ -51,8 +51,8 @@ class Variant:
 class Scores:
     """Information (K, K) and score (K,) of K columns around a fitted model, with the model's own numbers projected out.
 
-    `of_runs` (clusters, K) are the shares of independent runs, groups or stretches of the score; `low`, `high` (K,) are the bounds
-    of a column's number relative to its null; `runs` is the number of runs that count.
+    `of_runs` (clusters, K) are the shares of independent runs, groups or stretches of the score; `low`, `high` (K,) are
+    the bounds of a column's number relative to its null; `runs` is the number of runs that count.
     """
 
     variants: tuple[Variant, ...]

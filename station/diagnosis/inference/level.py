@@ -73,8 +73,12 @@ def level_of(evidence: Evidence, fitted: Fit) -> Value:
 
 
 def _of_sliding(model: Model, contact: Contact | None, known: Bools) -> float:
-    """The friction of the recorded slides over that of the same blocks at rest, by the model."""
+    """The friction of the recorded slides over that of the same blocks at rest, by the model.
+
+    A row of a slide has a few contacts, of the nodes of its window.
+    """
     if contact is None or not known.any():
         return 1.0
     still = replace(contact, moving=np.zeros(len(contact), dtype=np.bool_), speed_m_s=np.zeros(len(contact)))
-    return float(np.median((model.friction(contact) / model.friction(still))[known]))
+    of_rows = np.repeat(known, len(contact) // len(known))
+    return float(np.median((model.friction(contact) / model.friction(still))[of_rows]))

@@ -40,8 +40,17 @@ def elsewhere(
     else:
         why = "; ".join(dict.fromkeys(filter(None, (advice(evidence, effect) for effect in members))))
     alike = members[0].confounded_with if len(members) == 1 else ()
-    rivals = (*(effect.id for effect in members), *(name for name in alike if name in catalogue))
+    seen = [name for name in alike if name in catalogue and _can_show(evidence, catalogue[name])]
+    rivals = (*(effect.id for effect in members), *seen)
     from_others = f" separates {' from '.join(rivals)}" if len(rivals) > 1 else f", to see {members[0].id}"
     if not why:
         return None
     return NextExperiment(separates=(rivals,), plan="", runs=evidence.used(), why=why + from_others)
+
+
+def _can_show(evidence: Evidence, effect: Effect) -> bool:
+    """True if an effect could change anything that was measured: a tribometer has no lens, and one place alone."""
+    contact = evidence.contact()
+    if contact is None or effect.why_untestable(contact) is not None:
+        return False
+    return any(channel.changed_by(effect) for channel in evidence.channels)

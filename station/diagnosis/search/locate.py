@@ -103,7 +103,8 @@ def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
     if isinstance(term.effect, SmoothPush) and term.effect.direction == "aside":
         (size,) = term.values.values()
         side = "left" if size > 0 else "right"
-        return f"something outside the catalogue: sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
+        swerve = f"sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
+        return f"something outside the catalogue: {swerve}"
     apart = between(evidence, less(model, term.effect.id), model)
     change = 2 * float(np.sqrt(np.mean(apart**2)))
     covariate = covariate_of(term.effect)
