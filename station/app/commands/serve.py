@@ -21,7 +21,7 @@ from shared.system.desktop import has_display
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.processes import until_stopped
-from station.app.serve.access import token_of
+from shared.page.access import token_of
 from station.app.serve.backend import Backend
 from station.app.serve.server import PageServer
 from station.app.serve.sessions import Files
