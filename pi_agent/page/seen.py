@@ -11,7 +11,7 @@ import numpy as np
 from pi_agent.cameras import CameraInfo, Frame, Image
 from pi_agent.diagnosis import Diagnosis
 from pi_agent.observer import Observer
-from pi_agent.page.edge_width import edge_blur_px, fine_detail
+from pi_agent.page.edge_width import edge_blur_px, steepness
 from pi_agent.page.light import Light, light_of
 from shared.messages import MarkerCorners
 from shared.rig import RigConfig
@@ -26,7 +26,7 @@ class Seen:
     corners: MarkerCorners
     fiducials: tuple[MarkerCorners, ...]
     blur_px: float
-    detail: float
+    steepness: float
     light: Light
     fault: str
 
@@ -42,7 +42,7 @@ class Seen:
             "fiducials": sum(one.found for one in self.fiducials),
             "marks": places,
             "blur_px": blur,
-            "detail": round(self.detail, 4),
+            "steepness": round(self.steepness, 4),
             "light": asdict(self.light),
             "fault": self.fault,
         }
@@ -66,4 +66,4 @@ class Watcher:
         light = light_of(image, exposure_ms=exposure_ms, px_per_mm=self._rig.camera.px_per_mm)
         fault = self._diagnosis.format_fault(image) or self._diagnosis.see(frame, corners)
         marks = tuple(self._fiducials.values())
-        return Seen(number, image, corners, marks, blur_px, fine_detail(image), light, fault)
+        return Seen(number, image, corners, marks, blur_px, steepness(image), light, fault)

@@ -4,7 +4,7 @@
 const byId = (id) => document.getElementById(id);
 const token = document.querySelector("meta[name=repose-token]").content;
 const SVG = "http://www.w3.org/2000/svg";
-let bestBlur = null, bestDetail = 0, exposure = null, shownFile = "";
+let bestBlur = null, steepest = 0, exposure = null, shownFile = "";
 
 function say(sentence) {
   byId("said").textContent = sentence;
@@ -53,13 +53,13 @@ function showPicture(seen) {
 }
 
 function showFocus(seen) {
-  bestDetail = Math.max(bestDetail, seen.detail);
+  steepest = Math.max(steepest, seen.steepness);
   if (seen.blur_px !== null) bestBlur = bestBlur === null ? seen.blur_px : Math.min(bestBlur, seen.blur_px);
   byId("blur").textContent = seen.blur_px === null ? "no mark to measure by" : `blur ${seen.blur_px.toFixed(2)} px`;
   byId("best").textContent = bestBlur === null ? "–" : `${bestBlur.toFixed(2)} px`;
-  const share = bestDetail ? seen.detail / bestDetail : 0;
-  byId("detail").value = share;
-  byId("share").textContent = `${(100 * share).toFixed(0)} % of the best`;
+  const share = steepest ? seen.steepness / steepest : 0;
+  byId("steep").value = share;
+  byId("share").textContent = `${(100 * share).toFixed(0)} %`;
 }
 
 function showLight(light) {
@@ -96,7 +96,7 @@ function showCalibration(now) {
 
 function beginAnew() {
   bestBlur = null;
-  bestDetail = 0;
+  steepest = 0;
 }
 
 function take(now) {
