@@ -40,7 +40,8 @@ def _across(image: Image, start: Floats, end: Floats) -> Floats:
     along = (end - start) / np.hypot(*(end - start))
     offsets = np.arange(-REACH_PX, REACH_PX + STEP_PX / 2, STEP_PX)
     at = start + ALONG[:, None, None] * (end - start) + offsets[None, :, None] * np.array([-along[1], along[0]])
-    read = cv2.remap(image.astype(np.float32), at.astype(np.float32), None, cv2.INTER_LINEAR)
+    x, y = (at[..., axis].astype(np.float32) for axis in (0, 1))
+    read = cv2.remap(image.astype(np.float32), x, y, cv2.INTER_LINEAR)
     return np.asarray(read.mean(axis=0), dtype=np.float64)
 
 

@@ -145,7 +145,9 @@ def look(page: chromium.Page, file: Path) -> NDArray[np.int16]:
     file = Path(os.environ.get("REPOSE_PICTURES", file.parent)) / file.name
     time.sleep(3.0)
     page.picture(file, within_s=SLOW_S)
-    return cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)[150:, 60:840].astype(np.int16)
+    seen = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    assert seen is not None
+    return seen[150:, 60:840].astype(np.int16)
 
 
 def changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> float:
