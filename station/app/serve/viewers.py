@@ -83,7 +83,11 @@ def _recorded(recording: Path, mine: list[subprocess.Popen[bytes]]) -> str:
         drawing = start([sys.executable, "-m", "station", *words], piped=True)
         said = drawing.communicate()[0].decode(errors="replace").strip()
         if drawing.returncode:
-            raise UserError(said.splitlines()[-1] if said else "drawing was ended")
+            raise UserError(
+                said.splitlines()[-1]
+                if said
+                else "The recording could not be drawn: the program that draws it was ended; try again"
+            )
     process, url = serve_file(drawn)
     mine.append(process)
     return url

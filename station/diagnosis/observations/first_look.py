@@ -95,7 +95,10 @@ class _Paths:
 
 
 def _read(paths: _Paths, t0: float, mu: float) -> Look:
-    """The estimate with the time at which V would be reached, before t_k for a negative V; clipping would delay it."""
+    """Estimates when the block has the speed V of the first frames.
+
+    For a negative V that time lies before t_k; a V that is clipped at 0 would make the slide begin too late.
+    """
     run = paths.run
     excess = run.pull - mu * run.press
     before = np.flatnonzero((run.grid_s <= t0) & (excess <= 0))
