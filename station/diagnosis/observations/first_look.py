@@ -95,9 +95,9 @@ class _Paths:
 
 
 def _read(paths: _Paths, t0: float, mu: float) -> Look:
-    """Estimates when the block has the speed V of the first frames.
+    """The estimate of a slide, with the time at which the lacking speed V would be reached.
 
-    For a negative V that time lies before t_k; a V that is clipped at 0 would make the slide begin too late.
+    For a negative V that time lies before t_k; to clip V at 0 would delay it.
     """
     run = paths.run
     excess = run.pull - mu * run.press
