@@ -1,1 +1,1 @@
-"""The page on the Pi, for focus, exposure and calibration: what the camera sees now, and how good that is."""
+"""The page on the Pi, for focus, exposure and calibration: the camera's picture now, and how good it is."""

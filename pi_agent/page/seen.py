@@ -1,4 +1,4 @@
-"""What the page tells of one picture: focus, light, and the marks in it."""
+"""One picture as the page tells of it: focus, light, and the marks in it."""
 
 from __future__ import annotations
 

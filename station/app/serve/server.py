@@ -1,4 +1,4 @@
-"""What the station's page shows and does, for the server in `shared.page.server`.
+"""The station's page: the parts that it shows and the actions that it does, for the server in `shared.page.server`.
 
 | request | answer |
 |---|---|
