@@ -19,19 +19,21 @@ The camera's side of a rig: finds the block's marker in every frame and sends it
   pi-agent run --camera synthetic          draw what the camera would see of `station twin`
   pi-agent track PICTURE.png --json        see what the tracker makes of pictures or a video
   pi-agent calibrate --help                measure the camera: lens, plate, tone curve, noise
+  pi-agent serve --rig rig.toml            a page in the browser for focus, exposure and calibration
 """
-COMMANDS = ("run", "track", "calibrate")
+COMMANDS = ("run", "track", "calibrate", "serve")
 
 
 def _parser(command: str) -> Parser:
     """The parser; only the command in question reads its module, because tracking must start fast on a Pi."""
     parser = Parser(prog="pi-agent", description=DESCRIPTION)
     parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{run,track,calibrate}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{run,track,calibrate,serve}")
     run = commands.add_parser("run", help="run the camera agent (the default)", description=run_command.__doc__)
     run_command.add_arguments(run)
     track = commands.add_parser("track", help="run the tracker on pictures or a video")
     calibrate = commands.add_parser("calibrate", help="measure the camera and keep the result beside the rig file")
+    serve = commands.add_parser("serve", help="a page in the browser for focus, exposure and calibration")
     if command == "track":
         from pi_agent.tracking import command as track_command  # noqa: PLC0415  # see above
 
@@ -42,6 +44,11 @@ def _parser(command: str) -> Parser:
 
         calibrate_command.add_arguments(calibrate)
         calibrate.set_defaults(action=calibrate_command.run)
+    if command == "serve":
+        from pi_agent.page import command as page_command  # noqa: PLC0415  # see above
+
+        page_command.add_arguments(serve)
+        serve.set_defaults(action=page_command.run)
     return parser
 
 

@@ -43,7 +43,10 @@ class Diagnosis:
 
 
 def light_fault(image: Image) -> str:
-    """True if there is too little or too much light to see anything, from a sample of the pixels."""
+    """Says in a sentence that there is too little or too much light to see anything; empty while there is enough.
+
+    A sample of the pixels is looked at.
+    """
     sample = image[::STRIDE, ::STRIDE]
     level = float(sample.mean())
     dark = np.count_nonzero(sample <= BLACK) / sample.size

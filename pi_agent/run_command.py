@@ -56,14 +56,15 @@ def run(options: argparse.Namespace) -> int:
     """
     rig, clock, folder = rig_of(options), SystemClock(), options.rig.parent
     calibration = load_calibration(folder / rig.camera.calibration) if rig.camera.calibration else None
-    stop = _stop_on_signals()
+    stop = stop_on_signals()
     with ZenohBus.of("camera", rig, clock=clock) as bus:
         camera = load_camera(CameraContext(rig=rig, bus=bus, clock=clock, folder=folder))
         Agent(rig, camera, bus, clock, calibration=calibration).run(stop)
     return 0
 
 
-def _stop_on_signals() -> threading.Event:
+def stop_on_signals() -> threading.Event:
+    """An event that is set by Ctrl-C, and when another program asks this one to end."""
     stop = threading.Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:

@@ -8,23 +8,18 @@ a resting corner, and what each exposure costs in motion blur. A bad calibration
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import time
 from pathlib import Path
 
 import cv2
-import numpy as np
 
-from pi_agent.calibration.lens import BoardSpec, Lens, calibrate_lens
-from pi_agent.calibration.picture import draw
-from pi_agent.calibration.session import calibrate, take
-from pi_agent.calibration.store import write_calibration
+from pi_agent.calibration.kept import calibrate_and_keep, lens_of
+from pi_agent.calibration.lens import BoardSpec
+from pi_agent.calibration.session import take
 from pi_agent.cameras import Camera, CameraContext, camera_names, load_camera
-from pi_agent.cameras.video_file import open_pictures
 from pi_agent.run_command import rig_of
 from shared.clock import SystemClock
 from shared.errors import UserError
-from shared.rig import RigConfig
 from shared.zenoh_bus import ZenohBus
 
 FEWEST_FRAMES = 30
@@ -61,41 +56,18 @@ def run(options: argparse.Namespace) -> int:
     if options.frames < FEWEST_FRAMES:
         raise UserError(f"Expected at least {FEWEST_FRAMES} --frames, got {options.frames}")
     rig, clock, folder = rig_of(options), SystemClock(), options.rig.parent
-    lens = None if options.take else _lens(options.lens, board)
+    lens = None if options.take else lens_of(options.lens, board)
     with ZenohBus.of("camera", rig, clock=clock) as bus:
         context = CameraContext(rig=rig, bus=bus, clock=clock, folder=folder)
         if options.take:
             return _take_pictures(load_camera(context), options.lens, options.take)
-        result = calibrate(
-            rig,
-            lambda exposure_ms: load_camera(_exposed(context, exposure_ms)),
-            lens=lens,
-            frames=options.frames,
-            rng=np.random.default_rng(0),
-            with_tone=not options.no_tone,
-            source=options.out,
+        kept = calibrate_and_keep(
+            context, folder / options.out, lens=lens, frames=options.frames, with_tone=not options.no_tone
         )
-    file, picture = folder / options.out, (folder / options.out).with_suffix(".png")
-    write_calibration(result.calibration, file, notes=_heading(rig) + result.notes)
-    cv2.imwrite(str(picture), draw(result, rig))
-    print(f"{result.notes}\nWritten to {file}; look at {picture}.")
+    print(f"{kept.notes}\nWritten to {kept.file}; look at {kept.picture}.")
     if rig.camera.calibration != options.out:
         print(f'To use it: put calibration = "{options.out}" under [camera] in {options.rig}.')
     return 0
-
-
-def _heading(rig: RigConfig) -> str:
-    when = time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime())
-    return f"Calibration of the camera ({rig.camera.driver}) of rig {rig.id}, {when} UTC, by pi-agent calibrate.\n"
-
-
-def _exposed(context: CameraContext, exposure_ms: float) -> CameraContext:
-    camera = dataclasses.replace(context.rig.camera, exposure_ms=exposure_ms)
-    return dataclasses.replace(context, rig=dataclasses.replace(context.rig, camera=camera))
-
-
-def _lens(folder: Path | None, board: BoardSpec) -> Lens | None:
-    return None if folder is None else calibrate_lens(open_pictures(folder, setting="--lens")[0], board)
 
 
 def _print_board(board: BoardSpec, file: Path) -> int:

@@ -142,7 +142,7 @@ class SyntheticCamera:
     def _check_silence(self) -> None:
         silent_s = (self._clock.now_ns() - self._last_scene_ns) * 1e-9
         if silent_s > SILENCE_S:
-            raise UserError("no scene from the twin: start `station twin`")
+            raise UserError("No scene comes from the twin: start `station twin`")
         apart_s = (self._scenes[-1].stamp_ns - self._clock.now_ns()) * 1e-9 if self._scenes else 0.0
         if abs(apart_s) > APART_S and silent_s < STALE_NS * 1e-9:
             raise UserError(

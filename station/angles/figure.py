@@ -1,17 +1,14 @@
-"""Fig. 3 of the paper: the difference of every source from the reference, per angle. The only user of matplotlib."""
+"""Fig. 3 of the paper: the difference of every source from the reference, per angle."""
 
 from __future__ import annotations
 
-import io
 import math
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
 from shared.errors import UserError
 from station.angles.compare import Comparison, SourceFit
+from station.pages.drawing import COLOURS, inline_svg, new_figure, style
 
 _MARKERS = {1: "^", -1: "v", 0: "o"}
 _WAYS = {1: "way up", -1: "way down", 0: "first stop"}
@@ -25,37 +22,36 @@ def write_figure(comparison: Comparison, path: Path) -> None:
     Raises:
         UserError: if the kind is unknown or the file cannot be written.
     """
-    figure = _drawn(comparison)
     try:
-        figure.savefig(path, dpi=150)
+        with style():
+            _drawn(comparison).savefig(path, dpi=150)
     except (OSError, ValueError) as error:
         raise UserError(f"Expected to write the figure to {path} as png, svg or pdf, but: {error}") from error
 
 
 def drawn_svg(comparison: Comparison) -> str:
     """The figure as an <svg> element."""
-    made = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "station"}):
-        _drawn(comparison).savefig(made, format="svg", metadata={"Date": None, "Creator": None})
-    drawing = made.getvalue()
-    return drawing[drawing.index("<svg") :]
+    with style():
+        return inline_svg(
+            _drawn(comparison), name="angles", alt="difference of every sensor from the reference, by angle"
+        )
 
 
-def _drawn(comparison: Comparison) -> Figure:
-    figure = Figure(figsize=(9.0, 5.5), layout="constrained")
-    axes: Any = figure.add_subplot()
+def _drawn(comparison: Comparison) -> Any:
+    figure = new_figure(height_in=5.5)
+    axes = figure.add_subplot()
     for index, fit in enumerate(comparison.fits):
         _draw_source(axes, comparison, fit, index)
     axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
     axes.set_xlabel(f"commanded angle (degrees; reference: {comparison.reference})")
     axes.set_ylabel("measured − reference (degrees)")
-    axes.set_title("Mean and standard deviation per angle; lines: fitted offset and gain", fontsize=10)
-    figure.legend(loc="outside lower center", fontsize=8, ncols=max(1, len(comparison.fits)))
+    axes.set_title("Mean and standard deviation per angle; lines: fitted offset and gain")
+    figure.legend(loc="outside lower center", ncols=max(1, len(comparison.fits)))
     return figure
 
 
 def _draw_source(axes: Any, comparison: Comparison, fit: SourceFit, index: int) -> None:
-    colour = f"C{index}"
+    colour = COLOURS[index % len(COLOURS)]
     angles = sorted({math.degrees(point.angle_rad) for point in comparison.points})
     step = (angles[-1] - angles[0]) / (len(angles) - 1) if len(angles) > 1 else 1.0
     beside = step * _SPREAD * (2 * (index + 0.5) / len(comparison.fits) - 1)

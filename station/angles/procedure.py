@@ -108,7 +108,7 @@ class Procedure:
             self._enter(Phase.SETTLING, now_ns)
 
     def tick(self, now_ns: int) -> None:
-        """Time has passed."""
+        """Takes the present time, with which stops end and limits run out."""
         if self._state.since_ns < 0:
             self._state.since_ns = now_ns
         waited_s = (now_ns - self._state.since_ns) * 1e-9

@@ -30,7 +30,7 @@ def write_picture(reader: RecordingReader, out: Path, *, setup: Setup, at_s: flo
     Raises:
         UserError: if it cannot be drawn here, or `out` cannot be written.
     """
-    at_ns = _telling_ns(reader) if at_s is None else reader.start_ns + round(at_s * 1e9)
+    at_ns = telling_ns(reader) if at_s is None else reader.start_ns + round(at_s * 1e9)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "moment.rrd"
         items = ((item.topic, item.message, item.publish_ns) for item in near(reader, at_ns))
@@ -39,8 +39,8 @@ def write_picture(reader: RecordingReader, out: Path, *, setup: Setup, at_s: flo
         return viewer.screenshot(path, out, at_s=(at_ns - start_ns) * 1e-9)
 
 
-def _telling_ns(reader: RecordingReader) -> int:
-    """Just after the last slip, when a picture tells most; the end without one."""
+def telling_ns(reader: RecordingReader) -> int:
+    """The moment just after the last slip, when a picture tells most; the end without one."""
     slips = [sample.detect_ns for sample in reader.samples() if not sample.censored and sample.detect_ns]
     return slips[-1] + round(_AFTER_SLIP_S * 1e9) if slips else reader.end_ns
 

@@ -134,9 +134,14 @@ def show(client: ViewerClient, path: Path, *, at_s: float | None = None) -> Any:
         lines = [line for recording in state.recordings for line in recording.timelines if line.name == ELAPSED]
         at_s = max(line.end or 0 for line in lines) * 1e-9 if lines else None
     if at_s is not None:
-        client.set_time(ELAPSED, duration=at_s, play_state="paused")
+        move_to(client, at_s)
     time.sleep(_SETTLE_S)  # the views are laid out and drawn over several frames
     return client.get_state()
+
+
+def move_to(client: ViewerClient, at_s: float) -> None:
+    """Shows another moment, in seconds after the start of what is shown."""
+    client.set_time(ELAPSED, duration=at_s, play_state="paused")
 
 
 def _loaded(state: Any) -> bool:

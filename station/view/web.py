@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import subprocess
 import time
 import urllib.error
@@ -13,7 +14,10 @@ from shared.errors import UserError
 from shared.system.processes import start
 from station.view.viewer import LOOPBACK, binary, free_port
 
-_START_S = 30.0
+_START_S = 60.0
+_OTHER_SITE = "localhost"
+"""The name by which a page calls the viewer: another site than the page's own 127.0.0.1, so that the browser gives it a
+process of its own, and the page's Stop answers while the viewer is busy drawing."""
 
 
 def serve_file(path: Path) -> tuple[subprocess.Popen[bytes], str]:
@@ -26,12 +30,16 @@ def serve_file(path: Path) -> tuple[subprocess.Popen[bytes], str]:
     return _serve([str(path), "--port", str(port)], port)
 
 
-def serve_stream(port: int) -> tuple[subprocess.Popen[bytes], str]:
-    """Serves the viewer of what another process streams at a port of the loopback address.
+def serve_stream(streaming: subprocess.Popen[bytes], port: int) -> tuple[subprocess.Popen[bytes], str]:
+    """Serves the viewer of what another process streams at a port of the loopback address, once it does.
+
+    A page that asks before that is refused, does not ask again, and shows the viewer's own welcome for good.
 
     Raises:
-        UserError: if the viewer is not installed or does not start.
+        UserError: if the stream does not begin, or the viewer is not installed or does not start.
     """
+    if not _listens(streaming, port):
+        raise UserError(f"Expected a view of the session within {_START_S:g} s, but none began")
     return _serve([f"rerun+http://{LOOPBACK}:{port}/proxy"], port)
 
 
@@ -41,7 +49,7 @@ def _serve(source: list[str], port: int) -> tuple[subprocess.Popen[bytes], str]:
     process = start(words, quiet=True)
     _await(process, f"http://{LOOPBACK}:{at}/")
     query = urllib.parse.urlencode({"url": f"rerun+http://{LOOPBACK}:{port}/proxy"})
-    return process, f"http://{LOOPBACK}:{at}/?{query}"
+    return process, f"http://{_OTHER_SITE}:{at}/?{query}"
 
 
 def _await(process: subprocess.Popen[bytes], url: str) -> None:
@@ -54,3 +62,16 @@ def _await(process: subprocess.Popen[bytes], url: str) -> None:
         else:
             return
     raise UserError(f"Expected Rerun's viewer at {url} within {_START_S:g} s, but it did not start")
+
+
+def _listens(process: subprocess.Popen[bytes], port: int) -> bool:
+    """True once somebody listens at the port; False if the process ends before, or takes too long."""
+    end = time.monotonic() + _START_S
+    while time.monotonic() < end and process.poll() is None:
+        try:
+            socket.create_connection((LOOPBACK, port), timeout=1.0).close()
+        except OSError:
+            time.sleep(0.1)
+        else:
+            return True
+    return False

@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.stats import binom, norm
 
+from station.pages.drawing import COLOURS, style
 from station.physics.contact import Array
 from tests.proof.gates import reliability
 from tests.proof.intervals import wilson
@@ -20,15 +20,14 @@ from tests.proof.scoring import Scored, of_kind
 
 STRENGTHS = (0.5, 1.0, 2.0, 4.0)
 RANKS = 8
-_STYLE = {"font.size": 8.0, "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False}
-_BLUE, _ORANGE = "#0072b2", "#e69f00"
+_BLUE, _ORANGE = COLOURS[0], COLOURS[4]
 
 
 def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Path]:
-    """Writes the pictures that a family's cases have something for, as NAME-….svg; their paths."""
+    """Writes the pictures that a family's cases have something for, as NAME-….svg and .pdf; the paths of the former."""
     drawn = list[Path]()
     kinds = (("confusion", confusion), ("reliability", reliability_curve), ("detection", detection), ("ranks", ranks))
-    with mpl.rc_context(_STYLE):  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
+    with style():
         for kind, draw in kinds:
             figure = draw(cases)
             if figure is None:
@@ -36,6 +35,7 @@ def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Path]:
             FigureCanvasAgg(figure)
             drawn.append(folder / f"{name}-{kind}.svg")
             figure.savefig(drawn[-1], metadata={"Date": None})
+            figure.savefig(drawn[-1].with_suffix(".pdf"), metadata={"CreationDate": None})
     return drawn
 
 

@@ -25,6 +25,7 @@ import pytest
 
 from pi_agent.__main__ import main as pi_agent
 from pi_agent.calibration import command as calibration
+from pi_agent.page import command as camera_page
 from station.__main__ import commands, examples
 from station.__main__ import main as station
 from tests.readmes.blocks import ROOT, blocks
@@ -51,6 +52,8 @@ ELSEWHERE = {
     "station diagnose recordings/ --out diagnoses/ --backend": "needs a cluster: tests/system/test_cluster.py",
     "deploy/deploy.sh": "needs a Pi: tests/system/test_deploy.py deploys through a real sshd",
     "pi-agent calibrate": "needs a camera: tests/unit/pi_agent/test_calibration.py",
+    "pi-agent serve": "runs until it is stopped: tests/system/test_camera_page.py",
+    "station replay sim.mcap --moving": "a minute of drawing: tests/unit/app/test_moving.py draws less",
     "uv tool install": "tests/system/test_wheel.py installs and uses the wheel",
     "pipx install": "likewise",
     "apt-get install chrony": "changes the clock of this machine",
@@ -81,7 +84,7 @@ FINDS = {
 """Exit status 1 of `analyze` says that three slides are too few to test anisotropy, of `doctor` that the session which
 was recorded in simulated time lacks topics of a live one."""
 
-MADE = "--out --csv --parquet --report --overlay --model --keyout"
+MADE = "--out --moving --csv --parquet --report --overlay --model --keyout"
 """Options before the name of a file that the line makes."""
 
 WORKED = set[tuple[str | bytes, ...]]()
@@ -147,6 +150,7 @@ def _parsed(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
             assert Path(name).is_file(), f"nothing has made {name}"
     if program == "pi-agent":
         monkeypatch.setattr(calibration, "run", _nothing)
+        monkeypatch.setattr(camera_page, "run", _nothing)
         assert pi_agent(words) == 0
         return
     file = commands().get(" ".join(words[:2])) or commands()[words[0]]

@@ -56,6 +56,15 @@ def _own_effect(text: str) -> None:
     assert station(["plan", "--separate", "humidity", "--rig", str(rig)]) == 0
 
 
+def test_the_first_pages_effect_is_planned_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (effect,) = [block.text for block in blocks("python") if block.readme == "README.md" and "Effect" in block.text]
+    monkeypatch.chdir(tmp_path)
+    Path("mine").mkdir()
+    Path("mine", "humidity.py").write_text(effect, encoding="utf-8")
+    rig = rig_file(tmp_path, name="own", extra='[physics]\neffects = ["mine"]\n')
+    assert station(["plan", "--separate", "humidity", "--rig", str(rig)]) == 0
+
+
 def _own_importer(text: str) -> None:
     """The folder that it names, `mine`, holds the importer that the page shows."""
     rig = rig_file(Path.cwd(), name="own", extra=text)

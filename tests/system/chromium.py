@@ -19,6 +19,8 @@ from typing import Any
 
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 WHY_NOT = "no Chromium (on Debian: apt-get install chromium-headless-shell), or no pipes for it on this system"
+DRAWS_WITHOUT_A_CARD = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
+"""Words with which it draws what needs a graphics card, slowly, on a machine without one."""
 _FIRST_FREE = 10
 """Numbers of files from here on are neither standard streams nor the two that the browser reads and writes."""
 
@@ -115,9 +117,10 @@ class Page:
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._ask("Emulation.setEmulatedMedia", {"features": [feature]})
 
-    def picture(self, path: Path, *, whole: bool = False) -> None:
+    def picture(self, path: Path, *, whole: bool = False, within_s: float = 60.0) -> None:
         """Writes what it looks like as a PNG; `whole` also what one would have to scroll to."""
-        data = self._ask("Page.captureScreenshot", {"captureBeyondViewport": whole, "format": "png"})["data"]
+        asked = {"captureBeyondViewport": whole, "format": "png"}
+        data = self._ask("Page.captureScreenshot", asked, within_s=within_s)["data"]
         path.write_bytes(base64.b64decode(data))
 
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import subprocess
+import time
 from collections.abc import Generator
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from shared.messages import PlatformState
 from tests.system import chromium
@@ -100,3 +105,50 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             page.wait("!document.getElementById('start').disabled")
     unexpected = [error for error in page.errors if "ERR_CONNECTION_REFUSED" not in error]
     assert not unexpected
+
+
+SLOW_S = 200.0
+"""A viewer that is drawn without a graphics card, beside a rig, on two processors."""
+
+
+@pytest.mark.timeout(600)
+def test_the_session_is_seen_in_rerun_as_it_runs(rig: Rig, tmp_path: Path) -> None:
+    """Rerun's own page draws what the rig does, and Stop answers while it draws."""
+    with (
+        chromium.browser(tmp_path / "profile", *chromium.DRAWS_WITHOUT_A_CARD) as page,
+        served(rig, port=free_port()) as (_, link),
+    ):
+        page.size(900, 700)
+        page.open(link)
+        page.wait("document.getElementById('link').innerText === 'connected'")
+        page.click("#start")
+        page.wait("document.getElementById('state').innerText.startsWith('run 1')", within_s=100)
+        page.click("#view-live")
+        page.wait("document.getElementById('frame').src.startsWith('http://localhost:')", within_s=SLOW_S)
+        page.of("document.getElementById('frame').scrollIntoView()")
+        before = look(page, tmp_path / "rerun.png")
+        end = time.monotonic() + SLOW_S
+        while changed(before, (now := look(page, tmp_path / "rerun.png"))) < MOVING:
+            assert time.monotonic() < end, f"the viewer shows nothing that moves: {page.errors}"
+            before = now
+        page.click("#stop")
+        page.wait("!document.getElementById('start').disabled", within_s=SLOW_S)
+    assert not [error for error in page.errors if "127.0.0.1" in error and "proxy" in error.lower()], page.errors
+
+
+MOVING = 0.01
+"""The share of the viewer's pixels that change from one look to the next; its welcome changes by none."""
+
+
+def look(page: chromium.Page, file: Path) -> NDArray[np.int16]:
+    """The picture of the viewer, without the page about it; kept where REPOSE_PICTURES says, to be looked at."""
+    file = Path(os.environ.get("REPOSE_PICTURES", file.parent)) / file.name
+    time.sleep(3.0)
+    page.picture(file, within_s=SLOW_S)
+    seen = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+    assert seen is not None
+    return seen[150:, 60:840].astype(np.int16)
+
+
+def changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> float:
+    return float(np.mean(np.abs(one - other) > 12))

@@ -144,7 +144,7 @@ def test_a_calibration_without_a_twin_is_refused_in_one_sentence(bench: Rig):
     command = [sys.executable, "-m", "pi_agent", "calibrate", "--rig", str(bench.file), "--no-tone"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 2
-    assert done.stderr.strip() == "pi-agent: no scene from the twin: start `station twin`"
+    assert done.stderr.strip() == "pi-agent: No scene comes from the twin: start `station twin`"
     assert not (bench.file.parent / "calibration.toml").exists()
 
 

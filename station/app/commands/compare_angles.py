@@ -274,7 +274,7 @@ def _needed(recording: RecordingReader) -> list[str]:
 
 
 def _readings(recording: RecordingReader, asked: int) -> int:
-    """Readings a stop: as it was recorded, if the recording says so."""
+    """The number of readings at a stop: the recording's own, or what was asked for where it does not say."""
     text = recording.metadata.get("session", {}).get("comparison", "")
     return parse(ComparisonPlan, Table(json.loads(text))).readings if text else asked
 

@@ -39,6 +39,7 @@ from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
+from station.pages.drawing import kept_in
 from station.physics.catalogue import catalogue_of_table
 from station.recording.reader import open_recording
 from station.simulators.simulator import LIMIT_S
@@ -58,6 +59,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON (a list for several files)")
     parser.add_argument("--model", type=Path, metavar="PATH", help="write what was found as model.toml")
     parser.add_argument("--report", type=Path, metavar="PATH", help="write it as one HTML page with figures")
+    parser.add_argument(
+        "--figures", type=Path, metavar="FOLDER", help="with --report: write its figures as SVG and PDF, too"
+    )
     parser.add_argument("--plan", type=Path, metavar="PATH", help="write the next experiment for station run --plan")
     parser.add_argument(
         "--overlay",
@@ -104,6 +108,8 @@ def run(options: argparse.Namespace) -> int:
     chosen = chosen_by(options)
     if not (chosen.one and options.out is None):
         return _many(chosen, options)
+    if options.figures and not options.report:
+        raise UserError("Expected --report PATH together with --figures, as they are the figures of the report")
     name, file = chosen.names[0], local(chosen.names[0])
     if options.overlay and file.suffix in TABLES:
         raise UserError(f"Expected a recording (.mcap) together with --overlay, got the table {name}")
@@ -142,7 +148,8 @@ def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> No
         _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
     if options.report:
         motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
-        page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
+        with kept_in(options.figures):
+            page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
         _write(options.report, page, what="report")
     if options.plan:
         print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)

@@ -21,6 +21,7 @@ from shared.system import desktop
 from shared.zenoh_bus import ZenohBus
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
+from station.app.moving import write_moving
 from station.app.pictured import write_picture
 from station.app.processes import paced, until_stopped
 from station.recording.reader import RecordingReader, open_recording
@@ -48,6 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="OUT.png",
         help="draw a picture, display or not; without a display that is all",
+    )
+    show.add_argument(
+        "--moving",
+        type=Path,
+        metavar="OUT.webp",
+        help="draw the last degrees of a tilt and its slide as a moving picture (.webp or .gif), display or not",
     )
     show.add_argument("--at", type=float, metavar="S", help="the picture's moment, in seconds; after the last slip")
     show.add_argument("--no-viewer", action="store_true", help="do not open the viewer")
@@ -79,8 +86,11 @@ def _show(reader: RecordingReader, args: argparse.Namespace) -> int:
         for complaint in write_picture(reader, args.screenshot, setup=setup, at_s=args.at):
             print(f"the viewer complains: {complaint}")
         print(f"Picture: {args.screenshot}")
+    if args.moving is not None:
+        count = write_moving(reader, args.moving, setup=setup, at_s=args.at)
+        print(f"Moving picture: {args.moving}, {count} pictures, {args.moving.stat().st_size / 1e6:.1f} MB")
     looked_at = desktop.has_display() and not args.no_viewer
-    if args.screenshot is None or args.save is not None or looked_at:
+    if (args.screenshot is None and args.moving is None) or args.save is not None or looked_at:
         _write_view(reader, args, setup)
     return 0
 

@@ -18,7 +18,6 @@ from station.app.outputs import write_text
 from station.app.planned import recorded_plan
 from station.diagnosis.diagnose import Examined
 from station.diagnosis.predict import folds
-from station.diagnosis.report.drawing import style
 from station.diagnosis.report.ending import numerics
 from station.diagnosis.report.fit import fit
 from station.diagnosis.report.headline import about, headline
@@ -27,6 +26,7 @@ from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.where import where
 from station.diagnosis.result import Diagnosis, EffectFound, Verdict, as_json
+from station.pages.drawing import style
 
 
 @missing_said()

@@ -10,8 +10,8 @@ import numpy as np
 
 from shared.messages import Sample
 from station.diagnosis.report import html
-from station.diagnosis.report.drawing import AFTER, BEFORE, inline_svg, new_figure, style
 from station.friction.drawing import DIRECTION_COLOURS
+from station.pages.drawing import AFTER, BEFORE, inline_svg, new_figure, style
 from station.simulators.recorded_runs import Poses
 
 _FREE = "0.4"

@@ -7,7 +7,7 @@ from typing import Any
 
 from shared.bus import Bus
 from shared.clock import Clock
-from shared.errors import UserError
+from shared.page.asked import text, unknown, whole_number
 from shared.rig import RigConfig
 from station.app.serve.curve import LiveCurve
 from station.app.serve.follower import Follower
@@ -31,7 +31,7 @@ class Backend:
         self._actions: dict[str, Callable[[Mapping[str, Any]], None]] = {
             "session": self._session,
             "arm-stop": lambda _: self.sessions.stop_arm(),
-            "job": lambda asked: self.jobs.begin(_text(asked, "kind"), _text(asked, "recording")),
+            "job": lambda asked: self.jobs.begin(text(asked, "kind"), text(asked, "recording")),
             "job-end": lambda _: self.jobs.end(),
             "view": self._view,
         }
@@ -48,17 +48,17 @@ class Backend:
             UserError: saying in a sentence why not.
         """
         if name not in self._actions:
-            raise UserError(f"Expected one of {', '.join(self._actions)}, got '{name}'")
+            raise unknown(name, self._actions)
         self._actions[name](asked)
 
     def _session(self, asked: Mapping[str, Any]) -> None:
-        if (action := _text(asked, "action")) == "start":
-            self.sessions.begin(samples=_number(asked, "samples"), seed=_number(asked, "seed"))
+        if (action := text(asked, "action")) == "start":
+            self.sessions.begin(samples=whole_number(asked, "samples"), seed=whole_number(asked, "seed"))
         else:
             self.sessions.control(action)
 
     def _view(self, asked: Mapping[str, Any]) -> None:
-        name = _text(asked, "recording")
+        name = text(asked, "recording")
         self.viewers.show(name, self.shelf.path(name) if name else None)
 
     def close(self) -> None:
@@ -67,17 +67,3 @@ class Backend:
         self.viewers.end()
         self.jobs.end()
         self.sessions.end()
-
-
-def _text(asked: Mapping[str, Any], name: str) -> str:
-    value = asked.get(name)
-    if not isinstance(value, str):
-        raise UserError(f"Expected a text as '{name}', got {value!r}")
-    return value
-
-
-def _number(asked: Mapping[str, Any], name: str) -> int:
-    value = asked.get(name)
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise UserError(f"Expected a whole number as '{name}', got {value!r}")
-    return value

@@ -48,8 +48,9 @@ class Viewers:
         except UserError as error:
             fault = str(error)
         with self._lock:
-            if asked != self._asked:  # something else is shown by now
+            if fault or asked != self._asked:  # nothing can be shown, or something else is by now
                 _end(mine)
+            if asked != self._asked:
                 return
             self._processes = mine
             self.told = {"of": name, "url": url, "fault": fault}
@@ -57,8 +58,9 @@ class Viewers:
     def _live(self, mine: list[subprocess.Popen[bytes]]) -> str:
         port = viewer.free_port()
         words = ["replay", "--live", "--rig", str(self._rig_file), "--no-viewer", "--port", str(port)]
-        mine.append(start([sys.executable, "-m", "station", *words], quiet=True))
-        process, url = serve_stream(port)
+        streaming = start([sys.executable, "-m", "station", *words], quiet=True)
+        mine.append(streaming)
+        process, url = serve_stream(streaming, port)
         mine.append(process)
         return url
 
@@ -81,7 +83,11 @@ def _recorded(recording: Path, mine: list[subprocess.Popen[bytes]]) -> str:
         drawing = start([sys.executable, "-m", "station", *words], piped=True)
         said = drawing.communicate()[0].decode(errors="replace").strip()
         if drawing.returncode:
-            raise UserError(said.splitlines()[-1] if said else "drawing was ended")
+            raise UserError(
+                said.splitlines()[-1]
+                if said
+                else "The recording could not be drawn: the program that draws it was ended; try again"
+            )
     process, url = serve_file(drawn)
     mine.append(process)
     return url

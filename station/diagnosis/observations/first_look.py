@@ -95,7 +95,10 @@ class _Paths:
 
 
 def _read(paths: _Paths, t0: float, mu: float) -> Look:
-    """The estimate with the time at which V would be reached, before t_k for a negative V; clipping would delay it."""
+    """The estimate of a slide, with the time at which the lacking speed V would be reached.
+
+    For a negative V that time lies before t_k; to clip V at 0 would delay it.
+    """
     run = paths.run
     excess = run.pull - mu * run.press
     before = np.flatnonzero((run.grid_s <= t0) & (excess <= 0))

@@ -40,7 +40,7 @@ Stretches = NDArray[Any]
 
 
 def spans(from_ns: int, to_ns: int) -> Iterator[tuple[int, int]]:
-    """The STRETCHES equal parts of a time, ns."""
+    """Divides a time into STRETCHES equal parts; gives begin and end of each in ns."""
     return itertools.pairwise(np.linspace(from_ns, to_ns, STRETCHES + 1).astype(np.int64).tolist())
 
 

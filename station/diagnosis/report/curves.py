@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from station.diagnosis.report import scales
-from station.diagnosis.report.drawing import MARKED, new_figure
 from station.diagnosis.report.html import p_value
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.result import Located
+from station.pages.drawing import MARKED, new_figure
 
 MOST = 6
 _Z90 = 1.645

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from station.diagnosis.report import html
-from station.diagnosis.report.drawing import inline_svg
 from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
 from station.diagnosis.report.sentences import own_level
 from station.diagnosis.result import Diagnosis, Quality
+from station.pages.drawing import inline_svg
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:

@@ -10,8 +10,8 @@ from matplotlib.patches import Rectangle
 
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.report import scales
-from station.diagnosis.report.drawing import MARKED, new_figure
 from station.diagnosis.report.picture_data import Spot
+from station.pages.drawing import MARKED, new_figure
 
 _PHASES = ("camera at rest", "pre-slip", "onset", "slide", "stop")
 _COLUMNS = ("all", *TITLES)

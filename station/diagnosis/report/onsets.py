@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import binom, norm
 
 from station.diagnosis.predict.held_out import HeldOut
-from station.diagnosis.report.drawing import AFTER, BEFORE, new_figure
+from station.pages.drawing import AFTER, BEFORE, new_figure
 from station.physics.contact import Array
 
 _BINS = 10

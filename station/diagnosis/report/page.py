@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from station.diagnosis.report.drawing import style
 from station.diagnosis.report.ending import next_step, numerics, provenance
 from station.diagnosis.report.fit import fit
 from station.diagnosis.report.headline import about, headline
@@ -10,6 +9,7 @@ from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.what import what
 from station.diagnosis.report.where import where
 from station.diagnosis.result import Diagnosis
+from station.pages.drawing import style
 from station.pages.page import whole_page
 
 _STYLE = """\

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from station.diagnosis.report import scales
-from station.diagnosis.report.drawing import MOST_DOTS, new_figure
 from station.diagnosis.report.picture_data import ChannelPicture, PictureData
+from station.pages.drawing import MOST_DOTS, new_figure
 from station.physics.contact import Array
 
 _CHANNELS = ("onset", "along")

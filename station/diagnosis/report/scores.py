@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from station.diagnosis.predict.held_out import HeldOut
-from station.diagnosis.report.drawing import AFTER, BEFORE, FLOOR, new_figure
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.result import Diagnosis
+from station.pages.drawing import AFTER, BEFORE, FLOOR, new_figure
 from station.physics.contact import Array
 
 _Z90 = 1.645

@@ -6,11 +6,11 @@ from html import escape
 
 from station.diagnosis.report import html
 from station.diagnosis.report.curves import curves, drawable
-from station.diagnosis.report.drawing import inline_svg
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
 from station.diagnosis.result import Diagnosis, Located
+from station.pages.drawing import inline_svg
 
 _MOST_RUNS, _MOST_STRETCHES = 15, 3
 _MOMENT_NS = 5_000_000

@@ -32,7 +32,7 @@ class Change:
 
 
 def changes() -> tuple[Change, ...]:
-    """None at all, then the possible cures, from the smallest change to the largest, which is the refined scene."""
+    """The changes to be tried, from none at all to the largest, which is the refined scene."""
     firm = f'cone="elliptic", impratio="{IMPRATIO:g}"'
     return (
         Change(text="as it is", make=lambda _: None),

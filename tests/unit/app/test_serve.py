@@ -29,11 +29,11 @@ from shared.messages import (
     SessionRequest,
     SessionStatus,
 )
+from shared.page.access import HEADER, Access, is_local, token_of
 from station.app import assembly
 from station.app.control import SessionControl
 from station.app.processes import StopRequest
 from station.app.serve import sessions as sessions_module
-from station.app.serve.access import HEADER, Access, is_local, token_of
 from station.app.serve.backend import Backend
 from station.app.serve.curve import friction_of
 from station.app.serve.follower import Follower

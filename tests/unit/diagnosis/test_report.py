@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from station.__main__ import main
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.report import html, scores
 from station.diagnosis.report.headline import headline
@@ -18,6 +20,7 @@ from station.diagnosis.report.picture_data import ChannelPicture, PictureData
 from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.result import Located, Stretch, Value
+from station.pages.drawing import kept_in
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.page import Page
 from tests.unit.diagnosis.tables import grained, samples
@@ -224,3 +227,20 @@ def test_residuals_after_are_smaller_than_before_where_something_was_found() -> 
     assert np.std(channel.after) < 0.4 * np.std(channel.before)
     assert grained().pictures.spots_before[0].p < 0.01
     assert len(channel.before) == 60
+
+
+def test_each_figure_of_the_page_is_kept_as_svg_and_pdf(tmp_path: Path) -> None:
+    with kept_in(tmp_path / "figures"):
+        page = html_page(grained().diagnosis, with_slides())
+    kept = {file.name for file in (tmp_path / "figures").iterdir()}
+    stems = {name.partition(".")[0] for name in kept}
+    assert len(stems) == page.count('<svg role="img"') >= 3
+    assert kept == {f"{stem}.{kind}" for stem in stems for kind in ("svg", "pdf")}
+    assert all((tmp_path / "figures" / f"{stem}.pdf").read_bytes().startswith(b"%PDF") for stem in stems)
+    html_page(grained().diagnosis, with_slides())
+    assert len(list((tmp_path / "figures").iterdir())) == len(kept)
+
+
+def test_figures_belong_to_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diagnose", "none.csv", "--figures", str(tmp_path / "figures")]) == 2
+    assert "--report PATH together with --figures" in capsys.readouterr().err

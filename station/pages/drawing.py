@@ -1,17 +1,26 @@
-"""The style of the report's figures, and their form as a part of the page."""
+"""The style of the reports' figures, their form as a part of a page, and as files."""
 
 from __future__ import annotations
 
 import io
 import re
+from collections.abc import Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from shared.errors import UserError
+
 BEFORE, AFTER, FLOOR, MARKED = "#999999", "#0072b2", "#009e73", "#d55e00"
 """Colours of the plain model, the found model, the repeatability floor and what stands out; the colour-blind can tell
 them apart (Okabe, Ito)."""
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Colours of the same set for what has no meaning of its own, such as sensors beside each other."""
 
 MOST_DOTS = 1500
 """A scatter of more points becomes a bitmap inside the drawing: as vectors it would take megabytes."""
@@ -26,9 +35,12 @@ _STYLE: dict[str, Any] = {
     "legend.frameon": False,
     "legend.fontsize": 8.0,
     "lines.linewidth": 1.2,
+    "pdf.fonttype": 42,  # fonts that can be edited
     "svg.fonttype": "none",  # text stays text: it can be searched, and the file is small
     "svg.hashsalt": "station",  # the same figure gives the same bytes
 }
+
+_folder: ContextVar[Path | None] = ContextVar("folder", default=None)
 
 
 def style() -> Any:
@@ -41,8 +53,33 @@ def new_figure(*, width_in: float = 9.0, height_in: float = 3.2) -> Any:
     return Figure(figsize=(width_in, height_in), layout="constrained", facecolor="white")
 
 
+@contextmanager
+def kept_in(folder: Path | None) -> Generator[None]:
+    """Within it, every figure of a page is also written into the folder, as NAME.svg and NAME.pdf; None: nowhere."""
+    before = _folder.set(folder)
+    try:
+        yield
+    finally:
+        _folder.reset(before)
+
+
+def _keep(figure: Any, folder: Path, name: str) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
+    except OSError as error:
+        raise UserError(f"Expected to write figures into {folder}, but that failed: {error.strerror}") from error
+
+
 def inline_svg(figure: Any, *, name: str, alt: str) -> str:
-    """The figure as an <svg> element with ids of its own and `alt` as its text for screen readers."""
+    """The figure as an <svg> element with ids of its own and `alt` as its text for screen readers.
+
+    Raises:
+        UserError: if it is to be kept in a folder (`kept_in`) that cannot be written to.
+    """
+    if (folder := _folder.get()) is not None:
+        _keep(figure, folder, name)
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     drawing = text.getvalue()
