@@ -6,6 +6,7 @@ A line is ASCII words, `*`, four hexadecimal digits of the CRC-16/XMODEM of what
 from __future__ import annotations
 
 import binascii
+import math
 from dataclasses import dataclass
 
 VERSION = 1
@@ -14,6 +15,7 @@ MEANING = {IDLE: "it is stopped", HELD: "it heard nothing and holds", LEVELLING:
 """The states in which a stage does not follow set-points, in words."""
 PER_DEGREE = 1_000_000
 """Angles are integers in millionths of a degree."""
+UNIT_RAD = math.pi / 180 / PER_DEGREE
 _LONGEST = 512
 
 

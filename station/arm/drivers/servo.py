@@ -11,9 +11,6 @@ those that its sensors measure or, where it has none, those that its servos are 
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
-
 import numpy as np
 
 from shared.byte_links import open_link
@@ -21,23 +18,11 @@ from shared.config import parse
 from shared.errors import UserError
 from station.arm.drivers import DriverLink, JointReading
 from station.arm.drivers import _servo_lines as lines
+from station.arm.drivers._servo_greeting import ServoOptions, greeted, require_fit
 from station.arm.trajectory import JointTrajectory
-from station.rig.arm_model import ArmModel
 
-_UNIT_RAD = np.pi / 180 / lines.PER_DEGREE
 _PERIOD_NS = 15_000_000  # two ticks of the agent: at 115200 baud a set-point of two axes takes 3 ms
-_LISTEN_S, _ASK_EVERY = 0.02, 12  # a board that starts hears nothing for a second or two
 _ARMING_NS = 500_000_000
-
-
-@dataclass(frozen=True, kw_only=True)
-class ServoOptions:
-    """The `[arm.options]` table for this driver; see the module."""
-
-    port: str
-    baud: int = 115200
-    answer_timeout_s: float = 5.0
-    level_by_hand: bool = False
 
 
 class ServoStage:
@@ -55,24 +40,10 @@ class ServoStage:
         self._followed = self._stopping = False
         self._fault = ""
         try:
-            _require_fit(self._greet(), self._model, self._options)
+            require_fit(greeted(self._link, self._lines, self._options), self._model, self._options)
         except UserError:
             self._link.close()
             raise
-
-    def _greet(self) -> lines.Hello:
-        """Asks the stage what it is, until it answers."""
-        for turn in range(max(1, round(self._options.answer_timeout_s / _LISTEN_S))):
-            if turn % _ASK_EVERY == 0:
-                self._link.write(lines.line("?"))
-            time.sleep(_LISTEN_S)
-            for words in self._lines.take(self._link.read()):
-                if answer := lines.hello(words):
-                    return answer
-        raise UserError(
-            f"Expected a tilt stage at {self._options.port}, but nothing there answers as one within "
-            f"{self._options.answer_timeout_s:g} s: load the sketch of deploy/tilt_stage, and check 'port' and 'baud'"
-        )
 
     def start(self, trajectory: JointTrajectory, *, now_ns: int) -> None:
         """See `Driver.start`; the stage is armed first if it is not."""
@@ -100,7 +71,7 @@ class ServoStage:
         held = state == lines.HELD and elapsed_ns > motion.duration_ns  # this machine was busy while nothing moved
         if state == lines.FOLLOWING:
             self._followed, self._number = True, self._number + 1
-            self._say(now_ns, "T", self._number, *np.rint(motion.at(elapsed_ns)[0] / _UNIT_RAD).astype(int))
+            self._say(now_ns, "T", self._number, *np.rint(motion.at(elapsed_ns)[0] / lines.UNIT_RAD).astype(int))
         elif held or (not self._followed and elapsed_ns < _ARMING_NS):
             self._say(now_ns, "A")
         else:
@@ -125,7 +96,7 @@ class ServoStage:
         for words in received:
             if place := lines.place(words, axes=len(self._model.joints)):
                 self._place = place
-                angles, speeds = (_UNIT_RAD * np.array(part, np.float64) for part in (place.angles, place.speeds))
+                angles, speeds = (lines.UNIT_RAD * np.array(part, np.float64) for part in (place.angles, place.speeds))
                 self._reading = JointReading(now_ns, self._model.joint_names, angles, speeds, np.zeros_like(angles))
             elif words[0] == "E" and self._motion is not None:
                 self._give_up(f"The tilt stage refuses a set-point: {' '.join(words[1:])}.")
@@ -145,31 +116,6 @@ class ServoStage:
         """See `Driver.close`; a stage that is stopped holds for good, one that falls silent levels."""
         self.halt(now_ns=self._said_ns)
         self._link.close()
-
-
-def _require_fit(hello: lines.Hello, model: ArmModel, options: ServoOptions) -> None:
-    """Refuses a stage that is not the model's.
-
-    Raises:
-        UserError: saying what differs, and what to do.
-    """
-    if hello.version != lines.VERSION or len(hello.limits) != len(model.joints):
-        raise UserError(
-            f"Expected a stage of {len(model.joints)} axes, as {model.name} has them, and version {lines.VERSION}; "
-            f"got {len(hello.limits)} axes and version {hello.version}: correct 'model', or AXES in the sketch"
-        )
-    for joint, (lower, upper) in zip(model.joints, hello.limits, strict=True):
-        own = (joint.lower_rad or 0.0, joint.upper_rad or 0.0)
-        if own[0] < lower * _UNIT_RAD - 1e-6 or own[1] > upper * _UNIT_RAD + 1e-6:
-            raise UserError(
-                f"Expected limits of {joint.name} within the stage's own {lower / lines.PER_DEGREE:g} to "
-                f"{upper / lines.PER_DEGREE:g} degrees; narrow them in the file of the model {model.name}"
-            )
-    if not hello.placed and not options.level_by_hand:
-        raise UserError(
-            f"The tilt stage at {options.port} has no angle sensors and does not know how it stands: put it level by "
-            "hand before each start, and say so with level_by_hand = true in [arm.options]"
-        )
 
 
 def connect(link: DriverLink) -> ServoStage:
