@@ -29,7 +29,7 @@ PLACE_M = 0.03
 
 Wave = Literal["cos", "sin"]
 When = Literal["onset", "sliding"]
-Direction = Literal["radial", "linear", "any", "field", "aside"]
+Direction = Literal["radial", "linear", "any", "field"]
 
 
 class Form(ABC):
@@ -201,19 +201,18 @@ _WHEN: dict[frozenset[When], str] = {
 
 
 class SmoothPush(Unnamed):
-    """A push along the plate, m/s², by the place: radial, linear, linear with a constant, or a field; or aside.
+    """A push along the plate, m/s², by the place: radial, linear, linear with a constant, or a field.
 
-    A field is the slope of a hill, a polynomial of fourth degree of the place: a plate that is bent, or a magnet. What
-    pushes a sliding block aside is the same everywhere and in every direction: to the left of its way, or to the right.
+    A field is the slope of a hill, a polynomial of fourth degree of the place: a plate that is bent, or a magnet.
     """
 
     family: ClassVar[Family] = "place"
 
     def __init__(self, direction: Direction) -> None:
-        """Has one coefficient if 'radial' or 'aside', four if 'linear', six if 'any', fourteen if 'field'."""
+        """Has one coefficient if 'radial', four if 'linear', six if 'any', fourteen if 'field'."""
         self.direction: Direction = direction
         size, words = PUSHES[direction]
-        super().__init__(pushed_by(direction), words, size=size, typical=0.1, unit="m/s²", most=1.0)
+        super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
 
     def __repr__(self) -> str:
         """The expression that makes an equal term."""
@@ -225,9 +224,6 @@ class SmoothPush(Unnamed):
 
     def _waves(self, contact: Contact) -> Array:
         """The pushes (n, 3, k) of all coefficients at 1."""
-        if self.direction == "aside":
-            left = unit(contact.way_rad + np.pi / 2) * contact.moving[:, None]
-            return np.column_stack([left, np.zeros(len(contact))])[:, :, None]
         x, y = contact.x_m / PLACE_M, contact.y_m / PLACE_M
         if self.direction == "radial":
             return np.stack([x, y, np.zeros(len(contact))], axis=1)[:, :, None]
@@ -240,9 +236,29 @@ class SmoothPush(Unnamed):
         return found
 
 
-def pushed_by(direction: Direction) -> str:
-    """The covariate of a push."""
-    return "way" if direction == "aside" else "position"
+class PushAside(Unnamed):
+    """A push on a sliding block, m/s², the same everywhere and in every direction: to the left of its way (or right).
+
+    It has no mechanism in the catalogue. Cubes that were tossed on a board swerve to the left of their ways by
+    0.024 ± 0.002 m/s² on the average, a hundredth of what slows them down, in each of four quarters of the ways.
+    Without it a push by the place was told of them, which it resembled where they had slid outward.
+    """
+
+    family: ClassVar[Family] = "place"
+
+    def __init__(self) -> None:
+        """Has one coefficient."""
+        self.direction = "aside"
+        super().__init__("way", "push aside", size=1, typical=0.1, unit="m/s²", most=1.0)
+
+    def __repr__(self) -> str:
+        """The expression that makes an equal term."""
+        return "PushAside()"
+
+    def push(self, contact: Contact, values: Values) -> Array | None:
+        """The push (n, 3), m/s², in P."""
+        left = unit(contact.way_rad + np.pi / 2) * (values["a0"] * contact.moving)[:, None]
+        return np.column_stack([left, np.zeros(len(contact))])
 
 
 def _hill_slopes(x: Array, y: Array) -> Array:
@@ -266,14 +282,13 @@ PUSHES: dict[Direction, tuple[int, str]] = {
     "linear": (4, "linear push"),
     "any": (6, "push"),
     "field": (len(HILLS), "field"),
-    "aside": (1, "push aside"),
 }
-"""The number of coefficients of each kind of push, and its name in reports.
+"""The number of coefficients of each kind of push by the place, and its name in reports."""
 
-The push aside has no mechanism in the catalogue. Cubes that were tossed on a board swerve to the left of their ways by
-0.024 ± 0.002 m/s² on the average, a hundredth of what slows them down, in each of four quarters of the ways. Without it
-a push by the place was told of them, which it resembled where they had slid outward.
-"""
+
+def pushes() -> tuple[SmoothPush | PushAside, ...]:
+    """Every kind of push."""
+    return (*(SmoothPush(direction) for direction in PUSHES), PushAside())
 
 
 def is_smooth(effect: Effect) -> bool:

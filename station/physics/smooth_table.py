@@ -48,17 +48,17 @@ from station.physics.smooth import (
     PUSHES,
     WAVES,
     ByRun,
-    Direction,
     Form,
     Harmonics,
     Powers,
+    PushAside,
     Smooth,
     SmoothPush,
     Swings,
     Unnamed,
     Wave,
     When,
-    pushed_by,
+    pushes,
 )
 
 _FORMS = ("powers", "harmonics", "swings")
@@ -71,7 +71,7 @@ _HIGHEST = 12
 def table_of_smooth(effect: Unnamed, values: Values) -> dict[str, Any]:
     """The table of model.toml that describes the term."""
     coefficients = {"coefficients": [float(values[one.name]) for one in effect.parameters]}
-    if isinstance(effect, SmoothPush):
+    if isinstance(effect, (SmoothPush, PushAside)):
         return {"covariate": effect.covariate, "push": effect.direction, **coefficients}
     if not isinstance(effect, Smooth):
         raise TypeError(f"no table for {type(effect).__name__}")
@@ -125,15 +125,14 @@ def _term(table: Mapping[str, Any]) -> tuple[Unnamed, dict[str, float]]:
     return effect, {one.name: value for one, value in zip(effect.parameters, coefficients, strict=True)}
 
 
-def _push(table: Mapping[str, Any]) -> SmoothPush:
+def _push(table: Mapping[str, Any]) -> Unnamed:
     only(table, {"covariate", "push", "coefficients"}, f"{_WHERE} with a push")
-    known: dict[object, Direction] = {direction: direction for direction in PUSHES}
-    chosen = known.get(str(table["push"]))
-    if chosen is None or table["covariate"] != pushed_by(chosen):
+    known: dict[tuple[object, object], Unnamed] = {(one.covariate, one.direction): one for one in pushes()}
+    chosen = known.get((str(table["covariate"]), str(table["push"])))
+    if chosen is None:
         said = f"push = {table['push']!r} by {table['covariate']!r}"
-        of_place = ", ".join(one for one in PUSHES if pushed_by(one) == "position")
-        raise UserError(f"Expected a push of {of_place} by position or aside by way in {_WHERE}, got {said}")
-    return SmoothPush(chosen)
+        raise UserError(f"Expected a push of {', '.join(PUSHES)} by position or aside by way in {_WHERE}, got {said}")
+    return chosen
 
 
 def _friction(table: Mapping[str, Any], size: int) -> Smooth:

@@ -18,7 +18,7 @@ from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
 from station.physics.model import Model, Term
-from station.physics.smooth import SmoothPush
+from station.physics.smooth import PushAside
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -100,7 +100,7 @@ def summary_of(before: Fit, place: Place) -> str:
 
 def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
     """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
-    if isinstance(term.effect, SmoothPush) and term.effect.direction == "aside":
+    if isinstance(term.effect, PushAside):
         (size,) = term.values.values()
         side = "left" if size > 0 else "right"
         swerve = f"sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"

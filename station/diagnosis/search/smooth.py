@@ -28,6 +28,7 @@ from station.physics.smooth import (
     Form,
     Harmonics,
     Powers,
+    PushAside,
     Smooth,
     SmoothPush,
     Swings,
@@ -153,9 +154,9 @@ def _memory(evidence: Evidence) -> dict[str, ByRun]:
 
 def _pushes(evidence: Evidence) -> Iterator[Effect]:
     if evidence.channel(ACROSS) is not None:
-        yield SmoothPush("aside")
+        yield PushAside()
     onset = evidence.friction
     if onset is None or not {"x", "y"} <= onset.rows.covariates.keys():
         return
     if max(float(np.ptp(onset.rows.covariates[axis])) for axis in "xy") >= thresholds.LEAST_PLACES_M:
-        yield from (SmoothPush(direction) for direction in PUSHES if direction != "aside")
+        yield from (SmoothPush(direction) for direction in PUSHES)

@@ -16,17 +16,18 @@ from station.physics import smooth_table as module
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term, model_of_table, table_of_model
 from station.physics.smooth import (
-    PUSHES,
     ByRun,
     Form,
     Harmonics,
     Powers,
+    PushAside,
     Smooth,
     SmoothPush,
     Swings,
     Unnamed,
     When,
     is_smooth,
+    pushes,
 )
 from tests.contracts.effect_states import contacts
 
@@ -49,7 +50,7 @@ EFFECTS: tuple[Unnamed, ...] = (
         at=BOTH,
         by_run=ByRun(np.arange(5.0), np.array([0.5, np.nan, 1.0, 2.0, -1.0])),
     ),
-    *(SmoothPush(direction) for direction in PUSHES),
+    *pushes(),
 )
 
 
@@ -82,7 +83,7 @@ def test_it_vanishes_at_its_null_and_acts_beside_it(effect: Unnamed) -> None:
     null, off = effect.neutral(), values_of(effect)
     assert effect.is_null(null)
     assert not effect.is_null(off)
-    assert effect.acts_through() == ({"push"} if isinstance(effect, SmoothPush) else {"friction"})
+    assert effect.acts_through() == ({"push"} if isinstance(effect, (SmoothPush, PushAside)) else {"friction"})
     assert np.all(np.asarray(effect.friction(state, null)) == 1.0)
     push = effect.push(state, null)
     assert push is None or not push.any()
@@ -186,7 +187,7 @@ def test_a_field_does_no_work_around_a_loop() -> None:
 
 def test_what_is_pushed_aside_is_pushed_to_the_left_of_its_way_and_only_while_it_slides() -> None:
     state = contacts(50)
-    push = SmoothPush("aside").push(state, {"a0": 0.03})
+    push = PushAside().push(state, {"a0": 0.03})
     assert push is not None
     ahead = np.column_stack([np.cos(state.way_rad), np.sin(state.way_rad)])
     assert (push[:, :2] * ahead).sum(axis=1) == pytest.approx(np.zeros(50), abs=1e-12)
