@@ -202,7 +202,7 @@ def test_code_that_does_not_import_never_replaces_what_runs(good: Bench):
 def test_an_agent_that_ends_by_itself_is_rolled_back(good: Bench):
     before = good.current
     with edited(
-        good.code / "pi_agent/run_command.py", "    stop = _stop_on_signals()\n", "    raise SystemExit('dead')\n"
+        good.code / "pi_agent/run_command.py", "    stop = stop_on_signals()\n", "    raise SystemExit('dead')\n"
     ):
         done = good.deploy()
     assert done.returncode == 2
