@@ -30,7 +30,7 @@ PATIENCE_S = 10.0
 
 @dataclass
 class BusWatch:
-    """What a process with keys notices; `members` are the names that count, by role. Each thing is said once."""
+    """A process with keys notices who is refused, and says each thing once; `members` are the names that count, by role."""
 
     folder: Path
     members: Mapping[str, Sequence[str]]

@@ -17,6 +17,7 @@ DISTRIBUTION = "repose-friction"
 """The name on the package index; pyproject.toml has it, too, and a test compares them."""
 _BROUGHT_BY = {
     "collada": "pycollada",
+    "PIL": "pillow",
     "cv2": "opencv-python-headless",
     "google": "protobuf",
     "rerun": "rerun-sdk",

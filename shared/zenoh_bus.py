@@ -136,7 +136,7 @@ class ZenohBus:
         self._entities.append(watcher)
 
     def _watched(self, listen: Sequence[str], connect: Sequence[str], *, rig_id: str, process: str) -> BusWatch | None:
-        """What says who is refused; None without keys."""
+        """The watch that says who is refused; None without keys."""
         folder = keys_in_use([*listen, *connect], process=process)
         if folder is None:
             return None

@@ -123,7 +123,7 @@ class PartedReader(RecordingReader):
 
 
 def told_of(part: RecordingReader) -> dict[str, str]:
-    """What a file says of itself as a part; nothing where the recording is one file."""
+    """The metadata by which a file tells that it is a part; nothing where the recording is one file."""
     return part.metadata.get(METADATA, {}) if METADATA in part.metadata_names else {}
 
 

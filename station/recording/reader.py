@@ -197,7 +197,7 @@ class RecordingReader:
         self.path = path
         self.summary = summary
         self.missing = ""
-        """What should have come after it and is not there, in a sentence."""
+        """A sentence on what should have come after it and is not there."""
         self.seams: tuple[str, ...] = ()
         """Sentences on what does not fit together where parts meet."""
         self._malformed: dict[str, set[int]] = {}
