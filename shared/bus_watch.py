@@ -30,7 +30,10 @@ PATIENCE_S = 10.0
 
 @dataclass
 class BusWatch:
-    """A process with keys notices who is refused, and says each thing once; `members` are the names that count, by role."""
+    """A process with keys notices who is refused, and says each thing once.
+
+    `members` are the names that count, by role.
+    """
 
     folder: Path
     members: Mapping[str, Sequence[str]]

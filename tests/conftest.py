@@ -1,6 +1,7 @@
 """For all tests: how long an example takes says something of the machine, and nothing of the program.
 
-A suite that a script has started in the background is told to ignore Ctrl-C, and whatever it starts would ignore it, too.
+A suite that a script has started in the background is told to ignore Ctrl-C, and whatever it starts would ignore it,
+too.
 """
 
 import signal
