@@ -11,6 +11,8 @@ ROOT = Path(__file__).parents[2]
 _FOLDERS = ("deploy", "docs", "pi_agent", "shared", "station", "tests")
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 _CODE = re.compile(r"(```.*?```|`[^`\n]*`)", re.DOTALL)
+_LIST_BELOW = re.compile(r"^(?![\s#|>]|[-*] |\d+\. )(.+)\n(?=(?:[-*]|1\.) )", re.MULTILINE)
+"""The last line of a paragraph that a list follows at once: for GitHub the paragraph ends there, for mkdocs it goes on."""
 
 
 def pages() -> Iterator[Path]:
@@ -36,7 +38,10 @@ def stage(folder: Path) -> None:
 
 
 def linking(page: Path) -> tuple[str, tuple[Path, ...]]:
-    """A page's text, with links to folders turned to their pages, and the other files that it links to."""
+    """A page's text, with links to folders turned to their pages, and the other files that it links to.
+
+    A blank line is put between a paragraph and its list.
+    """
     linked = list[Path]()
 
     def turned(match: re.Match[str]) -> str:
@@ -54,7 +59,7 @@ def linking(page: Path) -> tuple[str, tuple[Path, ...]]:
 
     parts = _CODE.split((ROOT / page).read_text("utf-8"))  # every second part is code
     text = _LINK.sub(turned, "".join(_hidden(parts)))  # with code hidden, as a link's words may hold some
-    return _shown(text, parts), tuple(dict.fromkeys(linked))
+    return _shown(_LIST_BELOW.sub(r"\1\n\n", text), parts), tuple(dict.fromkeys(linked))
 
 
 def _hidden(parts: list[str]) -> Iterator[str]:
