@@ -12,7 +12,7 @@ _FOLDERS = ("deploy", "docs", "pi_agent", "shared", "station", "tests")
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s#]+)(#[^)\s]*)?\)")
 _CODE = re.compile(r"(```.*?```|`[^`\n]*`)", re.DOTALL)
 _LIST_BELOW = re.compile(r"^(?![\s#|>]|[-*] |\d+\. )(.+)\n(?=(?:[-*]|1\.) )", re.MULTILINE)
-"""The last line of a paragraph that a list follows at once: for GitHub the paragraph ends there, for mkdocs it goes on."""
+"""The last line of a paragraph that a list follows at once: GitHub ends the paragraph there, mkdocs does not."""
 
 
 def pages() -> Iterator[Path]:
