@@ -3,7 +3,8 @@
 | request | answer |
 |---|---|
 | `GET /?token=…` | sets the cookie and leads to the page; everything else needs the cookie |
-| `GET /`, `/base.css`, `/page.css`, `/page.js` | the page, the same for all |
+| `GET /`, `/base.css`, `/base.js` | the page, and what all pages have alike |
+| `GET /page.css`, `/page.js` | what this page has of its own |
 | `GET /events` | a stream of what changes (`Handler.news`) |
 | any other `GET` | what the page's own `Handler.look` gives for it |
 | `POST /do/ACTION` | an action (`Handler.act`), with the token in a header; 409 and a sentence where it is refused |
@@ -24,7 +25,12 @@ from shared.errors import UserError
 from shared.page.access import Access, is_local
 
 LOOPBACK = "127.0.0.1"
-_KINDS = {"/base.css": "text/css", "/page.css": "text/css", "/page.js": "text/javascript"}
+_KINDS = {
+    "/base.css": "text/css",
+    "/page.css": "text/css",
+    "/base.js": "text/javascript",
+    "/page.js": "text/javascript",
+}
 _MOST_BYTES = 65_536
 _PAGE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
@@ -136,7 +142,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def _send_static(self, path: str) -> None:
         name = path.removeprefix("/") or "index.html"
-        folder = files("shared.page") if name == "base.css" else files(self.package) / "pages"
+        folder = files("shared.page") if name.startswith("base.") else files(self.package) / "pages"
         text = (folder / name).read_text(encoding="utf-8")
         if name == "index.html":
             text = text.replace("$token", self._access.token)

@@ -1,29 +1,8 @@
 // The camera's page: it shows what the stream says of each picture, and sends actions back. No library, no build.
 "use strict";
 
-const byId = (id) => document.getElementById(id);
-const token = document.querySelector("meta[name=repose-token]").content;
 const SVG = "http://www.w3.org/2000/svg";
 let bestBlur = null, steepest = 0, exposure = null, shownFile = "";
-
-function say(sentence) {
-  byId("said").textContent = sentence;
-  byId("said").hidden = !sentence;
-}
-
-async function act(name, asked = {}) {
-  say("");
-  try {
-    const answer = await fetch(`/do/${name}`, {
-      method: "POST",
-      headers: { "Content-Type": "application/json", "X-Repose-Token": token },
-      body: JSON.stringify(asked),
-    });
-    if (!answer.ok) say(await answer.text());
-  } catch {
-    say("The camera's page did not answer: is `pi-agent serve` running?");
-  }
-}
 
 function drawn(name, attributes) {
   const made = document.createElementNS(SVG, name);
@@ -121,30 +100,6 @@ function take(now) {
   showLight(now.seen.light);
 }
 
-function follow() {
-  const stream = new EventSource("/events");
-  const link = byId("link");
-  stream.onopen = () => {
-    link.textContent = "connected";
-    link.className = "";
-  };
-  stream.onerror = () => {
-    link.className = "lost";
-    link.textContent = "The camera's page does not answer; what is shown is old. Trying again …";
-    if (stream.readyState === EventSource.CLOSED) setTimeout(enter, 2000);
-  };
-  stream.addEventListener("state", (event) => take(JSON.parse(event.data)));
-}
-
-// A page that was started again has another key, unless it keeps one in a file: then it must be loaded anew.
-async function enter() {
-  const answer = await fetch("/base.css").catch(() => null);
-  if (answer && answer.status === 403) {
-    byId("link").textContent = "This page's key is old: open the link that `pi-agent serve` has printed last.";
-  }
-  follow();
-}
-
 byId("anew").addEventListener("click", beginAnew);
 byId("expose").addEventListener("submit", (event) => {
   event.preventDefault();
@@ -155,4 +110,4 @@ byId("calibrate").addEventListener("submit", (event) => {
   event.preventDefault();
   act("calibrate", { lens: byId("lens").checked });
 });
-follow();
+follow({ state: take });

@@ -1,8 +1,6 @@
 // The page: it shows what the stream of the station says, and sends actions back. No library, no build.
 "use strict";
 
-const byId = (id) => document.getElementById(id);
-const token = document.querySelector("meta[name=repose-token]").content;
 const SHOWN_RUNS = 200;
 const PHASES = {
   START: "waiting for camera and arm", SYNC: "a small tilt that sets the clocks", LEVEL: "levelling", DWELL: "resting",
@@ -18,27 +16,6 @@ function element(name, text = "", attributes = {}) {
   made.textContent = text;
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   return made;
-}
-
-function say(sentence) {
-  byId("said").textContent = sentence;
-  byId("said").hidden = !sentence;
-}
-
-async function act(name, asked = {}) {
-  say("");
-  try {
-    const answer = await fetch(`/do/${name}`, {
-      method: "POST",
-      headers: { "Content-Type": "application/json", "X-Repose-Token": token },
-      body: JSON.stringify(asked),
-    });
-    if (!answer.ok) say(await answer.text());
-    return answer.ok;
-  } catch {
-    say("The station did not answer: is `station serve` running?");
-    return false;
-  }
 }
 
 const directionOf = (number) => (number === null ? "–" : number < 0 ? "free" : String(number));
@@ -215,36 +192,6 @@ function take(now) {
   showViewer(now.view);
 }
 
-function follow() {
-  const stream = new EventSource("/events");
-  const link = byId("link");
-  stream.onopen = () => {
-    link.textContent = "connected";
-    link.className = "";
-    session = 0; // a new stream tells everything from the beginning
-    loadRecordings();
-  };
-  stream.onerror = () => {
-    link.className = "lost";
-    link.textContent = "The station does not answer; what is shown is old. Trying again …";
-    if (stream.readyState === EventSource.CLOSED) {
-      setTimeout(enter, 2000);
-    }
-  };
-  stream.addEventListener("state", (event) => take(JSON.parse(event.data)));
-  stream.addEventListener("samples", (event) => showSamples(JSON.parse(event.data)));
-  stream.addEventListener("curve", (event) => showCurve(JSON.parse(event.data)));
-}
-
-// A station that was started again has another key, unless it keeps one in a file: then the page must be loaded anew.
-async function enter() {
-  const answer = await fetch("/recordings").catch(() => null);
-  if (answer && answer.status === 403) {
-    byId("link").textContent = "This page's key is old: open the link that `station serve` has printed last.";
-  }
-  follow();
-}
-
 byId("controls").addEventListener("submit", (event) => {
   event.preventDefault();
   act("session", { action: "start", samples: byId("samples").valueAsNumber, seed: byId("seed").valueAsNumber });
@@ -258,4 +205,7 @@ byId("view-live").addEventListener("click", () => act("view", { recording: "" })
 byId("job-end").addEventListener("click", () => act("job-end"));
 byId("reload").addEventListener("click", loadRecordings);
 showCurve({ note: "No samples yet." });
-follow();
+follow({ state: take, samples: showSamples, curve: showCurve }, () => {
+  session = 0;
+  loadRecordings();
+});
