@@ -200,17 +200,22 @@ _WHEN: dict[frozenset[When], str] = {
 }
 
 
-class SmoothPush(Unnamed):
+class Push(Unnamed):
+    """A push along the plate, m/s²; `direction` tells the pushes by one covariate apart."""
+
+    family: ClassVar[Family] = "place"
+    direction: str
+
+
+class SmoothPush(Push):
     """A push along the plate, m/s², by the place: radial, linear, linear with a constant, or a field.
 
     A field is the slope of a hill, a polynomial of fourth degree of the place: a plate that is bent, or a magnet.
     """
 
-    family: ClassVar[Family] = "place"
-
     def __init__(self, direction: Direction) -> None:
         """Has one coefficient if 'radial', four if 'linear', six if 'any', fourteen if 'field'."""
-        self.direction: Direction = direction
+        self.direction = direction
         size, words = PUSHES[direction]
         super().__init__("position", words, size=size, typical=0.1, unit="m/s²", most=1.0)
 
@@ -236,15 +241,13 @@ class SmoothPush(Unnamed):
         return found
 
 
-class PushAside(Unnamed):
+class PushAside(Push):
     """A push on a sliding block, m/s², the same everywhere and in every direction: to the left of its way (or right).
 
     It has no mechanism in the catalogue. Cubes that were tossed on a board swerve to the left of their ways by
     0.024 ± 0.002 m/s² on the average, a hundredth of what slows them down, in each of four quarters of the ways.
     Without it a push by the place was told of them, which it resembled where they had slid outward.
     """
-
-    family: ClassVar[Family] = "place"
 
     def __init__(self) -> None:
         """Has one coefficient."""
@@ -286,7 +289,7 @@ PUSHES: dict[Direction, tuple[int, str]] = {
 """The number of coefficients of each kind of push by the place, and its name in reports."""
 
 
-def pushes() -> tuple[SmoothPush | PushAside, ...]:
+def pushes() -> tuple[Push, ...]:
     """Every kind of push."""
     return (*(SmoothPush(direction) for direction in PUSHES), PushAside())
 

@@ -51,9 +51,8 @@ from station.physics.smooth import (
     Form,
     Harmonics,
     Powers,
-    PushAside,
+    Push,
     Smooth,
-    SmoothPush,
     Swings,
     Unnamed,
     Wave,
@@ -71,7 +70,7 @@ _HIGHEST = 12
 def table_of_smooth(effect: Unnamed, values: Values) -> dict[str, Any]:
     """The table of model.toml that describes the term."""
     coefficients = {"coefficients": [float(values[one.name]) for one in effect.parameters]}
-    if isinstance(effect, (SmoothPush, PushAside)):
+    if isinstance(effect, Push):
         return {"covariate": effect.covariate, "push": effect.direction, **coefficients}
     if not isinstance(effect, Smooth):
         raise TypeError(f"no table for {type(effect).__name__}")

@@ -20,6 +20,7 @@ from station.physics.smooth import (
     Form,
     Harmonics,
     Powers,
+    Push,
     PushAside,
     Smooth,
     SmoothPush,
@@ -83,7 +84,7 @@ def test_it_vanishes_at_its_null_and_acts_beside_it(effect: Unnamed) -> None:
     null, off = effect.neutral(), values_of(effect)
     assert effect.is_null(null)
     assert not effect.is_null(off)
-    assert effect.acts_through() == ({"push"} if isinstance(effect, (SmoothPush, PushAside)) else {"friction"})
+    assert effect.acts_through() == ({"push"} if isinstance(effect, Push) else {"friction"})
     assert np.all(np.asarray(effect.friction(state, null)) == 1.0)
     push = effect.push(state, null)
     assert push is None or not push.any()
