@@ -24,8 +24,8 @@ from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
 _FUTURE_NS = 200_000_000  # a tick from further back is a clock that was set, not a busy machine
-_KNOWN = 1000
-"""The number of motions found right that are remembered (some 5 MB)."""
+_KNOWN = 400
+"""The number of motions found right that are remembered: those that the tilter remembers, too (some 2 MB)."""
 
 
 class Action(Enum):
@@ -57,7 +57,8 @@ class SafetyGate:
         self._may_arm = may_arm
         self._follow_rad = math.radians(settings.follow_tolerance_deg)
         self._follow_rad2 = self._follow_rad**2
-        self._found_right: set[tuple[bytes, ...]] = set()
+        self._found_right: dict[tuple[bytes, ...], None] = {}
+        """The numbers of motions found right, the oldest first."""
         self._now_ns = 0
         self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
         self._armed = False
@@ -151,8 +152,8 @@ class SafetyGate:
         fault = trajectory_fault(trajectory, stage=self._stage, settings=self._settings)
         if not fault:
             if len(self._found_right) >= _KNOWN:
-                self._found_right.clear()
-            self._found_right.add(numbers)
+                del self._found_right[next(iter(self._found_right))]
+            self._found_right[numbers] = None
         return fault
 
     def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None) -> str:

@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 _LEVEL_RAD = math.radians(0.01)
 _SAME_AZIMUTH_RAD = 1e-6
 _LOST_RAD = math.radians(3.0)
-_KNOWN = 1000
-"""The number of motions that are remembered: those of a session's steps in four directions, several times over (15 MB).
+_KNOWN = 400
+"""The number of motions that are remembered: 50 steps and their returns in four directions (4 MB).
+
+A session that has narrowed its range asks for new angles in every run, so that older motions are of no more use.
 """
 
 
@@ -150,7 +152,7 @@ class Tilter:
         motion = plan_tilt(model, path, start=start, angle_rad=angle_rad, rate_rad_s=rate_rad_s, limits=limits)
         if start.rate_rad_s == 0.0:
             if len(self._motions) >= _KNOWN:
-                self._motions.clear()
+                del self._motions[next(iter(self._motions))]  # the oldest
             self._motions[key] = motion
         return motion
 

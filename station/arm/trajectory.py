@@ -47,11 +47,6 @@ class JointTrajectory:
         return self.times_ns.tolist()
 
     @cached_property
-    def _samples(self) -> dict[int, tuple[Array, Array]]:
-        """The set-points by their times: every tick of a simulated session reads one of them twice."""
-        return dict(zip(self._times, zip(self.position_rad, self.velocity_rad_s, strict=True), strict=True))
-
-    @cached_property
     def _end(self) -> tuple[Array, Array]:
         """The end of the motion, at rest."""
         return self.position_rad[-1], np.zeros_like(self.velocity_rad_s[-1])
@@ -70,10 +65,10 @@ class JointTrajectory:
             return self.position_rad[0], self.velocity_rad_s[0]
         if elapsed_ns >= self._times[-1]:
             return self._end
-        if sample := self._samples.get(elapsed_ns):
-            return sample
         k = bisect_right(self._times, elapsed_ns) - 1
         began_ns, end_ns = self._times[k], self._times[k + 1]
+        if began_ns == elapsed_ns:
+            return self.position_rad[k], self.velocity_rad_s[k]
         h = (end_ns - began_ns) * 1e-9
         u = (elapsed_ns - began_ns) / (end_ns - began_ns)
         weights = np.array([[1.0, u, u * u, u * u * u], [0.0, 1 / h, 2 * u / h, 3 * u * u / h]])
