@@ -17,8 +17,8 @@ from pathlib import Path
 import psutil
 
 from station.recording.parts import files_of
-from station.recording.reader import open_recording
-from tests.soak.watching import QUANTITIES, Reading, growth, readings
+from station.recording.reader import TRUTH, RecordingReader, open_recording
+from tests.soak.watching import QUANTITIES, Reading, growth, readings, slope
 
 GROWTH = 0.05
 """The share by which a flat quantity may differ: the allocator's, and the children that a moment catches."""
@@ -47,7 +47,18 @@ def main(words: Sequence[str] | None = None) -> int:
     keep(found, options.out / "readings.csv")
     draw(found, options.out / "soak.png")
     print(f"The session ended with {program.wait()}; {len(found)} readings in {found[-1].at_s:.0f} s")
-    return 1 if grown(found) + incomplete(recorded, options.samples) else 0
+    return judged(found, recorded, options.samples)
+
+
+def judged(found: Sequence[Reading], recorded: Path, samples: int) -> int:
+    """Prints what was seen and what the parts hold; 1 if something grew or is missing."""
+    wrong = grown(found)
+    reader = open_recording(recorded)
+    held = len(reader.samples())
+    rise, half = slope(found, "memory_mb")
+    gigabytes = found[-1].written_mb / max(held, 1)
+    print(f"memory grew by {rise * gigabytes:.2f} +- {half * gigabytes:.2f} MB in 1000 samples of {gigabytes:.2f} GB")
+    return 1 if wrong + incomplete(reader, samples) else 0
 
 
 def grown(found: Sequence[Reading]) -> int:
@@ -60,12 +71,13 @@ def grown(found: Sequence[Reading]) -> int:
     return wrong
 
 
-def incomplete(recorded: Path, samples: int) -> int:
-    """Prints what the parts hold together; 1 if something is missing."""
-    reader = open_recording(recorded)
-    held, count = len(reader.samples()), sum(1 for _ in reader.messages(truth=True))
-    known = sum(info.count for info in reader.topics.values() if info.message is not None)
-    print(f"{len(files_of(recorded))} files, read as one: {held} of {samples} samples, {count} of {known} messages")
+def incomplete(reader: RecordingReader, samples: int) -> int:
+    """Prints what the parts hold together, but for the truth; 1 if something is missing."""
+    told = {name: info.count for name, info in reader.topics.items() if info.message is not None}
+    counts = {name: count for name, count in told.items() if not name.startswith(TRUTH)}
+    held, known = len(reader.samples()), sum(counts.values())
+    count = sum(len(batch.channel) for _, batch in reader.batches(counts))
+    print(f"{len(files_of(reader.path))} files, read as one: {held} of {samples} samples, {count} of {known} messages")
     for sentence in (*reader.seams, *filter(None, [reader.missing])):
         print(sentence)
     return int(held != samples or count != known or bool(reader.seams) or bool(reader.missing))

@@ -7,7 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+import numpy as np
 import psutil
+from scipy import stats
+
+_BLOCKS = 20
+"""Readings that follow each other are alike; the medians of so many stretches of them are taken as independent."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,17 @@ def growth(found: Sequence[Reading], name: str) -> tuple[float, float]:
     parts = kept[len(kept) // 4 : len(kept) // 2], kept[3 * len(kept) // 4 :]
     middle = [sorted(part)[len(part) // 2] for part in parts]
     return middle[0], middle[1]
+
+
+def slope(found: Sequence[Reading], name: str) -> tuple[float, float]:
+    """The growth of a quantity for each GB recorded, after the first quarter, and half of its 95 % interval."""
+    kept = found[len(found) // 4 :]
+    blocks = [block for block in np.array_split(np.arange(len(kept)), _BLOCKS) if len(block)]
+    values, written = (
+        [float(np.median([getattr(kept[k], what) for k in block])) for block in blocks] for what in (name, "written_mb")
+    )
+    line = stats.linregress(np.array(written) / 1000, values)
+    return float(line.slope), float(line.stderr * stats.t.ppf(0.975, len(values) - 2))
 
 
 QUANTITIES = tuple(spec.name for spec in fields(Reading))[1:]

@@ -33,6 +33,16 @@ def test_a_run_s_steps_are_planned_once(tilter: Tilter) -> None:
     assert all(one is again for run in runs[1:] for one, again in zip(runs[0], run, strict=True))
 
 
+def test_the_oldest_motion_is_forgotten_first(tilter: Tilter, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A session asks for ever new angles: what it remembers has an end, and does not begin again from nothing."""
+    monkeypatch.setattr("station.arm.tilter._KNOWN", 4)
+    angles = (0.02, 0.0, 0.03, 0.0, 0.04, 0.0)
+    first = [carried_out(tilter, angle).motion for angle in angles]
+    again = [carried_out(tilter, angle).motion for angle in (0.03, 0.0, 0.04, 0.0, 0.02)]
+    assert all(one is known for one, known in zip(again, first[2:], strict=False))
+    assert again[-1] is not first[0]
+
+
 def test_another_direction_goal_rate_or_start_is_another_motion(tilter: Tilter) -> None:
     first = carried_out(tilter, 0.02).motion
     carried_out(tilter, 0.0)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 
+from station.recording.reader import open_recording
 from tests.soak import __main__ as soak
-from tests.soak.watching import Reading, growth, readings
+from tests.soak.watching import Reading, growth, readings, slope
 from tests.unit.recording.test_parts import split
 
 
@@ -23,6 +25,15 @@ def test_what_grows_is_found_and_what_is_recorded_may() -> None:
     assert soak.grown(told(0.0)) == 0
 
 
+def test_the_slope_comes_with_its_interval() -> None:
+    """Memory that grows by 10 MB for each GB recorded, in noise; and one that does not."""
+    noise = np.random.default_rng(1).normal(scale=0.5, size=400)
+    found = [Reading(float(at), 100 + 0.01 * at + noise[at], 9, 3, at) for at in range(400)]
+    rise, half = slope(found, "memory_mb")
+    assert abs(rise - 10.0) < half < 2.0
+    assert slope(told(0.0), "memory_mb")[0] == pytest.approx(0.0)
+
+
 def test_a_program_is_watched_with_what_it_starts(tmp_path: Path) -> None:
     code = "import subprocess, sys, time; b = bytearray(60_000_000); time.sleep(1.5)"
     nested = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {code!r}])"
@@ -34,10 +45,10 @@ def test_a_program_is_watched_with_what_it_starts(tmp_path: Path) -> None:
 
 def test_a_missing_part_or_sample_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = split(tmp_path / "soak.mcap")
-    assert soak.incomplete(path, 2) == 0
-    assert soak.incomplete(path, 3) == 1
+    assert soak.incomplete(open_recording(path), 2) == 0
+    assert soak.incomplete(open_recording(path), 3) == 1
     (tmp_path / "soak.part003.mcap").unlink()
-    assert soak.incomplete(path, 2) == 1
+    assert soak.incomplete(open_recording(path), 2) == 1
     assert "soak.part003.mcap" in capsys.readouterr().out
 
 
