@@ -142,7 +142,9 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = 
     beside = np.zeros((len(own), 0)) if extra is None else extra
     unbound = np.full(beside.shape[1], np.inf)
     counted = evidence.counted[whitening.run]
-    table = whitening(np.column_stack([own, seen.table, beside]))[counted]
+    # The tables are the largest that a diagnosis needs, so that they are changed in place.
+    table = whitening(np.column_stack([own, seen.table, beside]))
+    table = table if counted.all() else table[counted]
     cluster, tail = evidence.cluster[whitening.run][counted], whitening.tail[counted]
     slope, _ = pulls(white[counted], tail, whitening.limit[counted])
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
@@ -151,18 +153,24 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = 
     precision = np.array([number.precision for number in fit.free])
     prior = np.diag(precision)
     projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
-    free_of = candidates - nuisance @ projection
+    whole = np.square(candidates).sum(axis=0)
+    free_of = np.subtract(candidates, nuisance @ projection, out=candidates)
     left = np.square(free_of).sum(axis=0) + precision @ projection**2
-    known = left > np.maximum(HOPELESS, ABSORBED * np.square(candidates).sum(axis=0))
-    free_of, projection = free_of * known, projection * known
-    raw = (table[:, len(fit.free) :] - table[:, : len(fit.free)] @ projection) * known
-    share = raw * -slope[:, None]
-    of_runs = np.zeros((evidence.runs, raw.shape[1]))
+    known = left > np.maximum(HOPELESS, ABSORBED * whole)
+    free_of *= known
+    projection = projection * known
+    # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
+    information = free_of.T @ free_of + projection.T @ prior @ projection
+    del weighted, nuisance, candidates, free_of
+    share = table[:, len(fit.free) :]
+    share -= table[:, : len(fit.free)] @ projection
+    share *= known
+    share *= -slope[:, None]
+    of_runs = np.zeros((evidence.runs, share.shape[1]))
     np.add.at(of_runs, cluster, share)
     return Scores(
         variants=seen.variants,
-        # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
-        information=free_of.T @ free_of + projection.T @ prior @ projection,
+        information=information,
         score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
         of_runs=of_runs[np.unique(evidence.cluster[evidence.counted])],
         low=np.concatenate([seen.low, -unbound]),

@@ -89,12 +89,12 @@ def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]
     after = np.clip((last - even) / np.maximum(last - first, 1), 0.0, 1.0)
     weight_s = np.column_stack([1e-9 / count * (last - begin) * after, np.zeros(len(stretches))])
     time_ns = np.column_stack([even, (first + last) // 2]).ravel()
-    pose = np.repeat(stretches["pose"], CREEP_POINTS, axis=0)
+    pose, plate = np.repeat(stretches["pose"], CREEP_POINTS, axis=0), recorded.plate
     moments = Moments(
         time_ns=time_ns,
         run=np.repeat(stretches["run"], CREEP_POINTS),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
     )

@@ -102,6 +102,8 @@ class Changed:
 class Moments:
     """n moments: time, run, and the block's place; `attitude` gives the plate's by a delay (s) earlier.
 
+    `attitude` is kept as long as the evidence: it should know the plate's motion, and not the whole recording.
+
     By default the block rests at the plate's origin, far from any foam.
     `delay_s` says by how much a model lets the moments' stamps be late: as the camera's, by default.
     With `at_rest` the plate's own motion does not load the block: an onset that is read by tracing a slide back

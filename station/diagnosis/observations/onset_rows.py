@@ -38,12 +38,12 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
     place_m, yaw = starts(tracks)
-    rested = recorded.rested.of([place for place, _ in chosen])
+    rested, plate = recorded.rested.of([place for place, _ in chosen]), recorded.plate
     moments = Moments(
         time_ns=time_ns,
         run=np.array([place for place, _ in chosen], dtype=np.int64),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
         place_m=place_m,
         yaw_rad=yaw,
         border_m=recorded.setting.free_m(place_m),

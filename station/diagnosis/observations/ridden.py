@@ -68,7 +68,7 @@ def _ride(recorded: Recorded, place: int, from_ns: int, to_ns: int) -> Ride | No
     part = slice(part.start, part.start + int(touching[0])) if len(touching) else part
     if part.stop - part.start <= FRAMES:
         return None
-    time_ns, pose = track.time_ns[part], track.pose[part]
+    time_ns, pose = track.time_ns[part].copy(), track.pose[part].copy()  # the rest of the session may go
     return Ride(
         run=place,
         time_ns=time_ns,

@@ -37,7 +37,8 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
     track = track.select(np.isfinite(track.angle_rad))
     if len(track) < LEAST_READINGS:
         return None
-    reported = recorded.plate.at(track.time_ns)
+    plate = recorded.plate
+    reported = plate.at(track.time_ns)
     # Near level a noisy sensor reads too steep, as the angle between two vectors is never negative.
     steep = reported.tilt_rad > LEAST_TILT_RAD
     track, tilt_rad, rising = track.select(steep), reported.tilt_rad[steep], reported.rising[steep]
@@ -59,7 +60,7 @@ def _one(recorded: Recorded, source: str) -> Sensor | None:
         time_ns=time_ns,
         run=np.repeat(run, SENSOR_POINTS),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(time_ns, delay_s=delay_s),
+        attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
         delay_s=Model.arm_delay_s,
     )
     middle = slice(SENSOR_POINTS // 2, None, SENSOR_POINTS)

@@ -35,15 +35,16 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     if not len(windows):
         return []
     runs, node_ns = windows["run"], windows["node_ns"].ravel()
-    tracks = [recorded.tracks[place] for place in runs]
+    tracks, count = [recorded.tracks[place] for place in runs], len(recorded.tracks)
     pose = windows["node_pose"].reshape(-1, 3)
     down, deviation = _directions(recorded)
-    uneven = np.repeat(_uneven(windows, recorded.plate), nodes, axis=0)
+    plate = recorded.plate
+    uneven = np.repeat(_uneven(windows, plate), nodes, axis=0)
     moments = Moments(
         time_ns=node_ns,
         run=np.repeat(runs, nodes),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(node_ns, delay_s=delay_s).quickened(uneven),
+        attitude=lambda delay_s: plate.at(node_ns, delay_s=delay_s).quickened(uneven),
         place_m=pose[:, :2],
         yaw_rad=pose[:, 2],
         velocity_m_s=_velocities(windows, down + deviation.off_rad),
@@ -57,9 +58,9 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         moments,
         windows["acceleration_m_s2"],
         windows["yaw_acceleration_rad_s2"],
-        None if onsets is None else lambda model: _of_runs(onsets.drawn(model, len(recorded.tracks)), runs),
+        None if onsets is None else lambda model: _of_runs(onsets.drawn(model, count), runs),
         windows["node_yaw_rate_rad_s"].ravel(),
-        _between(windows, recorded.plate, uneven),
+        _between(windows, plate, uneven),
         _seen(recorded, contact),
     )
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
