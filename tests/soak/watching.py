@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import psutil
-from scipy import stats
+from scipy.special import stdtrit
 
 _BLOCKS = 20
 """Readings that follow each other are alike; the medians of so many stretches of them are taken as independent."""
@@ -76,8 +76,8 @@ def slope(found: Sequence[Reading], name: str) -> tuple[float, float]:
     values, written = (
         [float(np.median([getattr(kept[k], what) for k in block])) for block in blocks] for what in (name, "written_mb")
     )
-    line = stats.linregress(np.array(written) / 1000, values)
-    return float(line.slope), float(line.stderr * stats.t.ppf(0.975, len(values) - 2))
+    (rise, _), covariance = np.polyfit(np.array(written) / 1000, values, 1, cov=True)
+    return float(rise), float(np.sqrt(covariance[0, 0]) * stdtrit(len(values) - 2, 0.975))
 
 
 QUANTITIES = tuple(spec.name for spec in fields(Reading))[1:]
