@@ -19,7 +19,6 @@ from shared.clock import SystemClock
 from shared.system.processes import ENDING
 from shared.zenoh_bus import ZenohBus
 
-
 EXAMPLE = "pi-agent run --rig rig.toml"
 
 

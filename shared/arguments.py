@@ -55,8 +55,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def ending(*, one: str, example: str) -> str:
-    """The end of a command's help: its exit statuses, of which `one` says what 1 means, if it is given, and an example."""
-    told = f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
+    """The end of a command's help: its exit statuses (`one` says what 1 means; empty: there is none) and an example."""
+    told = (
+        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
+    )
     return "\n".join([*textwrap.wrap(told, WIDTH), "", "Example:", f"  {example}"])
 
 

@@ -26,7 +26,7 @@ def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.Ca
     for nothing in ("(default: None)", "(default: False)", "(default: )"):
         assert nothing not in said
     options = re.split(r"\n  (?=-)", said)
-    assert not [one for one in options if one.count("(default") > 1]
+    assert not [one for one in options if one.count("(default:") > 1]
 
 
 @pytest.mark.parametrize(
