@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections.abc import Sequence
 
-from pi_agent import run_command
-from shared.arguments import Parser
+from shared.arguments import Parser, ending
 from shared.installed import version
 from shared.programs import exit_status
 from shared.system.desktop import outlive_terminal, print_all_letters
@@ -21,35 +21,13 @@ The camera's side of a rig: finds the block's marker in every frame and sends it
   pi-agent calibrate --help                measure the camera: lens, plate, tone curve, noise
   pi-agent serve --rig rig.toml            a page in the browser for focus, exposure and calibration
 """
-COMMANDS = ("run", "track", "calibrate", "serve")
-
-
-def _parser(command: str) -> Parser:
-    """The parser; only the command in question reads its module, because tracking must start fast on a Pi."""
-    parser = Parser(prog="pi-agent", description=DESCRIPTION)
-    parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{run,track,calibrate,serve}")
-    run = commands.add_parser("run", help="run the camera agent (the default)", description=run_command.__doc__)
-    run_command.add_arguments(run)
-    track = commands.add_parser("track", help="run the tracker on pictures or a video")
-    calibrate = commands.add_parser("calibrate", help="measure the camera and keep the result beside the rig file")
-    serve = commands.add_parser("serve", help="a page in the browser for focus, exposure and calibration")
-    if command == "track":
-        from pi_agent.tracking import command as track_command  # noqa: PLC0415  # see above
-
-        track_command.add_arguments(track)
-        track.set_defaults(action=track_command.run)
-    if command == "calibrate":
-        from pi_agent.calibration import command as calibrate_command  # noqa: PLC0415  # see above
-
-        calibrate_command.add_arguments(calibrate)
-        calibrate.set_defaults(action=calibrate_command.run)
-    if command == "serve":
-        from pi_agent.page import command as page_command  # noqa: PLC0415  # see above
-
-        page_command.add_arguments(serve)
-        serve.set_defaults(action=page_command.run)
-    return parser
+COMMANDS = {
+    "run": ("pi_agent.run_command", "run the camera agent (the default)"),
+    "track": ("pi_agent.tracking.command", "run the tracker on pictures or a video"),
+    "calibrate": ("pi_agent.calibration.command", "measure the camera and keep the result beside the rig file"),
+    "serve": ("pi_agent.page.command", "a page in the browser for focus, exposure and calibration"),
+}
+"""The module of each command and what the list of commands says of it."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -57,12 +35,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     print_all_letters(sys.stdout, sys.stderr)
     if follow_parent() or sys.stdout.isatty():
         outlive_terminal()
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    about = {"-h", "--help", "--version"}
-    if not arguments or (arguments[0] not in COMMANDS and arguments[0] not in about):
-        arguments.insert(0, "run")
-    options = _parser(arguments[0]).parse_args(arguments)
-    return exit_status("pi-agent", lambda: options.action(options))
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or (words[0].startswith("-") and words[0] not in {"-h", "--help", "--version"}):
+        words.insert(0, "run")
+    return exit_status("pi-agent", lambda: _run(words))
+
+
+def _run(words: list[str]) -> int:
+    """Reads the words and does what they ask; only that command is imported, as tracking must start fast on a Pi."""
+    parser = Parser(prog="pi-agent", description=DESCRIPTION)
+    parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
+    choices = parser.add_subparsers(dest="command", required=True, metavar=f"{{{','.join(COMMANDS)}}}")
+    asked = parser
+    for name, (module, told) in COMMANDS.items():
+        sub = choices.add_parser(name, help=told)
+        if name == words[0]:
+            asked, command = sub, importlib.import_module(module)
+            sub.description = command.__doc__
+            sub.epilog = ending(one=getattr(command, "ONE", ""), example=command.EXAMPLE)
+            command.add_arguments(sub)
+            sub.set_defaults(action=command.run)
+    options, unknown = parser.parse_known_args(words)
+    if unknown:
+        asked.refuse(unknown)
+    return options.action(options)
 
 
 if __name__ == "__main__":

@@ -7,45 +7,24 @@ on and recovers by itself when the cause is gone.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import signal
 import threading
-from pathlib import Path
 from types import FrameType
 
 from pi_agent.agent import Agent
 from pi_agent.calibration.store import load_calibration
-from pi_agent.cameras import CameraContext, camera_names, load_camera
+from pi_agent.cameras import CameraContext, load_camera
+from pi_agent.options import add_rig, rig_of
 from shared.clock import SystemClock
-from shared.config import Table
-from shared.rig import RigConfig, load_rig
 from shared.system.processes import ENDING
 from shared.zenoh_bus import ZenohBus
 
+EXAMPLE = "pi-agent run --rig rig.toml"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `pi-agent run`."""
-    parser.add_argument(
-        "--rig", type=Path, default=Path("rig.toml"), metavar="FILE", help="the rig file (default: rig.toml here)"
-    )
-    parser.add_argument(
-        "--camera", choices=camera_names(), help="the driver, in place of the rig file's [camera] driver"
-    )
-    parser.set_defaults(action=run)
-
-
-def rig_of(options: argparse.Namespace) -> RigConfig:
-    """The rig file with `--camera` in it; another driver starts from its own default options.
-
-    Raises:
-        UserError: if the rig file is missing or wrong.
-    """
-    rig = load_rig(options.rig)
-    if options.camera and options.camera != rig.camera.driver:
-        none = Table({}, f"{options.rig}, whose [camera.options] are for {rig.camera.driver}, not for {options.camera}")
-        camera = dataclasses.replace(rig.camera, driver=options.camera, options=none)
-        rig = dataclasses.replace(rig, camera=camera)
-    return rig
+    """Declares the options of `pi-agent run`."""
+    add_rig(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import textwrap
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
+WIDTH = 120
+"""Letters in a line of a help's text."""
+
 
 class WithDefaults(argparse.RawDescriptionHelpFormatter):
-    """Help that states an option's default, except where there is none to state (no value, a switch, an empty text).
+    """Help that states an option's default, unless its words do, or there is none (no value, a switch, an empty text).
 
     Descriptions and epilogs keep their lines: examples stand in them.
     """
@@ -19,7 +23,7 @@ class WithDefaults(argparse.RawDescriptionHelpFormatter):
         has_default = bool(action.option_strings) and action.default is not argparse.SUPPRESS
         if not has_default or action.default in (None, False, "", []) or callable(action.default):
             return told
-        return told if "%(default)" in told else f"{told} (default: %(default)s)"
+        return told if "(default" in told else f"{told} (default: %(default)s)"
 
 
 class Parser(argparse.ArgumentParser):
@@ -48,6 +52,14 @@ class Parser(argparse.ArgumentParser):
             if hint := nearest(str(value), [str(one) for one in action.choices or ()]):
                 raise argparse.ArgumentError(action, f"expected a known word, got {value!r}{hint}") from error
             raise
+
+
+def ending(*, one: str, example: str) -> str:
+    """The end of a command's help: its exit statuses (`one` says what 1 means; empty: there is none) and an example."""
+    told = (
+        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
+    )
+    return "\n".join([*textwrap.wrap(told, WIDTH), "", "Example:", f"  {example}"])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -9,10 +9,11 @@ import logging
 import os
 import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
-from shared.arguments import Parser
+from shared.arguments import Parser, ending
 from shared.installed import version
 from shared.programs import exit_status
 from shared.system.desktop import outlive_terminal, print_all_letters
@@ -39,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
         outlive_terminal()
     words = sys.argv[1:] if arguments is None else arguments
     files = commands()
-    if " ".join(words[:2]) in files:  # two-word commands such as `station arm plan`
+    if " ".join(words[:2]) in files or _is_first_of_two(words[:2], files):  # commands such as `station arm plan`
         words = [" ".join(words[:2]), *words[2:]]
     return exit_status(" ".join(["station", *words[:1]]), lambda: _run(words, files))
 
@@ -56,7 +57,7 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
             sub.description = modules[name].__doc__
-            sub.epilog = f"{_statuses(path)}\n\nExample:\n  {_constant(path, 'EXAMPLE')}"
+            sub.epilog = ending(one=_constant(path, "ONE"), example=_constant(path, "EXAMPLE"))
             modules[name].add_arguments(sub)
     options, unknown = parser.parse_known_args(words)
     if unknown:
@@ -67,17 +68,15 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
     return modules[options.command].run(options)
 
 
+def _is_first_of_two(words: list[str], files: Iterable[str]) -> bool:
+    """True if commands of two words begin with the first word, and the second is no option of the first alone."""
+    second = words[1] if len(words) > 1 else "-"
+    return not second.startswith("-") and any(name.startswith(f"{words[0]} ") for name in files)
+
+
 def examples() -> list[str]:
     """The example in each command's help."""
     return [_constant(path, "EXAMPLE") for path in commands().values()]
-
-
-def _statuses(path: Path) -> str:
-    """A command's exit statuses; its constant ONE says what 1 means where it has findings to give."""
-    one = _constant(path, "ONE")
-    return (
-        f"Exit status: 0: done;{f' 1: {one};' if one else ''} 2: a mistake in what was asked; 130: stopped by Ctrl-C."
-    )
 
 
 def help_of(path: Path) -> str:

@@ -16,28 +16,26 @@ import cv2
 from pi_agent.calibration.kept import calibrate_and_keep, lens_of
 from pi_agent.calibration.lens import BoardSpec
 from pi_agent.calibration.session import take
-from pi_agent.cameras import Camera, CameraContext, camera_names, load_camera
-from pi_agent.run_command import rig_of
+from pi_agent.cameras import Camera, CameraContext, load_camera
+from pi_agent.options import add_board, add_rig, rig_of
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.zenoh_bus import ZenohBus
 
+EXAMPLE = "pi-agent calibrate --rig rig.toml"
 FEWEST_FRAMES = 30
 SHOT_S = 2.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `pi-agent calibrate`."""
-    parser.description = __doc__
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    """Declares the options of `pi-agent calibrate`."""
+    add_rig(parser)
+    add_board(parser)
     add = parser.add_argument
-    add("--rig", type=Path, default=Path("rig.toml"), metavar="FILE", help="the rig file (default: rig.toml here)")
-    add("--camera", choices=camera_names(), help="the driver, in place of the rig file's [camera] driver")
     add("--out", default="calibration.toml", metavar="NAME", help="the result's name in the rig file's folder")
-    add("--frames", type=int, default=120, metavar="N", help="frames for the scatter of a corner (default: 120)")
+    add("--frames", type=int, default=120, metavar="N", help="frames for the scatter of a corner")
     add("--no-tone", action="store_true", help="leave the tone curve as the driver says")
     add("--lens", type=Path, metavar="FOLDER", help="pictures of the ChArUco board, for focal length and distortion")
-    add("--board", default="9x7x6", metavar="CxRxMM", help="the board: columns, rows, millimetres a square (9x7x6)")
     add("--take", type=int, metavar="N", help=f"take N pictures for --lens, one every {SHOT_S:g} s, and end")
     add("--print-board", type=Path, metavar="FILE.png", help="write the board, to be printed, and end")
 

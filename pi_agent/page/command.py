@@ -3,8 +3,6 @@
 It prints a link with a key in it. The page is served to this computer only; to use it on another one, open a tunnel
 from there (ssh -L 8788:127.0.0.1:8788 pi@raspberrypi), and then the same link. The camera is one program's at a time:
 stop the agent before (sudo systemctl stop pi-agent), and start it again afterwards.
-
-Example: pi-agent serve --rig rig.toml
 """
 
 from __future__ import annotations
@@ -18,10 +16,11 @@ from pathlib import Path
 
 from pi_agent.calibration.kept import Kept, calibrate_and_keep, lens_of
 from pi_agent.calibration.lens import BoardSpec
-from pi_agent.cameras import CameraContext, camera_names
+from pi_agent.cameras import CameraContext
+from pi_agent.options import add_board, add_rig, rig_of
 from pi_agent.page.eye import Eye
 from pi_agent.page.server import EyeServer
-from pi_agent.run_command import rig_of, stop_on_signals
+from pi_agent.run_command import stop_on_signals
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.page.access import token_of
@@ -29,21 +28,19 @@ from shared.rig import RigConfig
 from shared.system.desktop import has_display
 from shared.zenoh_bus import ZenohBus
 
+EXAMPLE = "pi-agent serve --rig rig.toml"
 PORT = 8788
 FRAMES = 120
 _POLL_S = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `pi-agent serve`."""
-    parser.description = __doc__
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    """Declares the options of `pi-agent serve`."""
+    add_rig(parser)
+    add_board(parser)
     add = parser.add_argument
-    add("--rig", type=Path, default=Path("rig.toml"), metavar="FILE", help="the rig file (default: rig.toml here)")
-    add("--camera", choices=camera_names(), help="the driver, in place of the rig file's [camera] driver")
     add("--folder", type=Path, help="where calibration and pictures of the board go (default: the rig file's folder)")
-    add("--board", default="9x7x6", metavar="CxRxMM", help="the board: columns, rows, millimetres a square (9x7x6)")
-    add("--port", type=int, default=PORT, help=f"on 127.0.0.1 (default: {PORT}); 0 takes a free one")
+    add("--port", type=int, default=PORT, help="on 127.0.0.1; 0 takes a free one")
     add("--token-file", type=Path, metavar="FILE", help="keep the key here, so that a link outlives a restart")
     add("--no-browser", action="store_true", help="do not open the page")
 

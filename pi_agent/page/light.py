@@ -22,12 +22,14 @@ class Light:
     """The light in a picture.
 
     `white`: the level of its brightest part (0 to 255); `saturated` and `black`: shares of the pixels;
-    `histogram`: shares of the pixels in `BINS` equal bins; `path_px`: how far a sliding block moves in the exposure.
+    `overexposed`: so many are saturated that edges move; `histogram`: shares of the pixels in `BINS` equal bins;
+    `path_px`: how far a sliding block moves in the exposure.
     """
 
     white: float
     saturated: float
     black: float
+    overexposed: bool
     histogram: tuple[float, ...]
     path_px: float
     advice: str
@@ -41,7 +43,7 @@ def light_of(image: Image, *, exposure_ms: float, px_per_mm: float) -> Light:
     path_px = blur_px(exposure_ms, speed_m_s=SPEEDS_M_S[0], px_per_mm=px_per_mm)
     histogram = tuple(float(share) for share in counts.reshape(BINS, -1).sum(axis=1))
     advice = light_fault(image) or _advice(white=white, saturated=saturated, path_px=path_px)
-    return Light(white, saturated, black, histogram, path_px, advice)
+    return Light(white, saturated, black, saturated > TOO_MUCH, histogram, path_px, advice)
 
 
 def _advice(*, white: float, saturated: float, path_px: float) -> str:

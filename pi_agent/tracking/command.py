@@ -1,4 +1,4 @@
-"""`pi-agent track PATH…`: what the tracker sees in pictures and videos, one line a frame."""
+"""Tracks the mark in pictures and videos, and prints what is seen, one line a frame."""
 
 import argparse
 import json
@@ -24,6 +24,8 @@ from shared.messages import MarkerCorners
 
 Frame = NDArray[np.uint8]
 
+EXAMPLE = "pi-agent track PICTURE.png --json"
+ONE = "in some frame the mark was not found"
 PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp"}
 FEATURES: tuple[Feature, ...] = ("none", "dot", "notch", "tag")
 DEFAULT_RATE_HZ = 90.0
@@ -42,7 +44,7 @@ class Shot:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `pi-agent track`."""
+    """Declares the options of `pi-agent track`."""
     parser.add_argument(
         "paths", nargs="+", type=Path, metavar="PATH", help="pictures (each for itself), folders of them, or videos"
     )
@@ -50,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--json", action="store_true", help="one JSON line a frame: path and the fields of MarkerCorners"
     )
     parser.add_argument("--feature", choices=FEATURES, default="none", help="what tells the mark's corners apart")
-    parser.add_argument("--aspect", type=float, default=1.0, help="second side of the mark over the first (default 1)")
+    parser.add_argument("--aspect", type=float, default=1.0, help="second side of the mark over the first")
     parser.add_argument("--margin", type=float, default=0.0, help="white margin in sides of the mark (0: bare tape)")
     parser.add_argument("--tag", default="APRILTAG_16h5:0", metavar="DICTIONARY:ID", help="the code inside a tag mark")
     parser.add_argument("--tone", choices=sorted(TONE_CURVES), default="linear", help="the camera's tone curve")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from shared.rig import RigConfig, rig_of_table
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.retold_recording import write_retold
-from station.diagnosis.result import Diagnosis, EffectFound
+from station.diagnosis.result import Diagnosis, EffectFound, Value, read_name
 from station.physics.catalogue import Catalogue, confused
 from station.physics.model import Model, Term, table_of_model
 from station.recording.arrays import load_signals
@@ -35,6 +35,11 @@ LARGER = 1.3
 
 PLAIN = Model(mu_s=0.36, scatter=0.06)
 """Steel on steel, as the paper found it, with the scatter between the runs of one direction."""
+
+SURE = 2.0
+"""Standard errors from nothing from which on a size that was found is shown."""
+
+OUTSIDE = "something outside the catalogue"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,16 +112,21 @@ def reveal(concealed: Concealed, found: Diagnosis, known: Catalogue) -> Revealed
     """Tells what was concealed, what was found, and how much better unseen runs are predicted."""
     (term,) = concealed.model.terms
     said = [one for one in found.effects if one.id in found.names]
-    named = bool(said) and term.effect.id in said[0].class_ids
+    places = [place for place, one in enumerate(said) if term.effect.id in one.class_ids]
     near = bool(said) and said[0].id in confused(known, term.effect.id)
-    verdict = "Right." if named and len(said) == 1 else "Right, with a further name." if named else _wrong(said, near)
     lines = [
-        f"Concealed: {term.effect.title}: {_values(term)}",
-        f"Found:     {'; '.join(_found(one) for one in said) or 'nothing that is sure enough to be named'}",
+        f"Concealed: {term.effect.title}: {_planted(term)}",
+        f"Found:     {'; '.join(_found(one, known) for one in said) or 'nothing that is sure enough to be named'}",
         *_improvement(found),
-        verdict,
+        _right(further=len(said) > 1, first=places[0] == 0) if places else _wrong(said, near),
     ]
-    return Revealed(right=named, lines=tuple(lines))
+    return Revealed(right=places[:1] == [0], lines=tuple(lines))
+
+
+def _right(*, further: bool, first: bool) -> str:
+    if not first:
+        return "Wrong: the effect is named, but only after something that was not concealed."
+    return "Right, with a further name." if further else "Right."
 
 
 def _wrong(said: list[EffectFound], near: bool) -> str:
@@ -125,15 +135,26 @@ def _wrong(said: list[EffectFound], near: bool) -> str:
     return f"Wrong{', by a name that is easily confused with it' if near else ''}."
 
 
-def _values(term: Term) -> str:
-    changed = {name: value for name, value in term.values.items() if value != 0.0}
-    return ", ".join(f"{name} = {value:.3g}" for name, value in changed.items())
+def _planted(term: Term) -> str:
+    sizes = {one.name: Value(value=term.values[one.name], sd=np.nan, unit=one.unit) for one in term.effect.parameters}
+    return _numbers({name: value for name, value in sizes.items() if value.value != 0.0})
 
 
-def _found(effect: EffectFound) -> str:
-    values = ", ".join(f"{name} = {value}" for name, value in effect.parameters.items())
-    title = effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}"
-    return f"{title}, probability {effect.probability:.2f}: {values}"
+def _found(effect: EffectFound, known: Catalogue) -> str:
+    """The name, or those that cannot be told apart, with the sizes that are known to differ from nothing."""
+    titles = [known[name].title if name in known else OUTSIDE for name in effect.class_ids]
+    title = effect.title if len(titles) < 2 else " or ".join(titles)
+    shapes = (
+        {one.name for one in known[effect.id].parameters if one.is_shape} if effect.id in known else effect.parameters
+    )
+    sizes = {name: one for name, one in effect.parameters.items() if name not in shapes}
+    sure = {name: one for name, one in sizes.items() if abs(one.value) > SURE * one.sd}
+    numbers = _numbers(sure or sizes)
+    return f"{title}, probability {effect.probability:.2f}{f': {numbers}' if numbers else ''}"
+
+
+def _numbers(values: Mapping[str, Value]) -> str:
+    return ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in values.items())
 
 
 def _improvement(found: Diagnosis) -> list[str]:

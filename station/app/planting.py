@@ -46,12 +46,12 @@ def _read(word: str, known: Catalogue) -> tuple[Effect, str, float]:
     name, _, number = word.partition("=")
     identifier, _, parameter = name.partition(".")
     if not name or not number:
-        raise UserError(f"Expected --plant ID=VALUE or ID.PARAMETER=VALUE, such as kinetic_drop=0.3, got '{word}'")
+        raise UserError(f"Expected ID=VALUE or ID.PARAMETER=VALUE, such as kinetic_drop=0.3, got '{word}'")
     if identifier not in known:
         hint = nearest(identifier, known) or "; `station effects` lists them"
-        raise UserError(f"Expected an effect of the catalogue after --plant, got '{identifier}'{hint}")
+        raise UserError(f"Expected an effect of the catalogue, got '{identifier}'{hint}")
     effect = known[identifier]
     try:
         return effect, parameter or effect.parameters[0].name, float(number)
     except ValueError:
-        raise UserError(f"Expected a number after --plant {name}=, got '{number}'") from None
+        raise UserError(f"Expected a number after {name}=, got '{number}'") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
@@ -13,6 +14,19 @@ Verdict = Literal["supported", "not supported", "indistinguishable", "untestable
 
 Side = Literal["recording", "simulation", "both"]
 """The side that has an effect: the recording, the simulation that was given, or both."""
+
+READ_IN: Mapping[str, tuple[float, str]] = {
+    "1": (1.0, ""),
+    "m": (1e3, " mm"),
+    "rad": (180.0 / math.pi, "°"),
+    "s": (1e3, " ms"),
+}
+"""The factor and the unit in which people read a number of an SI unit; all others are read as they are."""
+
+
+def read_name(name: str, unit: str) -> str:
+    """A parameter's name without its SI unit, where the number is read in another one: x for x_m, which is in mm."""
+    return re.sub(rf"_{unit}(?=_|$)", "", name) if unit in READ_IN else name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +47,18 @@ class Value:
         """The number and its standard error to two digits of the error, the unit, and a note if it is at its bound."""
         if not math.isfinite(self.value):
             return "–"
-        unit = ("" if self.unit == "1" else f" {self.unit}") + (" (at its bound)" if self.at_bound else "")
-        if not math.isfinite(self.sd) or self.sd == 0:
-            return f"{self.value:.3g}{unit}"
-        digits = max(0, 1 - math.floor(math.log10(self.sd)))
-        return f"{self.value:.{digits}f} ± {self.sd:.{digits}f}{unit}"
+        factor, unit = self.read_in
+        value, sd = factor * self.value, factor * self.sd
+        unit += " (at its bound)" if self.at_bound else ""
+        if not math.isfinite(sd) or sd == 0:
+            return f"{value:.3g}{unit}"
+        digits = max(0, 1 - math.floor(math.log10(sd)))
+        return f"{value:.{digits}f} ± {sd:.{digits}f}{unit}"
+
+    @property
+    def read_in(self) -> tuple[float, str]:
+        """The factor with which it is read, and the unit behind it."""
+        return READ_IN.get(self.unit, (1.0, f" {self.unit}"))
 
 
 @dataclass(frozen=True, kw_only=True)

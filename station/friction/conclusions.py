@@ -61,9 +61,12 @@ def _all_filtered(result: PairResult) -> Note:
 def _mean(result: PairResult) -> Note:
     summary = result.summary
     if summary.samples == 1:
-        return Note(f"One slide is left, at {summary.theta_rad:.3f} rad: its scatter cannot be told.", finding=True)
+        return Note(
+            f"One slide is left, at {math.degrees(summary.theta_rad):.2f}°: its scatter cannot be told.", finding=True
+        )
+    mean, error = math.degrees(summary.theta_rad), math.degrees(summary.standard_error_rad)
     return Note(
-        f"Angle of repose {summary.theta_rad:.4f} ± {summary.standard_error_rad:.4f} rad (mean and its standard error "
+        f"Angle of repose {mean:.2f} ± {error:.2f}° (mean and its standard error "
         f"of {summary.samples} slides), scatter {summary.scatter:.1%} from run to run, µ = {summary.mu:.3f}."
     )
 

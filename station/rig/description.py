@@ -25,14 +25,14 @@ def description(rig: RigConfig, arm: PlacedArm) -> str:
     """The URDF of arm, plate with its foam, and block. Lengths are in metres."""
     robot = xml.Element("robot", name=rig.id)
     _link(robot, WORLD, "")
-    _rod(_link(robot, BASE, WORLD), "capsule", arm.model.base_capsule, looks.ARM_DARK)
+    _capsule(_link(robot, BASE, WORLD), arm.model.base_capsule, looks.ARM_DARK)
     parent = BASE
     for number, joint in enumerate(arm.model.joints):
         link, shade = _link(robot, joint.name, parent), looks.ARM_DARK if number % 2 else looks.ARM
         if joint is arm.model.joints[-1]:
-            _rod(link, "cylinder", _below_the_plate(joint.link_capsule, arm.model.flange_xyz_m), shade)
+            _cylinder(link, _below_the_plate(joint.link_capsule, arm.model.flange_xyz_m), shade)
         else:
-            _rod(link, "capsule", joint.link_capsule, shade)
+            _capsule(link, joint.link_capsule, shade)
         parent = joint.name
     _plate(_link(robot, PLATFORM, WORLD), rig)
     _block(_link(robot, BLOCK, PLATFORM), rig)
@@ -76,16 +76,25 @@ def _link(robot: xml.Element, name: str, parent: str) -> xml.Element:
     return link
 
 
-def _rod(link: xml.Element, shape: str, capsule: Capsule, colour: looks.Colour) -> None:
-    """A link's rough shape, with round ends (`capsule`) or flat ones (`cylinder`)."""
+def _capsule(link: xml.Element, capsule: Capsule, colour: looks.Colour) -> None:
+    """A link's rough shape: a cylinder with a ball at each end.
+
+    URDF has no capsule. Rerun 0.41 draws one, but begins it in the middle, so that the arm looks torn apart.
+    """
+    _cylinder(link, capsule, colour)
+    for end in (capsule.from_m, capsule.to_m):
+        xml.SubElement(_visual(link, end, _ORIGIN, colour), "sphere", radius=f"{capsule.radius_m:g}")
+
+
+def _cylinder(link: xml.Element, capsule: Capsule, colour: looks.Colour) -> None:
     start, end = capsule.from_m, capsule.to_m
     x, y, z = (b - a for a, b in zip(start, end, strict=True))
     length = math.dist(start, end)
     middle = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * (start[2] + end[2]))
-    # URDF lays either along its z: pitch leans z away from upright, yaw turns it towards the other end.
+    # URDF lays a cylinder along its z: pitch leans z away from upright, yaw turns it towards the other end.
     turned = (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))
     geometry = _visual(link, middle, turned, colour)
-    xml.SubElement(geometry, shape, radius=f"{capsule.radius_m:g}", length=f"{length:.6g}")
+    xml.SubElement(geometry, "cylinder", radius=f"{capsule.radius_m:g}", length=f"{length:.6g}")
 
 
 def _box(link: xml.Element, size_m: Vector, at_m: Vector, colour: looks.Colour) -> None:

@@ -48,7 +48,7 @@ function showLight(light) {
   byId("path").textContent = `${light.path_px.toFixed(1)} px at 0.1 m/s`;
   const wide = 256 / light.histogram.length, top = Math.max(...light.histogram.slice(1, -1), 0.02);
   const bars = light.histogram.map((share, place) => {
-    const height = 80 * Math.min(share / top, 1), end = place === light.histogram.length - 1 && light.saturated > 0.002;
+    const height = 80 * Math.min(share / top, 1), end = place === light.histogram.length - 1 && light.overexposed;
     return drawn("rect", { x: place * wide, y: 84 - height, width: wide - 1, height, class: end ? "end" : "" });
   });
   byId("histogram").replaceChildren(...bars);

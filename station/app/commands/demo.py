@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="conceal this instead of a random one; ID.PARAMETER=VALUE for a further parameter of it",
     )
     parser.add_argument("--samples", type=int, default=SAMPLES, help="how many runs")
-    parser.add_argument("--seed", type=int, help="of every random choice; without it a new one, which is printed")
+    parser.add_argument("--seed", type=int, help="seed of every random choice; without it a new one, which is printed")
     parser.add_argument("--out", type=Path, default=Path("demo"), metavar="FOLDER", help="where everything goes")
 
 

@@ -99,7 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=named,
         help="search each held-out fold anew, names included: several times as long",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the null's draws and the held-out folds")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the null's draws and of the held-out folds")
     add_spreading(parser)
 
 

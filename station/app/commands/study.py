@@ -43,8 +43,13 @@ BYTES_PER_SAMPLE = 600_000
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("--out", type=Path, default=Path("study"), metavar="FOLDER", help="where everything goes")
-    parser.add_argument("--samples", type=int, default=paper.SAMPLES, help="of all pairs together (the paper's: 6330)")
-    parser.add_argument("--seed", type=int, default=1, help="of every random choice")
+    parser.add_argument(
+        "--samples",
+        type=int,
+        default=paper.SAMPLES,
+        help="samples of all pairs together, by default as many as the paper's",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of every random choice")
     parser.add_argument("--jobs", type=int, default=0, help="processes; 0: one for each core")
     parser.add_argument(
         "--session-samples", type=int, default=SESSION_SAMPLES, metavar="N", help="at most so many in a session"

@@ -22,7 +22,7 @@ from station.diagnosis.next_experiment.on_paper import NOISE, RUNS, on_paper, st
 from station.diagnosis.next_experiment.outlook import OTHER, Question, Rival
 from station.diagnosis.next_experiment.redone import Draw, Recorded
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import EffectFound, NextExperiment, Value
+from station.diagnosis.result import EffectFound, NextExperiment, Value, read_name
 from station.diagnosis.search.candidates import Candidate
 from station.diagnosis.search.comparison import Comparison
 from station.diagnosis.search.search import Search
@@ -213,10 +213,10 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
     choice = narrowing(question, bench, ratio=HALF)
     if choice is None:
         return None
-    sd = choice.promise.told * value.sd
-    unit = "" if value.unit == "1" else f" {value.unit}"
+    sd, (factor, unit) = choice.promise.told * value.sd, value.read_in
     why = (
-        f"{_words(choice.changes, bench)} measures {rival.id}'s {name} to ± {sd:.2g}{unit}, now {value} (about "
+        f"{_words(choice.changes, bench)} measures {rival.id}'s {read_name(name, value.unit)} to "
+        f"± {factor * sd:.2g}{unit}, now {value} (about "
         f"{choice.minutes:.0f} min)"
     )
     return NextExperiment(

@@ -13,7 +13,7 @@ from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
 from station.diagnosis.report.sentences import own_level
-from station.diagnosis.result import Diagnosis, Quality
+from station.diagnosis.result import Diagnosis, Quality, read_name
 from station.pages.drawing import inline_svg
 
 
@@ -104,7 +104,10 @@ def _parameters(diagnosis: Diagnosis) -> str:
     rows = [["plain model", "mu_s", *html.with_error(diagnosis.mu_s)]]
     rows.append(["plain model", "scatter", html.number(diagnosis.scatter, 3), "–", "of mu_s"])
     for effect in diagnosis.effects:
-        rows += [[escape(effect.id), escape(name), *html.with_error(one)] for name, one in effect.parameters.items()]
+        rows += [
+            [escape(effect.id), escape(read_name(name, one.unit)), *html.with_error(one)]
+            for name, one in effect.parameters.items()
+        ]
         rows += [[escape(effect.id), escape(one.expression), *html.with_error(one.known)] for one in effect.determined]
     return html.table(
         ("of", "parameter", "value", "90 % interval", "unit"),

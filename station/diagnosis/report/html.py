@@ -61,7 +61,7 @@ def p_equals(p: float) -> str:
 
 def with_error(value: Value) -> tuple[str, str, str]:
     """Value, 90 % interval and unit, to two digits of the standard error; lengths are in mm, angles in degrees."""
-    factor, unit = _READ_IN.get(value.unit, (1.0, value.unit))
+    factor, unit = value.read_in[0], value.read_in[1].strip()
     sd = factor * value.sd
     if not math.isfinite(value.value):
         return "–", "–", unit
@@ -71,7 +71,3 @@ def with_error(value: Value) -> tuple[str, str, str]:
     numbers = (number(factor * one, digits) for one in (value.value, *value.interval90))
     middle, low, high = numbers
     return middle, whole(f"{low} … {high}"), unit
-
-
-_READ_IN = {"1": (1.0, ""), "m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")}
-"""Factors and units in which people read small lengths and angles."""

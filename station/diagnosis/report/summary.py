@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from station.diagnosis.report.sentences import in_order, next_lines, own_level, sentence, set_differently
-from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side
+from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, read_name
 
 MOST_PLACES = 4
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
@@ -114,8 +114,10 @@ def _how_much(effect: EffectFound) -> str:
     """What is determined, then the single numbers; a number at its bound is only said to be there if more is known."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
     single = {name: value for name, value in effect.parameters.items() if not (known and value.at_bound)}
-    told = ", ".join(f"{name} = {value}" for name, value in single.items())
-    held = [f"{name} is at its bound" for name in effect.parameters if name not in single]
+    told = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
+    held = [
+        f"{read_name(name, one.unit)} is at its bound" for name, one in effect.parameters.items() if name not in single
+    ]
     return "; ".join([*known, *([told] if told else []), *held])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import ClassVar
 from xml.etree import ElementTree as xml
 
@@ -43,7 +43,7 @@ class Scene:
 
 def _entity(link: xml.Element, timestamp: Timestamp) -> SceneEntity | None:
     """The bodies of a link; None for one without any, such as the world."""
-    bodies = [body for visual in link.iter("visual") for body in _bodies(visual)]
+    bodies = [_body(visual) for visual in link.iter("visual")]
     if not bodies:
         return None
     return SceneEntity(
@@ -57,32 +57,28 @@ def _entity(link: xml.Element, timestamp: Timestamp) -> SceneEntity | None:
     )
 
 
-def _bodies(visual: xml.Element) -> Iterator[_Body]:
+def _body(visual: xml.Element) -> _Body:
     origin, color = _one(visual, "origin").attrib, _one(visual, "material/color").attrib
     frame = transform(_vector(origin["xyz"]), _vector(origin["rpy"]))
     shape = _one(visual, "geometry")[0]
-    yield from _SHAPES[shape.tag](shape.attrib, frame, Color(*_numbers(color["rgba"])))
+    return _SHAPES[shape.tag](shape.attrib, frame, Color(*_numbers(color["rgba"])))
 
 
-def _box(sizes: Mapping[str, str], frame: Array, color: Color) -> Iterator[_Body]:
-    yield CubePrimitive(_pose(frame), Vector3(*_vector(sizes["size"])), color)
+def _box(sizes: Mapping[str, str], frame: Array, color: Color) -> _Body:
+    return CubePrimitive(_pose(frame), Vector3(*_vector(sizes["size"])), color)
 
 
-def _cylinder(sizes: Mapping[str, str], frame: Array, color: Color) -> Iterator[_Body]:
+def _cylinder(sizes: Mapping[str, str], frame: Array, color: Color) -> _Body:
     wide = 2.0 * float(sizes["radius"])
-    yield CylinderPrimitive(_pose(frame), Vector3(wide, wide, float(sizes["length"])), color=color)
+    return CylinderPrimitive(_pose(frame), Vector3(wide, wide, float(sizes["length"])), color=color)
 
 
-def _capsule(sizes: Mapping[str, str], frame: Array, color: Color) -> Iterator[_Body]:
-    """A cylinder with a ball at each end."""
-    yield from _cylinder(sizes, frame, color)
-    wide, half = 2.0 * float(sizes["radius"]), 0.5 * float(sizes["length"])
-    for along in (-half, half):
-        end = frame @ transform((0.0, 0.0, along), (0.0, 0.0, 0.0))
-        yield SpherePrimitive(_pose(end), Vector3(wide, wide, wide), color)
+def _sphere(sizes: Mapping[str, str], frame: Array, color: Color) -> _Body:
+    wide = 2.0 * float(sizes["radius"])
+    return SpherePrimitive(_pose(frame), Vector3(wide, wide, wide), color)
 
 
-_SHAPES = {"box": _box, "cylinder": _cylinder, "capsule": _capsule}
+_SHAPES = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}
 
 
 def _pose(frame: Array) -> Pose:

@@ -80,6 +80,11 @@ def effect(name: str, *others: str) -> EffectFound:
         ((effect("stribeck"),), "Right.", True),
         ((effect("kinetic_drop", "stribeck"),), "Right.", True),
         ((effect("stribeck"), effect("wear")), "Right, with a further name.", True),
+        (
+            (effect("wear"), effect("stribeck")),
+            "Wrong: the effect is named, but only after something that was not concealed.",
+            False,
+        ),
         ((effect("viscous"),), "Wrong, by a name that is easily confused with it.", False),
         ((effect("wear"),), "Wrong.", False),
         ((), "Missed: the effect was not named.", False),
@@ -92,6 +97,33 @@ def test_right_or_wrong_it_is_said(effects: tuple[EffectFound, ...], last: str, 
     )
     revealed = reveal(concealed, found(*effects), KNOWN)
     assert (revealed.lines[-1], revealed.right) == (last, right)
+
+
+def test_what_is_found_is_told_in_words_and_in_millimetres() -> None:
+    """A size that may be nothing, a shape and the coefficients of a curve say nothing to who reads it."""
+    sole = replace(
+        effect("uneven_contact"),
+        parameters={
+            "x_m": Value(value=-0.0018, sd=0.00005, unit="m"),
+            "y_m": Value(value=0.00003, sd=0.00005, unit="m"),
+            "lead": Value(value=0.0006, sd=0.0002, unit="1"),
+        },
+    )
+    curve = replace(
+        effect("wear"),
+        id="other",
+        class_ids=("other", "kinetic_drop"),
+        parameters={"a0": Value(value=0.2, sd=0.01, unit="1")},
+    )
+    concealed = Concealed(
+        recording=Path("s.mcap"), key=Path("key.toml"), model=plant(["uneven_contact=-0.0018"], PLAIN, KNOWN), sha256=""
+    )
+    lines = reveal(concealed, found(sole, curve), KNOWN).lines
+    assert lines[0] == "Concealed: friction that differs over the sole: x = -1.8 mm"
+    assert lines[1] == (
+        "Found:     friction that differs over the sole, probability 0.99: x = -1.800 ± 0.050 mm; "
+        "something outside the catalogue or kinetic friction below static, probability 0.99"
+    )
 
 
 @pytest.mark.parametrize(

@@ -25,10 +25,18 @@ def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.Ca
     assert said.rstrip().splitlines()[-1].startswith(f"  station {name}")
     for nothing in ("(default: None)", "(default: False)", "(default: )"):
         assert nothing not in said
+    options = re.split(r"\n  (?=-)", said)
+    assert not [one for one in options if one.count("(default:") > 1]
 
 
 @pytest.mark.parametrize(
-    ("words", "meant"), [(["rnu"], "did you mean run?"), (["doctor", "a.mcap", "--jsno"], "did you mean --json?")]
+    ("words", "meant"),
+    [
+        (["rnu"], "did you mean run?"),
+        (["doctor", "a.mcap", "--jsno"], "did you mean --json?"),
+        (["arm", "paln"], "did you mean arm plan?"),
+        (["keys", "sing", "a.mcap"], "did you mean keys sign?"),
+    ],
 )
 def test_a_slip_of_the_pen_is_named(words: list[str], meant: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):

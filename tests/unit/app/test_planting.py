@@ -40,9 +40,9 @@ def test_a_model_with_an_effect_is_changed_in_what_is_named_only() -> None:
 @pytest.mark.parametrize(
     ("word", "said"),
     [
-        ("kinetic_drop", "Expected --plant ID=VALUE"),
-        ("=0.3", "Expected --plant ID=VALUE"),
-        ("kinetic_drop=much", "Expected a number after --plant kinetic_drop=, got 'much'"),
+        ("kinetic_drop", "Expected ID=VALUE"),
+        ("=0.3", "Expected ID=VALUE"),
+        ("kinetic_drop=much", "Expected a number after kinetic_drop=, got 'much'"),
         ("kinetic_drp=0.3", "did you mean kinetic_drop?"),
         ("zzz=0.3", "`station effects` lists them"),
         ("kinetic_drop=3", "0 … 0.6"),

@@ -170,7 +170,7 @@ def test_of_each_run_the_longest_stretch_is_named_once() -> None:
         (Value(value=-0.00193298, sd=6e-7, unit="m"), ("−1.93298", "−1.93397 … −1.93199", "mm")),
         (Value(value=0.01, sd=0.002, unit="rad"), ("0.57", "0.38 … 0.76", "°")),
         (Value(value=-0.4, sd=0.02, unit="1"), ("−0.400", "−0.433 … −0.367", "")),
-        (Value(value=-0.4, sd=math.nan, unit="s"), ("−0.4", "–", "s")),
+        (Value(value=-0.4, sd=math.nan, unit="s"), ("−400", "–", "ms")),
     ],
 )
 def test_parameters_have_units_and_digits_that_people_read(value: Value, told: tuple[str, str, str]) -> None:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pi_agent.__main__ import main
+from pi_agent.__main__ import COMMANDS, main
 
 
 def test_a_missing_rig_file_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -59,6 +59,27 @@ def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[s
     with pytest.raises(SystemExit):
         main(["run", "--help"])
     assert "video_file" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit, match="0"):
+        main([name, "--help"])
+    said = capsys.readouterr().out
+    assert said.rstrip().splitlines()[-1].startswith(f"  pi-agent {name} ")
+    assert "Exit status: 0: done;" in said
+    assert "(default: None)" not in said
+    assert said.count("(default: rig.toml") == (name != "track")
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [(["rnu"], "did you mean run?"), (["serve", "--bord", "9x7x6"], "did you mean --board?"), (["--rgi"], "--rig?")],
+)
+def test_a_slip_of_the_pen_is_named(words: list[str], meant: str, capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert meant in capsys.readouterr().err
 
 
 def test_a_reader_that_has_seen_enough_gets_no_traceback(tmp_path: Path):

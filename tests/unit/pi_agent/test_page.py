@@ -73,6 +73,7 @@ def test_steepness_falls_with_every_turn_out_of_focus() -> None:
 def test_the_advice_on_light(light: float, exposure_ms: float, said: str) -> None:
     found = light_of(picture(light=light)[0], exposure_ms=exposure_ms, px_per_mm=6.0)
     assert said in found.advice
+    assert found.overexposed == ("saturated" in said)
     assert sum(found.histogram) == pytest.approx(1.0)
     assert found.path_px == pytest.approx(0.6 * exposure_ms)
 

@@ -119,6 +119,7 @@ def test_the_scene_is_the_robot_that_the_urdf_describes(recording: Path) -> None
     assert all(entity.frame_locked and entity.frame_id == name for name, entity in entities.items())
     block = entities["block"].cubes[0].size
     urdf = xml.fromstring(description(*_rig()))
+    assert {shape.tag for each in urdf.iter("geometry") for shape in each} == {"box", "cylinder", "sphere"}
     (link,) = [link for link in urdf.iter("link") if link.attrib["name"] == "block"]
     size = next(link.iter("box")).attrib["size"]
     assert [block.x, block.y, block.z] == [float(word) for word in size.split()]
