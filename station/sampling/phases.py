@@ -117,6 +117,7 @@ class Phases:
         """Goes to the next tilting angle; beyond the last the run is censored."""
         state = self.state
         if state.run.step >= len(state.run.angles_rad):
+            self._angles.add_held()
             self._censor("no slip up to the highest angle")
             return
         state.run.step += 1
