@@ -29,7 +29,9 @@ TITLES = {
 }
 """The settings that may have run together, in words."""
 
-AFRESH = "a fresh specimen after half of the rows, at the same settings: wear begins anew, a drift of the apparatus goes on"
+AFRESH = (
+    "a fresh specimen after half of the rows, at the same settings: wear begins anew, a drift of the apparatus goes on"
+)
 TIMES = 4
 """So many times the rows halve a standard error."""
 
@@ -104,8 +106,9 @@ def _tied(evidence: Evidence, contact: Contact, members: Sequence[Effect]) -> st
 
 def _set(contact: Contact, members: Sequence[Effect]) -> list[Setting]:
     """The settings of the members' families that varied."""
-    all_of_them = (SETTINGS[family] for family in dict.fromkeys(one.family for one in members) if family in SETTINGS)
-    return [one for one in all_of_them if np.ptp(one.values(contact)) > 0]
+    families = {effect.family for effect in members}
+    settings = (setting for family, setting in SETTINGS.items() if family in families)
+    return [one for one in settings if np.ptp(one.values(contact)) > 0]
 
 
 def _words(contact: Contact, members: Sequence[Effect]) -> str:
@@ -145,10 +148,9 @@ def _narrows(evidence: Evidence, main: EffectFound) -> NextExperiment | None:
     name, value = known
     what = "groups" if evidence.group is not None else "rows"
     unit = "" if value.unit == "1" else f" {value.unit}"
-    why = f"{TIMES} times as many {what} of this kind measure {main.id}'s {name} to ± {value.sd / 2:.2g}{unit}, now {value}"
-    return NextExperiment(
-        separates=((main.id,),), plan="", runs=TIMES * evidence.used(), why=why, sd=value.sd / math.sqrt(TIMES)
-    )
+    sd = value.sd / math.sqrt(TIMES)
+    why = f"{TIMES} times as many {what} of this kind measure {main.id}'s {name} to ± {sd:.2g}{unit}, now {value}"
+    return NextExperiment(separates=((main.id,),), plan="", runs=TIMES * evidence.used(), why=why, sd=sd)
 
 
 def _numbers(main: EffectFound) -> Iterator[tuple[str, Value]]:
