@@ -85,6 +85,7 @@ def answered(
         held_out_runs=evidence.used(),
         simulator="planar",
         mu_s=level_of(evidence, found.null),
+        level="mu_k" if evidence.onsets is None else "mu_s",
         scatter=found.null.noise.scatter,
         # The smaller of two p-values is doubled (Bonferroni).
         global_p=found.global_p if tips is None else min(found.global_p, 2.0 * min(found.global_p, tips.p)),

@@ -7,7 +7,7 @@ experiment is recommended apart, see `next_experiment.recommended`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
-from station.diagnosis.result import Diagnosis, Own
+from station.diagnosis.result import Counted, Diagnosis, Own
 from station.diagnosis.search.belief import beliefs
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
 from station.physics.catalogue import Catalogue
@@ -78,7 +78,8 @@ def examined(
     evidence = evidence_from(recorded, chosen)
     why = why_not(evidence)
     if why:
-        return Examined(diagnosis=refusal(evidence, catalogue, why, name=name), pictures=PictureData())
+        refused = replace(refusal(evidence, catalogue, why, name=name), counted=_counted(recorded, evidence))
+        return Examined(diagnosis=refused, pictures=PictureData())
     rng = np.random.default_rng(seed)
     effects = tuple(catalogue.values())
     evidence = with_wander(evidence, Model(mu_s=mu_s))
@@ -93,7 +94,15 @@ def examined(
     answer = answered(evidence, found, Judged(belief, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
-    return Examined(diagnosis=answer, pictures=pictures, found=judged)
+    return Examined(diagnosis=replace(answer, counted=_counted(recorded, evidence)), pictures=pictures, found=judged)
+
+
+def _counted(recorded: Recorded, evidence: Evidence) -> Counted:
+    """What is counted: a session's runs, the rows of a table, or the windows in which its rows were averaged."""
+    if isinstance(recorded, Signals):
+        return "runs"
+    record = evidence.slides is not None and evidence.slides.travelled_m is not None
+    return "windows" if record else "rows"
 
 
 def _kept(evidence: Evidence, found: Search, own: Mapping[str, Own]) -> Fit:

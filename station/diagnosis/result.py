@@ -12,6 +12,8 @@ import numpy as np
 
 Verdict = Literal["supported", "not supported", "indistinguishable", "untestable"]
 
+Counted = Literal["runs", "rows", "windows"]
+
 Side = Literal["recording", "simulation", "both"]
 """The side that has an effect: the recording, the simulation that was given, or both."""
 
@@ -236,7 +238,9 @@ class Diagnosis:
     """The whole answer; the defaults are those of a recording with which nothing can be tested.
 
     `given` is True if the baseline is a simulation that the user gave, and `differs` are the numbers that both set
-    differently. Otherwise the baseline is one constant friction.
+    differently. Otherwise the baseline is one constant friction. `counted` is what was counted: a session's runs,
+    the rows of a table, or the windows in which rows were averaged. `level` names the level of friction: mu_k where
+    nothing but sliding was seen.
     """
 
     recording: str
@@ -262,6 +266,8 @@ class Diagnosis:
     model: Mapping[str, Any] = field(default_factory=dict[str, Any])
     given: bool = False
     differs: tuple[Differs, ...] = ()
+    counted: Counted = "runs"
+    level: Literal["mu_s", "mu_k"] = "mu_s"
     seconds: float = math.nan
     versions: Mapping[str, str] = field(default_factory=dict[str, str])
 
@@ -282,10 +288,11 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "total": diagnosis.total_runs,
                 "used": diagnosis.used_runs,
                 "held_out": diagnosis.held_out_runs,
+                "counted": diagnosis.counted,
             },
             "baseline": {
                 "simulator": diagnosis.simulator,
-                "parameters": {"mu_s": _value(diagnosis.mu_s)},
+                "parameters": {"mu_s": _value(diagnosis.mu_s)} | {diagnosis.level: _value(diagnosis.mu_s)},
                 "differs": [_differs(one) for one in diagnosis.differs],
             },
             "global_p": diagnosis.global_p,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -53,7 +53,11 @@ class Rival:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Question:
-    """The rivals, the model of all else, and the noise; `ids` are the rivals' and perhaps `other`."""
+    """The rivals, the model of all else, and the noise; `ids` are the rivals' and perhaps `other`.
+
+    An id has several rivals where the recording left a shape of its law open. What the recorded paths said for or
+    against a name belongs to that recording: a new session has paths of its own, which are not predicted.
+    """
 
     rivals: tuple[Rival, ...]
     ids: tuple[str, ...]
@@ -61,17 +65,15 @@ class Question:
     noise: Noise
     effects: tuple[Effect, ...]
     """All effects of the catalogue, any of which may stand in a class."""
-    against: Mapping[str, float] = field(default_factory=dict[str, float])
-    """What the blocks' first paths have against names, in twice the log odds, see `search.by_paths`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Session:
-    """A session of `runs` runs with the scores of all candidates; `signals` are the columns of the rivals by id."""
+    """A session of `runs` runs with the scores of all candidates; `signals` are the columns of the rivals."""
 
     question: Question
     scored: Scores
-    signals: Mapping[str, int]
+    signals: Mapping[Rival, int]
     runs: int
 
     @cached_property
@@ -99,7 +101,7 @@ class Trial:
     @property
     def signal(self) -> int:
         """The column of the truth."""
-        return self.session.signals[self.truth.id]
+        return self.session.signals[self.truth]
 
 
 def tried(question: Question, sessions: Sequence[Evidence]) -> list[Trial]:
@@ -128,16 +130,16 @@ def _scored(question: Question, evidence: Evidence) -> Session:
     return Session(
         question=question,
         scored=scored,
-        signals={rival.id: first + place for place, rival in enumerate(question.rivals)},
+        signals={rival: first + place for place, rival in enumerate(question.rivals)},
         runs=evidence.runs,
     )
 
 
 def sharp(question: Question, evidence: Evidence) -> float:
-    """The information of the only rival's signal in a run, while all else of the model is free."""
+    """The information of the first rival's signal in a run, while all else of the model is free."""
     absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
     null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)
-    scored = scores(evidence, null, (), _signals(evidence, null, question.rivals))
+    scored = scores(evidence, null, (), _signals(evidence, null, question.rivals[:1]))
     return float(scored.information[0, 0]) / evidence.runs
 
 
@@ -250,7 +252,7 @@ def _candidates(session: Session) -> list[Columns]:
         for one in variants
     }
     of = {one.name: one for one in found.values()}
-    own = [replace(of[name], columns=(signal,)) for name, signal in session.signals.items() if name in named]
+    own = [replace(of[one.id], columns=(signal,)) for one, signal in session.signals.items() if one.id in named]
     return [*found.values(), *own]
 
 
@@ -271,13 +273,13 @@ def _judged(trial: Trial, gains: Sequence[Array], *, runs: float) -> _Judged:
     takes G off the sum of squares of n rows is n ln(1 + G / n).
     """
     session = trial.session
-    cost, rows, against = math.log(max(runs, 2.0)), trial.rows * runs / session.runs, session.question.against
+    cost, rows = math.log(max(runs, 2.0)), trial.rows * runs / session.runs
     twice = rows * np.log1p(np.array(gains) / rows)
     heat = np.array([temperature(column) for column in twice.T.tolist()])
     best: dict[str, tuple[bool, Array]] = {}
     for one, gained in zip(session.candidates, twice, strict=True):
         # A shape that nothing determines costs least; one that is known costs more, but then hardly matters.
-        price = one.sizes * cost + one.shapes * thresholds.LEAST_COST + against.get(one.name, 0.0)
+        price = one.sizes * cost + one.shapes * thresholds.LEAST_COST
         odds = gained - price + 2.0 * math.log(one.prior / thresholds.NONE)
         before = best.get(one.name)
         best[one.name] = (one.smooth, odds if before is None else np.maximum(before[1], odds))

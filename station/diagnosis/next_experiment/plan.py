@@ -19,12 +19,12 @@ from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.next_experiment.changes import FREE, Changes
 from station.diagnosis.next_experiment.choice import POWER, Bench, Choice, narrowing, separating
 from station.diagnosis.next_experiment.on_paper import NOISE, RUNS, on_paper, standard
+from station.diagnosis.next_experiment.open_shapes import open_shapes
 from station.diagnosis.next_experiment.outlook import OTHER, Question, Rival
 from station.diagnosis.next_experiment.redone import Draw, Recorded
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import EffectFound, NextExperiment, Value, read_name
 from station.diagnosis.search.candidates import Candidate
-from station.diagnosis.search.comparison import Comparison
 from station.diagnosis.search.search import Search
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -51,7 +51,7 @@ def next_experiment(
         return None
     main = _main(found, effects, catalogue)
     if main is not None:
-        question = asked(found, found.compared[main.id], main.class_ids, catalogue)
+        question = asked(evidence, found, main, catalogue)
         if not question.rivals:
             return None
         if len(question.ids) > 1:
@@ -82,14 +82,15 @@ def separate(
     `protocol` is that of the session that would be done otherwise: the paper's by default.
     """
     draw = standard(np.random.default_rng(0), RUNS) if protocol is None else protocol
+    bench, beside = Bench(recorded=on_paper(draw, mu_s=mu_s)), Model(mu_s=mu_s)
+    rivals = (open_shapes(bench.recorded.evidence, beside, Rival(_typical(effect))) for effect in effects)
     question = Question(
-        rivals=tuple(Rival(_typical(effect)) for effect in effects),
+        rivals=tuple(one for several in rivals for one in several),
         ids=tuple(effect.id for effect in effects),
-        beside=Model(mu_s=mu_s),
+        beside=beside,
         noise=NOISE,
         effects=tuple(catalogue.values()),
     )
-    bench = Bench(recorded=on_paper(draw, mu_s=mu_s))
     return _separates(question, bench) if len(effects) > 1 else _confirms(question, bench)
 
 
@@ -114,18 +115,19 @@ def _main(found: Search, effects: Sequence[EffectFound], catalogue: Mapping[str,
     return max(claimed, key=lambda one: found.compared[one.id].candidates[0].twice_gain, default=None)
 
 
-def asked(found: Search, comparison: Comparison, class_ids: Sequence[str], catalogue: Mapping[str, Effect]) -> Question:
+def asked(evidence: Evidence, found: Search, main: EffectFound, catalogue: Mapping[str, Effect]) -> Question:
     """The question which member of a class is true: each as it was fitted, with its share of the posterior."""
-    shares = comparison.shares()
+    comparison = found.compared[main.id]
+    shares, beside = comparison.shares(), without_nuisances(comparison.without.model)
     fitted = {one.ids[0]: one for one in comparison.candidates if one.fitted is not None}
-    rivals = tuple(Rival(_term(fitted[name]), shares[name]) for name in class_ids if name in fitted and name != OTHER)
+    names = [name for name in main.class_ids if name in fitted and name != OTHER]
+    rivals = (open_shapes(evidence, beside, Rival(_term(fitted[name]), shares[name])) for name in names)
     return Question(
-        rivals=rivals,
-        ids=tuple(class_ids),
-        beside=without_nuisances(comparison.without.model),
+        rivals=tuple(one for several in rivals for one in several),
+        ids=tuple(main.class_ids),
+        beside=beside,
         noise=found.model.noise,
         effects=tuple(catalogue.values()),
-        against={one.ids[0]: one.against for one in comparison.candidates},
     )
 
 
@@ -206,7 +208,7 @@ def _none(question: Question, choice: Choice, bench: Bench, words: str) -> NextE
 
 def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:
     """The plan that halves the standard error of an effect's size; None if it is precise already."""
-    (rival,) = question.rivals
+    rival = question.rivals[0]
     name, value = _number(fitted, rival.term)
     if value is None or value.sd <= thresholds.PRECISE * _size(rival.term, name):
         return None

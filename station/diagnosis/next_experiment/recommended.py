@@ -30,7 +30,7 @@ def _further(examined: Examined, catalogue: Catalogue) -> NextExperiment | None:
         return more_runs() if 0 < answer.used_runs < 0.5 * answer.total_runs else None
     if tilts(found.evidence):
         return next_experiment(found.evidence, found.search, answer.effects, catalogue)
-    return elsewhere(found.evidence, answer.effects, catalogue)
+    return elsewhere(found.evidence, answer.effects, catalogue, answer.untestable)
 
 
 def _advised(effect: EffectFound, further: NextExperiment | None) -> EffectFound:

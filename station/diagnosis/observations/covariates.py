@@ -25,7 +25,7 @@ TITLES = {
     "tilt_rate": "tilt rate",
     "dwell": "time at rest",
     "run": "run number",
-    "load": "load (the block's mass)",
+    "load": "load",
     "settled": "slip since the speed changed",
     "temperature": "temperature",
     "humidity": "relative humidity",

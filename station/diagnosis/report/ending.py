@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from station.diagnosis.report import html
-from station.diagnosis.report.sentences import next_lines
+from station.diagnosis.report.sentences import next_lines, used
 from station.diagnosis.result import Diagnosis
 
 
@@ -50,7 +50,7 @@ def _cell(said: object) -> str:
 def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
     """The section with file, versions, seed, time and notes."""
     rows = [["recording", escape(diagnosis.recording or "signals in memory")]]
-    rows.append(["runs", f"{diagnosis.used_runs} used of {diagnosis.total_runs}; {diagnosis.held_out_runs} held out"])
+    rows.append([diagnosis.counted, f"{used(diagnosis)} used; {diagnosis.held_out_runs} held out"])
     rows.append(["plain simulation", escape(diagnosis.simulator)])
     if seed is not None:
         rows.append(["seed", str(seed)])

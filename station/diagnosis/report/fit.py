@@ -12,7 +12,7 @@ from station.diagnosis.report import html
 from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
-from station.diagnosis.report.sentences import own_level
+from station.diagnosis.report.sentences import own_level, singular
 from station.diagnosis.result import Diagnosis, Quality, read_name
 from station.pages.drawing import inline_svg
 
@@ -39,16 +39,17 @@ def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
 def _table(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
     errors = ("onset error (°): rms, median", "path error (mm): rms, median")
-    head = ("unseen runs", "log score a run", *errors, "within 90 %")
+    head = (f"unseen {diagnosis.counted}", f"log score a {singular(diagnosis)}", *errors, "within 90 %")
     plain = "the given simulation" if diagnosis.given else "plain model"
     rows = [_quality(f"before: {plain}", fit.before), _quality("after: with what was found", fit.after)]
     rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
     rows.append(["floor: equal runs", "", html.number(fit.floor_onset_deg), "", ""])
     rows += _rerun(fit.simulator_rerun)
     gain = (
-        f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} a run; share of "
-        f"the gap to the ceiling that was closed: {html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}. "
-        "Names and numbers were found without the runs that are predicted."
+        f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "
+        f"a {singular(diagnosis)}; share of the gap to the ceiling that was closed: {html.number(fit.gap_closed)} "
+        f"± {html.number(fit.gap_closed_se)}. Names and numbers were found without the {diagnosis.counted} that are "
+        "predicted."
     )
     return html.table(head, rows, caption="Before and after") + html.paragraph(gain)
 
@@ -101,14 +102,16 @@ def _plain(value: float | None) -> str:
 
 
 def _parameters(diagnosis: Diagnosis) -> str:
-    rows = [["plain model", "mu_s", *html.with_error(diagnosis.mu_s)]]
-    rows.append(["plain model", "scatter", html.number(diagnosis.scatter, 3), "–", "of mu_s"])
+    rows = [["plain model", diagnosis.level, *html.with_error(diagnosis.mu_s)]]
+    rows.append(["plain model", "scatter", html.number(diagnosis.scatter, 3), "–", f"of {diagnosis.level}"])
     for effect in diagnosis.effects:
         rows += [
-            [escape(effect.id), escape(read_name(name, one.unit)), *html.with_error(one)]
-            for name, one in effect.parameters.items()
+            [escape(effect.id), escape(read_name(name, value.unit)), *html.with_error(value)]
+            for name, value in effect.parameters.items()
         ]
-        rows += [[escape(effect.id), escape(one.expression), *html.with_error(one.known)] for one in effect.determined]
+        rows += [
+            [escape(effect.id), escape(each.expression), *html.with_error(each.known)] for each in effect.determined
+        ]
     return html.table(
         ("of", "parameter", "value", "90 % interval", "unit"),
         rows,

@@ -6,7 +6,7 @@ import math
 from html import escape
 
 from station.diagnosis.report.html import number, p_equals, paragraph
-from station.diagnosis.report.sentences import claimed_effects, next_lines, sentence, set_differently
+from station.diagnosis.report.sentences import claimed_effects, next_lines, sentence, set_differently, singular, used
 from station.diagnosis.result import Diagnosis
 
 _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
@@ -26,7 +26,7 @@ def _sure(diagnosis: Diagnosis) -> str:
     chances = ", ".join(f"{', '.join(one.class_ids)}: {one.probability:.2f}" for one in diagnosis.effects)
     told = f"; probabilities: {chances}" if chances else ""
     return (
-        f"{diagnosis.used_runs} of {diagnosis.total_runs} runs could be used. That something is wrong with the "
+        f"{used(diagnosis)} could be used. That something is wrong with the "
         f"{'given simulation' if diagnosis.given else 'plain model'} at all: {p_equals(diagnosis.global_p)}{told}."
     )
 
@@ -45,9 +45,12 @@ def _better(diagnosis: Diagnosis) -> str:
     ]
     if changes[0] and math.isfinite(fit.floor_onset_deg):
         changes[0] += f" (equal runs differ by {number(fit.floor_onset_deg)}°)"
-    changes.append(f"the log score a run changes by {number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}")
+    gain = f"{number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}"
+    changes.append(f"the log score a {singular(diagnosis)} changes by {gain}")
     since = ", from the simulation to what the recording has" if diagnosis.given else ""
-    return f"On runs that the fit has not seen{since}, {', '.join(change for change in changes if change)}."
+    return (
+        f"On {diagnosis.counted} that the fit has not seen{since}, {', '.join(change for change in changes if change)}."
+    )
 
 
 def _change(name: str, before: float, after: float, unit: str) -> str:

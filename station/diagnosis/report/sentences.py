@@ -43,6 +43,17 @@ def _but(diagnosis: Diagnosis) -> str:
     return ", although no name explains all that differs" if diagnosis.global_p < thresholds.ALARM else ""
 
 
+def used(diagnosis: Diagnosis) -> str:
+    """How much of what was counted could be used."""
+    of = "windows of {} rows" if diagnosis.counted == "windows" else f"of {{}} {diagnosis.counted}"
+    return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
+
+
+def singular(diagnosis: Diagnosis) -> str:
+    """The singular of what was counted."""
+    return diagnosis.counted.removesuffix("s")
+
+
 def own_level(rerun: Mapping[str, Any]) -> str:
     """Whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
     before = rerun.get("before") or {}
@@ -75,9 +86,14 @@ def claimed_effects(diagnosis: Diagnosis, *sides: Side) -> tuple[EffectFound, ..
 def set_differently(diagnosis: Diagnosis) -> list[str]:
     """A sentence for each number that recording and simulation set differently, the level of friction first."""
     return [
-        f"{one.name} is {one.recording} in the recording and {one.simulation} in the simulation"
+        f"{_level(diagnosis, one.name)} is {one.recording} in the recording and {one.simulation} in the simulation"
         for one in diagnosis.differs
     ]
+
+
+def _level(diagnosis: Diagnosis, name: str) -> str:
+    """A number's name; the level's is that of the friction that was seen."""
+    return diagnosis.level if name == "mu_s" else name
 
 
 def _names(effects: tuple[EffectFound, ...]) -> str:

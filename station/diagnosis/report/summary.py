@@ -10,7 +10,15 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from station.diagnosis.report.sentences import in_order, next_lines, own_level, sentence, set_differently
+from station.diagnosis.report.sentences import (
+    in_order,
+    next_lines,
+    own_level,
+    sentence,
+    set_differently,
+    singular,
+    used,
+)
 from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, read_name
 
 MOST_PLACES = 4
@@ -49,7 +57,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
     line = Text()
     line.append(f"{diagnosis.recording}: ")
     line.append(sentence(diagnosis), style=f"bold {_COLOUR[diagnosis.verdict]}")
-    line.append(f"  ({diagnosis.used_runs} of {diagnosis.total_runs} runs, global p = {diagnosis.global_p:.2g})")
+    line.append(f"  ({used(diagnosis)}, global p = {diagnosis.global_p:.2g})")
     return line
 
 
@@ -125,7 +133,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
     """Before and after on unseen runs, in robust figures with standard errors; what the recording lacks is left out."""
     fit = diagnosis.fit
     parts = [
-        _number("log score {} a run", fit.log_score_gain, fit.gain_se, sign=True),
+        _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
         _number("closes {} of what it could gain", fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
         _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
@@ -133,7 +141,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
     ]
     told = [part for part in parts if part]
     since = ", from the simulation to what the recording has" if diagnosis.given else ""
-    return Text(f"Prediction of unseen runs{since}: {'; '.join(told) or 'there is nothing to compare'}")
+    return Text(f"Prediction of unseen {diagnosis.counted}{since}: {'; '.join(told) or 'there is nothing to compare'}")
 
 
 def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:

@@ -126,6 +126,74 @@ def test_a_load_that_was_raised_from_run_to_run_is_no_wear() -> None:
     assert "same loads in random order" in plan.why
 
 
+def advised(table: Measured) -> str:
+    plan = recommended(examined(table, catalogue()), catalogue()).diagnosis.next_experiment
+    return "" if plan is None else plan.why
+
+
+def test_an_unknown_order_is_to_be_known() -> None:
+    """Without a column run or time a load that rose all the time looks like loads in random order."""
+    why = advised(under_loads(np.arange(RUNS)))
+    assert why.startswith("the same loads in random order, with a column run or time")
+    assert why.endswith("load_dependence from wear")
+
+
+def test_loads_that_were_dealt_are_not_to_be_dealt_again() -> None:
+    why = advised(under_loads(np.random.default_rng(7).permutation(RUNS), run=np.arange(RUNS)))
+    assert "random order" not in why
+    assert "range of ten to one" not in why
+
+
+def stepped(speed: NDArray[np.float64]) -> Measured:
+    rng = np.random.default_rng(11)
+    friction = 0.4 + 0.02 * np.log(speed / 1e-6) + rng.normal(0.0, 0.004, RUNS)
+    return measured({"friction_coefficient": friction, "sliding_speed_m_s": speed}, run=np.arange(RUNS))
+
+
+def test_a_speed_that_was_raised_once_comes_in_random_order_next() -> None:
+    why = advised(stepped(np.repeat([1e-6, 1e-5], RUNS // 2)))
+    assert why.startswith("the same sliding speeds in random order tells rate_strengthening from")
+    assert "friction_patch" not in why
+
+
+def test_speeds_that_were_dealt_are_to_reach_farther() -> None:
+    speed = np.random.default_rng(4).permutation(np.repeat([1e-6, 1e-5], RUNS // 2))
+    assert advised(stepped(speed)).startswith("sliding speeds over a wider range than 1e-06 to 1e-05 m/s")
+
+
+def test_temperatures_that_rose_with_the_runs_come_in_random_order_next() -> None:
+    rng, warm = np.random.default_rng(2), np.linspace(15.0, 40.0, RUNS)
+    friction = 0.4 * (1.0 - 0.01 * (warm - 20.0)) * np.exp(rng.normal(0.0, 0.02, RUNS))
+    table = measured({"friction_coefficient": friction, "temperature_c": warm}, run=np.arange(RUNS))
+    table = replace(
+        table, samples=tuple(replace(one, temperature_c=t) for one, t in zip(table.samples, warm.tolist(), strict=True))
+    )
+    assert advised(table).startswith("the same temperatures in random order")
+
+
+def test_what_is_not_claimed_calls_for_no_experiment() -> None:
+    rng = np.random.default_rng(6)
+    columns = {"friction_coefficient": 0.4 * np.exp(rng.normal(0.0, 0.02, RUNS)), "normal_load_n": LOADS_N}
+    assert not advised(measured(columns, run=rng.permutation(RUNS)))
+
+
+def test_a_tables_rows_and_its_sliding_friction_are_called_so() -> None:
+    table = under_loads(np.random.default_rng(7).permutation(RUNS), run=np.arange(RUNS))
+    found = examined(table, catalogue())
+    console = Console(file=io.StringIO(), width=200)
+    console.print(summary(found.diagnosis))
+    told = str(console.file.getvalue())  # type: ignore[attr-defined]
+    assert f"{RUNS} of {RUNS} rows" in told
+    assert "unseen rows" in told
+    assert " runs" not in told
+    page = html_page(found.diagnosis, found.pictures)
+    assert "<td>mu_k</td>" in page
+    assert "mu_s</td>" not in page
+    answer = as_json(found.diagnosis)
+    assert answer["baseline"]["parameters"]["mu_k"] == answer["baseline"]["parameters"]["mu_s"]
+    assert answer["runs"]["counted"] == "rows"
+
+
 def test_loads_in_random_order_have_their_exponent() -> None:
     order = np.random.default_rng(7).permutation(RUNS)
     found = examined(under_loads(order, run=np.arange(RUNS)), catalogue()).diagnosis

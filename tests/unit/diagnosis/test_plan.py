@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.next_experiment.changes import SINGLE, Change
 from station.diagnosis.next_experiment.choice import Bench, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
+from station.diagnosis.next_experiment.open_shapes import open_shapes
 from station.diagnosis.next_experiment.outlook import Question, Rival, outlook
 from station.diagnosis.next_experiment.plan import separate
 from station.diagnosis.next_experiment.redone import Draw, redone
@@ -91,6 +93,40 @@ def test_a_longer_session_promises_more() -> None:
     told = [outlook(trials, groups, runs=runs, rng=np.random.default_rng(1)).told for runs in (20, 60, 200)]
     assert told == sorted(told)
     assert told[0] < told[-1]
+
+
+VISCOUS = Term(KNOWN["viscous"], {"drag_n_s_m": 0.02, "by_load": 0.0})
+
+
+def test_a_shape_that_one_mass_leaves_open_stands_for_each_value() -> None:
+    """Whether a drag grows with the load is unknown after runs of one mass: either says the same of these."""
+    evidence, beside = on_paper(paper(mass_kg=np.full(RUNS, 0.02)), mu_s=0.4).evidence, Model(mu_s=0.4)
+    one, other = open_shapes(evidence, beside, Rival(VISCOUS, 0.8))
+    assert [one.term.values["by_load"], other.term.values["by_load"]] == [0.0, 1.0]
+    assert one.weight == other.weight == pytest.approx(0.4)
+    both = [residuals(evidence, beside.with_term(each.term)) for each in (one, other)]
+    for name, first in both[0].items():
+        np.testing.assert_allclose(both[1][name], first, atol=1e-6)
+
+
+def test_masses_that_varied_leave_no_shape_open() -> None:
+    evidence = on_paper(paper(mass_kg=np.geomspace(0.005, 0.05, RUNS)), mu_s=0.4).evidence
+    (only,) = open_shapes(evidence, Model(mu_s=0.4), Rival(VISCOUS))
+    assert only.term is VISCOUS
+
+
+def test_other_loads_promise_less_where_the_drag_may_grow_with_the_load() -> None:
+    bench, beside = Bench(recorded=on_paper(paper(), mu_s=0.4)), Model(mu_s=0.4)
+    rate = Term(KNOWN["rate_strengthening"], {"per_e_fold": 0.016, "slower_decades": 1.0})
+    known = question(VISCOUS, rate)
+    opened = replace(known, rivals=(*open_shapes(bench.recorded.evidence, beside, known.rivals[0]), known.rivals[1]))
+    loads = next(change for change in SINGLE if change.factor == "mass")
+    groups = [("viscous",), ("rate_strengthening",)]
+    told = [
+        outlook(sessions(one, bench, (loads,), runs=60), groups, runs=60, rng=np.random.default_rng(1)).told
+        for one in (known, opened)
+    ]
+    assert told[1] < told[0]
 
 
 def test_the_same_question_has_the_same_answer() -> None:
