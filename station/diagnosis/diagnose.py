@@ -98,7 +98,7 @@ def examined(
 
 
 def _counted(recorded: Recorded, evidence: Evidence) -> Counted:
-    """What is counted: a session's runs, the rows of a table, or the windows in which its rows were averaged."""
+    """Names what is counted: a session's runs, a table's rows, or the windows in which its rows were averaged."""
     if isinstance(recorded, Signals):
         return "runs"
     record = evidence.slides is not None and evidence.slides.travelled_m is not None

@@ -44,7 +44,7 @@ def _but(diagnosis: Diagnosis) -> str:
 
 
 def used(diagnosis: Diagnosis) -> str:
-    """How much of what was counted could be used."""
+    """Tells how many runs, rows or windows could be used."""
     of = "windows of {} rows" if diagnosis.counted == "windows" else f"of {{}} {diagnosis.counted}"
     return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
 
