@@ -38,7 +38,7 @@ TIMES = 4
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What an apparatus sets: its plural, its unit, and its values in n contacts."""
+    """A quantity that an apparatus sets, with its plural, its unit, and its values in n contacts."""
 
     words: str
     unit: str
@@ -59,7 +59,7 @@ def elsewhere(
     catalogue: Mapping[str, Effect],
     untestable: Mapping[str, str] | None = None,
 ) -> NextExperiment | None:
-    """What separates the main finding from what looks like it, or else measures it better; None without a finding.
+    """The experiment that separates the main finding from what looks like it, or measures it better; or None.
 
     Args:
         evidence: what was measured.
