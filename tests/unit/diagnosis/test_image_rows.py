@@ -57,7 +57,7 @@ def test_a_block_that_turns_faster_and_faster_keeps_its_shape() -> None:
     track = RunTrack(
         sample=recorded.samples[0],
         time_ns=time_ns,
-        pose=np.column_stack([np.zeros((9, 2)), yaw]),
+        pose=np.column_stack([np.zeros((9, 2)), yaw]).astype(np.float64),
         corner_m=np.stack([at.real, at.imag], axis=-1).astype(np.float64),
         level_ns=0, tilt_ns=0, slip_ns=1, stop_ns=time_ns[-1], end_ns=time_ns[-1],
         sigma_m=1e-5, sigma_rad=1e-3, corner_sigma_m=1e-5,
