@@ -57,6 +57,11 @@ class Value:
         digits = max(0, 1 - math.floor(math.log10(sd)))
         return f"{value:.{digits}f} ± {sd:.{digits}f}{unit}"
 
+    def sharper(self, sd: float) -> str:
+        """Tells to which standard error (SI) it would be known, and what is known now."""
+        factor, unit = self.read_in
+        return f"± {factor * sd:.2g}{unit}, now {self}"
+
     @property
     def read_in(self) -> tuple[float, str]:
         """The factor with which it is read, and the unit behind it."""

@@ -14,14 +14,13 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import EffectFound, NextExperiment, Value
+from station.diagnosis.result import EffectFound, NextExperiment, Value, read_name
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.coinciding import Coinciding
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family
 
 TITLES = {
-    "run": "runs",
     "mass_kg": "loads",
     "rest_s": "dwells",
     "temperature_c": "temperatures",
@@ -147,13 +146,13 @@ def _narrows(evidence: Evidence, main: EffectFound) -> NextExperiment | None:
         return None
     name, value = known
     what = "groups" if evidence.group is not None else "rows"
-    unit = "" if value.unit == "1" else f" {value.unit}"
     sd = value.sd / math.sqrt(TIMES)
-    why = f"{TIMES} times as many {what} of this kind measure {main.id}'s {name} to ± {sd:.2g}{unit}, now {value}"
+    why = f"{TIMES} times as many {what} of this kind measure {main.id}'s {name} to {value.sharper(sd)}"
     return NextExperiment(separates=((main.id,),), plan="", runs=TIMES * evidence.used(), why=why, sd=sd)
 
 
 def _numbers(main: EffectFound) -> Iterator[tuple[str, Value]]:
     """The numbers that are known, the combinations of several first."""
     yield from ((one.expression, one.known) for one in main.determined if math.isfinite(one.sd))
-    yield from ((name, one) for name, one in main.parameters.items() if math.isfinite(one.sd) and not one.at_bound)
+    sure = ((name, one) for name, one in main.parameters.items() if math.isfinite(one.sd) and not one.at_bound)
+    yield from ((read_name(name, one.unit), one) for name, one in sure)

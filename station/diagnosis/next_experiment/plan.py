@@ -215,11 +215,10 @@ def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | 
     choice = narrowing(question, bench, ratio=HALF)
     if choice is None:
         return None
-    sd, (factor, unit) = choice.promise.told * value.sd, value.read_in
+    sd = choice.promise.told * value.sd
     why = (
         f"{_words(choice.changes, bench)} measures {rival.id}'s {read_name(name, value.unit)} to "
-        f"± {factor * sd:.2g}{unit}, now {value} (about "
-        f"{choice.minutes:.0f} min)"
+        f"{value.sharper(sd)} (about {choice.minutes:.0f} min)"
     )
     return NextExperiment(
         separates=((rival.id,),), plan=_toml(choice.changes, choice.runs, bench), runs=choice.runs, why=why,

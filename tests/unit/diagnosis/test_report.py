@@ -244,3 +244,7 @@ def test_each_figure_of_the_page_is_kept_as_svg_and_pdf(tmp_path: Path) -> None:
 def test_figures_belong_to_a_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["diagnose", "none.csv", "--figures", str(tmp_path / "figures")]) == 2
     assert "--report PATH together with --figures" in capsys.readouterr().err
+
+
+def test_a_promised_standard_error_is_told_in_the_unit_of_what_is_known() -> None:
+    assert Value(value=1.847e-3, sd=4.3e-5, unit="m").sharper(2.1e-5) == "± 0.021 mm, now 1.847 ± 0.043 mm"
