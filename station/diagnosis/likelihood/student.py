@@ -12,6 +12,9 @@ from station.physics.contact import Array, Bools
 SETTLED = 1e-7
 """The relative change of a scale at which its iteration ends; a smaller one changes no printed standard error."""
 
+LEAST_ROWS = 20
+"""From so many components on their scale and tail are fitted."""
+
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
     """Log density (n,) of each component; for a limit, the log probability to lie beyond it."""
@@ -44,18 +47,20 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 def fitted_tail(white: Array) -> tuple[float, float]:
     """The degrees of freedom, out of TAILS, and the scale that fit the components (n,) best."""
-    if len(white) < 20:
+    if len(white) < LEAST_ROWS:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
     for tail in TAILS:
-        scale = _scale(white, tail)
+        scale = scale_of(white, tail)
         total = float(np.sum(log_density(white / scale, np.array(tail), none)) - len(white) * np.log(scale))
         best = max(best, (total, tail, scale))
     return best[1], best[2]
 
 
-def _scale(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale for given degrees of freedom, iterated from the median."""
+def scale_of(white: Array, tail: float) -> float:
+    """Maximum-likelihood scale for given degrees of freedom, iterated from the median; 1 for fewer than LEAST_ROWS."""
+    if len(white) < LEAST_ROWS:
+        return 1.0
     scale = max(1.4826 * float(np.median(np.abs(white))), 1e-6)
     square = white**2
     for _ in range(30):

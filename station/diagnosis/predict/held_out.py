@@ -16,6 +16,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import refitted
 from station.diagnosis.predict.resimulated import path_errors
+from station.diagnosis.predict.unseen import unseen_log_run
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 
@@ -66,7 +67,7 @@ def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
     runs = evidence.runs
     log_run, onset, within, path, rank = (np.full(runs, np.nan) for _ in range(5))
     for left_out, part in parts:
-        log_run[left_out] = part.log_run[left_out] + part.log_prior / runs
+        log_run[left_out] = unseen_log_run(evidence, part)[left_out] + part.log_prior / runs
         channel = evidence.onsets
         if isinstance(channel, Onsets):
             _onsets(channel, part, left_out, onset=onset, within=within, rank=rank)

@@ -29,13 +29,13 @@ from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined, sess
 
 
 @cache
-def _plain() -> tuple[Evidence, Fit]:
+def plain_fit() -> tuple[Evidence, Fit]:
     evidence = evidence_of(session(), Setting(opening_radius_m=OPENING_RADIUS_M))
     return evidence, fit(evidence, levelled(evidence, Model(mu_s=0.4)), ())
 
 
 def test_a_right_model_leads_blocks_where_they_were_seen() -> None:
-    evidence, plain = _plain()
+    evidence, plain = plain_fit()
     everyone = np.ones(evidence.runs, dtype=np.bool_)
     own = np.nan_to_num(evidence.channels[0].residual(plain.model))
     right = path_errors(evidence, plain.model, everyone, drawn=own)
@@ -46,7 +46,7 @@ def test_a_right_model_leads_blocks_where_they_were_seen() -> None:
 
 
 def test_every_run_is_predicted_by_a_fit_that_has_not_seen_it() -> None:
-    evidence, plain = _plain()
+    evidence, plain = plain_fit()
     parts = refitted(evidence, plain, (), assigned(evidence, np.random.default_rng(1)))
     assert (np.sum([out for out, _ in parts], axis=0) == 1).all()
     assert all((part.counted == ~out).all() for out, part in parts)
@@ -58,7 +58,7 @@ def test_every_run_is_predicted_by_a_fit_that_has_not_seen_it() -> None:
 
 def test_runs_that_are_held_out_do_not_move_the_fit() -> None:
     """Their onsets are moved by a tenth: nothing that is fitted to the others changes."""
-    evidence, plain = _plain()
+    evidence, plain = plain_fit()
     out = np.arange(evidence.runs) % FOLDS == 0
     part = fit(evidence.without(out), plain.model, (), noise=plain.noise)
     other = evidence.without(out)
@@ -78,7 +78,7 @@ def test_runs_that_are_held_out_do_not_move_the_fit() -> None:
 
 
 def test_specimens_stay_together_where_there_are_enough_of_them() -> None:
-    evidence, _ = _plain()
+    evidence, _ = plain_fit()
     specimen = np.arange(evidence.runs) % (2 * FOLDS)
     several = replace(evidence, facts=replace(evidence.facts, mass_kg=0.01 + 0.001 * specimen))
     fold = assigned(several, np.random.default_rng(1))
@@ -87,7 +87,7 @@ def test_specimens_stay_together_where_there_are_enough_of_them() -> None:
 
 
 def test_the_ceiling_is_near_what_a_right_model_scores() -> None:
-    evidence, plain = _plain()
+    evidence, plain = plain_fit()
     apart = plain.log_run - expected_log_run(evidence, plain)
     assert abs(apart.mean()) < 3.0 * apart.std() / np.sqrt(len(apart))
 
@@ -103,7 +103,7 @@ def scattered(evidence: Evidence, plain: Fit, by: float) -> Fit:
 
 def test_no_recording_scores_above_its_ceiling_because_it_is_calm() -> None:
     """Of rows with half their noise the ceiling is theirs; what rows with twice their noise lack, they lack."""
-    evidence, plain = _plain()
+    evidence, plain = plain_fit()
     calm, wild = (scattered(evidence, plain, by) for by in (0.5, 2.0))
     assert (calm.log_run - expected_log_run(evidence, calm)).mean() == pytest.approx(0.0, abs=0.5)
     assert (calm.log_run - plain.log_run).mean() > 5.0
