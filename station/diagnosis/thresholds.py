@@ -220,6 +220,13 @@ LEAST_KNOWN = Threshold(
     how="Convention: a robust standard deviation of eight is known to a quarter.",
     shown="pytest tests/unit/diagnosis/test_wander.py",
 )
+LEAST_SCALED = Threshold(
+    20,
+    unit="rows",
+    meaning="With fewer rows a channel's noise keeps its nominal scale, and the likeliest tail is the Gaussian's.",
+    how="Convention: the scale of twenty is known to a sixth.",
+    shown="pytest tests/unit/diagnosis/test_unseen.py",
+)
 MOST_CENSORED = Threshold(
     2.0,
     meaning="Runs without a slide widen the onsets' scatter by at most this factor.",

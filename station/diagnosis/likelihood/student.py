@@ -12,9 +12,6 @@ from station.physics.contact import Array, Bools
 SETTLED = 1e-7
 """The relative change of a scale at which its iteration ends; a smaller one changes no printed standard error."""
 
-LEAST_ROWS = 20
-"""From so many components on their scale and tail are fitted."""
-
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
     """Log density (n,) of each component; for a limit, the log probability to lie beyond it."""
@@ -47,7 +44,7 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 def fitted_tail(white: Array) -> tuple[float, float]:
     """The degrees of freedom, out of TAILS, and the scale that fit the components (n,) best."""
-    if len(white) < LEAST_ROWS:
+    if len(white) < thresholds.LEAST_SCALED:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
     for tail in TAILS:
@@ -58,8 +55,8 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def scale_of(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale for given degrees of freedom, iterated from the median; 1 for fewer than LEAST_ROWS."""
-    if len(white) < LEAST_ROWS:
+    """Maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED."""
+    if len(white) < thresholds.LEAST_SCALED:
         return 1.0
     scale = max(1.4826 * float(np.median(np.abs(white))), 1e-6)
     square = white**2
