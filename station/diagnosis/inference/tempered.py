@@ -20,12 +20,18 @@ from station.physics.contact import Array
 Index = NDArray[np.int64]
 
 DRAWS = 200
+"""With so many the log evidence of three numbers scatters by 0.25, little beside the 3 (ln 20) that decide; with 100 by
+0.4, with 400 by 0.2 (60 seeds of the first test of `pytest tests/unit/diagnosis/test_tempered.py`; it has no bias)."""
+
 EVEN_SHARE = 0.5
-"""The effective share of the draws at which the power stops growing."""
-MOVES = 5
-WIDTH = 1.7
-"""A move's standard deviation over the draws' one, for one number; it falls with the root of how many there are."""
+"""The effective share of the draws at which the power stops growing: with 0.3 the evidence scatters by 0.35."""
+
+MOVES, WIDTH = 5, 1.7
+"""The number of moves after a step, and a move's standard deviation over the draws' one, for one number; it falls with
+the root of how many there are. With 2 moves the evidence scatters by 0.45; widths of 1.0 and 2.4 do no better."""
+
 HALVINGS = 20
+"""The search for a step's size ends within a millionth of it."""
 
 
 @dataclass(frozen=True, eq=False)
