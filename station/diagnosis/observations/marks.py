@@ -18,8 +18,8 @@ CREEP_POINTS = 49
 COMMON_ROUNDS = 8
 TRUE_ROUNDS = 2
 """A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""
-LEAST_STRAIN = 1e-9
-"""Strains that are equal to so much have no scatter to divide by."""
+LEAST_PULL = 1e-6
+"""Strains that are equal to so much of their noise have no scatter to divide by."""
 SENSOR_POINTS = 15
 
 
@@ -108,9 +108,13 @@ class Shape(Channel):
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted strain (3 n,)."""
         if not any(self.changed_by(term.effect) for term in model.acting("seen")):
-            return (self._strain - common(self._strain)).ravel()
+            return self._apart(self._strain)
         moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
-        return (self._strain - moved - common(self._strain - moved)).ravel()
+        return self._apart(self._strain - moved)
+
+    def _apart(self, strain: Array) -> Array:
+        """Strains (n, 3) less what they have in common: (3 n,)."""
+        return (strain - common(strain, self.rows.sigma[:: strain.shape[1]])).ravel()
 
     def _seen(self, model: Model) -> Array:
         """The corners' displacement (n, 4, 2), m, at the mark's true place; the view has its apparent one.
@@ -124,16 +128,19 @@ class Shape(Channel):
         return 0.5 * (ahead + behind)
 
 
-def common(values: Array) -> Array:
+def common(values: Array, sigma: Array) -> Array:
     """What the rows of values (n, k) have in common (k,): the maximum likelihood of Student's t with 3 degrees.
+
+    `sigma` (n,) are the rows' standard deviations up to a factor: where the noise grows during a session, the mean of
+    all rows is off by more than the best of them are, which then seem to share a strain.
 
     Its weights change smoothly with the values, so that a fit has slopes. The difference of two medians of skew values,
     as a lens makes them, was off by a per cent of the lens (tests/unit/diagnosis/test_image_rows.py).
     """
-    middle = np.median(values, axis=0)
+    precision, middle = 1.0 / np.square(sigma)[:, None], np.median(values, axis=0)
     for _ in range(COMMON_ROUNDS):
-        off = (values - middle) ** 2
-        weight = 1.0 / (1.0 + off / np.maximum(3.0 * off.mean(axis=0), LEAST_STRAIN**2))
+        off = precision * (values - middle) ** 2
+        weight = precision / (1.0 + off / np.maximum(3.0 * off.mean(axis=0), LEAST_PULL**2))
         middle = (weight * values).sum(axis=0) / weight.sum(axis=0)
     return middle
 
@@ -165,7 +172,7 @@ class Sensor(Channel):
     def __init__(self, rows: Rows, source: str, difference_rad: Array, moments: Moments) -> None:
         super().__init__(rows)
         self.name, self.title = f"sensor:{source}", f"the angle sensor {source}"
-        self._difference, self._moments = difference_rad - difference_rad.mean(), moments
+        self._difference, self._moments = self._apart(difference_rad), moments
 
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted difference (n,), rad."""
@@ -173,4 +180,8 @@ class Sensor(Channel):
             return self._difference
         turned = self._moments.loads(model).contact.tilt_rad - self._moments.reported.tilt_rad
         change = turned.reshape(len(self), SENSOR_POINTS).mean(axis=1)
-        return self._difference - (change - change.mean())
+        return self._difference - self._apart(change)
+
+    def _apart(self, values: Array) -> Array:
+        """Values (n,) less their mean, in which long stretches of readings count more."""
+        return values - np.average(values, weights=1.0 / np.square(self.rows.sigma))

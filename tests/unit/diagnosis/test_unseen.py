@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -59,7 +60,7 @@ def test_it_is_the_mean_of_students_densities_by_what_the_fitted_runs_say_of_the
     one, other = found.white[onset & (whitening.run == 0)][0], 4.0
 
     def density(value: float) -> float:
-        laws = [stats.t(tail) if tail < thresholds.GAUSSIAN else stats.norm() for tail in TAILS]
+        laws: list[Any] = [stats.t(tail) if tail < thresholds.GAUSSIAN else stats.norm() for tail in TAILS]
         scales = [scale_of(known, tail) for tail in TAILS]
         each = [
             law.logpdf(known / scale).sum() - len(known) * np.log(scale)
