@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from station.diagnosis.observations.stretches import (
     stretch,
     view_of,
 )
+from station.diagnosis.observations.track_noise import corner_sigma_px
 from station.diagnosis.observations.tracks import RunTrack
 from station.diagnosis.observations.views import fixed_view
 from station.physics.contact import Array
@@ -37,11 +39,10 @@ BEFORE_SLIP_NS = 30_000_000
 FIXED = np.dtype(
     [
         ("run", np.int64), ("from_ns", np.int64), ("to_ns", np.int64), ("level", np.float64, (4, 2)),
-        ("now", np.float64, (4, 2)), ("factor", np.float64),
+        ("now", np.float64, (4, 2)), ("sigma_px", np.float64),
     ]
 )  # fmt: skip
-"""A fiducial in one stretch of a tilt: its mean corners level and now, and the error of their difference over that of
-one frame."""
+"""A fiducial in one stretch of a tilt: its mean corners level and now, and the standard error of their difference."""
 
 
 def rest_channel(recorded: Recorded) -> Sequence[Channel]:
@@ -108,23 +109,23 @@ def plate_channel(recorded: Recorded) -> Sequence[Channel]:
         seen = fiducial.select(fiducial.found)
         if geometry is None or len(seen) < LEAST_FRAMES or not len(recorded.plate):
             continue
-        parts = _fixed(recorded, seen.time_ns, seen.on_plate(geometry))
+        parts = _fixed(recorded, seen.time_ns, seen.on_plate(geometry), corner_sigma_px(seen))
         if len(parts):
-            return [_plate_marks(recorded, parts, float(np.nanmedian(seen.sigma_px)), geometry)]
+            return [_plate_marks(recorded, parts, geometry)]
     return []
 
 
-def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array) -> Stretches:
+def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: Array) -> Stretches:
     """The stretches (n,) of a fiducial, with the fields of FIXED."""
 
-    def mean(from_ns: int, to_ns: int) -> tuple[Array, int] | None:
+    def mean(from_ns: int, to_ns: int) -> tuple[Array, float] | None:
         first, last = np.searchsorted(time_ns, (from_ns, to_ns))
-        seen = corner_m[first:last]
-        seen = seen[np.isfinite(seen).all(axis=(1, 2))]
-        return (seen.mean(axis=0), len(seen)) if len(seen) else None
+        good = np.isfinite(corner_m[first:last]).all(axis=(1, 2))
+        seen, single_px = corner_m[first:last][good], sigma_px[first:last][good]
+        return (seen.mean(axis=0), float(np.median(single_px)) / math.sqrt(len(seen))) if len(seen) else None
 
     rows = [
-        (place, *span, level[0], now[0], np.sqrt(1 / level[1] + 1 / now[1]))
+        (place, *span, level[0], now[0], math.hypot(level[1], now[1]))
         for place, track in enumerate(recorded.tracks)
         if (level := mean(track.level_ns, track.tilt_ns)) is not None
         for span in spans(track.tilt_ns, track.slip_ns or track.end_ns)
@@ -133,12 +134,12 @@ def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array) -> Stretches:
     return np.array(rows, dtype=FIXED)
 
 
-def _plate_marks(recorded: Recorded, parts: Stretches, sigma_px: float, geometry: CameraGeometry) -> PlateMarks:
+def _plate_marks(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> PlateMarks:
     tilt_rad, down_rad = mean_attitude(recorded, parts["from_ns"], parts["to_ns"])
     view = fixed_view(parts["now"], geometry, tilt_rad=tilt_rad, down_rad=down_rad)
     level = fixed_view(parts["level"], geometry, tilt_rad=np.zeros_like(tilt_rad), down_rad=down_rad)
     moved = (parts["now"] - parts["level"]).mean(axis=1)
-    sigma = parts["factor"] * sigma_px * geometry.mm_per_px * 0.5e-3
+    sigma = parts["sigma_px"] * geometry.mm_per_px * 0.5e-3
     covariates = {"tilt": tilt_rad, "direction": down_rad, "run": recorded.facts.number[parts["run"]]}
     rows = rows_of({**_span(parts), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, covariates)
     return PlateMarks(rows, (moved * view.down).sum(axis=1), view, level)

@@ -1,4 +1,4 @@
-"""The noise of a track that does not report it, from the moving block's own path."""
+"""The noise of a track's frames: as reported, or from the moving block's own path."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
+from station.signals.tracks import CornerTrack
 
 STRIDE = 3
 """Frames between those that are compared. A tracker that smooths leaves errors that last for frames, and what counts is
@@ -15,6 +16,15 @@ LEAST_PLACES = 50
 MOVED_M = 5e-3
 _THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
 _GAUSSIAN_MAD = 0.6745
+
+UNKNOWN_PX = 0.05
+"""The noise of a corner, px, whose frame does not report it: what the tracker has on a sharp picture."""
+
+
+def corner_sigma_px(corners: CornerTrack) -> Array:
+    """Standard deviation (n,) of one corner in each frame, px, in x and in y."""
+    known = np.isfinite(corners.sigma_px) & (corners.sigma_px > 0)
+    return np.where(known, corners.sigma_px, UNKNOWN_PX)
 
 
 def track_noise(time_ns: Times, values: Array, place_m: Array, flat: Bools) -> float | None:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from shared.geometry import Array
 from shared.messages import CameraGeometry, Sample
 from station.diagnosis.observations.plate import Times
-from station.diagnosis.observations.track_noise import track_noise
+from station.diagnosis.observations.track_noise import corner_sigma_px, track_noise
 from station.physics.contact import Bools
 from station.signals.flags import NO_TILT
 from station.signals.session import Signals
@@ -118,8 +118,7 @@ def _corners(corners: CornerTrack, geometry: CameraGeometry) -> _Track:
     corner_m = corners.on_plate(geometry)
     pose = corners.pose(geometry)
     time_ns = corners.time_ns + np.round(corners.corner_dt_ns.mean(axis=1)).astype(np.int64)
-    scale = geometry.mm_per_px * 1e-3
-    sigma = np.where(np.isfinite(corners.sigma_px) & (corners.sigma_px > 0), corners.sigma_px, 0.05) * scale
+    sigma = corner_sigma_px(corners) * geometry.mm_per_px * 1e-3
     rise = np.diff(np.maximum.accumulate(time_ns), prepend=time_ns[:1] - 1) > 0
     usable = np.isfinite(pose).all(axis=1) & rise
     side = geometry.marker_side_m
