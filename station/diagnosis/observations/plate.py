@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from station.diagnosis.observations.attitude_fit import fitted
 from station.physics.contact import Array
+from station.physics.reversals import rising, turned_at
 from station.signals.pivot import pivot_in_plate
 from station.signals.tracks import AttitudeTrack, MotionTrack
 
@@ -26,9 +27,6 @@ reading would jump for all frames at once that fall on readings, and the least d
 
 COVERED_S = 0.2
 """A moment that is farther from every reading has no attitude."""
-
-NEAR_S, STILL_RAD = 0.05, 5e-4
-"""A plate that turns by less than STILL_RAD within twice NEAR_S is at rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +111,8 @@ class PlateMotion:
         self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
-        self._rising = _rising(self._time_s, tilt) if len(known) > 2 else np.ones(len(known))
-        self._turned_rad = _turned_at(tilt, self._rising)
+        self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
+        self._turned_rad = turned_at(tilt, self._rising, before_rad=0.0)  # the arm comes down to a level plate
         self._steps_ns = np.sort(motions.time_ns)
         pivot = pivot_in_plate(known, self._time_s)
         self._pivot = None if pivot is None else np.ascontiguousarray(pivot.T)
@@ -134,17 +132,16 @@ class PlateMotion:
         """The plate at `time_ns` − `delay_s`."""
         seconds = self._seconds(time_ns) - delay_s
         gravity = self._gravity_at(seconds)
-        last = np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
+        last = self._last(seconds)
         acceleration = self._apart(self._rates_at, seconds)
         if self._swing is not None:
             seen = _seen(self._apart(self._swing, seconds), gravity)
             acceleration = seen + gravity * (acceleration * gravity).sum(axis=1, keepdims=True)
-        rising = self._rising[last]
         since_s = self._since_step(time_ns, delay_s)
         pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
         tilt = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2])
         gone = np.abs(tilt - self._turned_rad[last])
-        return Attitude(gravity, self._rates_at(seconds), acceleration, rising, gone, since_s, pivot)
+        return Attitude(gravity, self._rates_at(seconds), acceleration, self._rising[last], gone, since_s, pivot)
 
     def sigma_rad(self, time_ns: Times) -> Array:
         """Standard deviation (n,) of gravity's direction at moments, rad, by the readings' noise."""
@@ -168,6 +165,15 @@ class PlateMotion:
     def gravity_at(self, time_ns: Times) -> Array:
         """Unit vectors (n, 3) of gravity in P."""
         return self._gravity_at(self._seconds(time_ns))
+
+    def turns_at(self, time_ns: Times) -> tuple[Array, Array]:
+        """The tilt's sign of change (n,), and the tilt (n,), rad, at which that changed."""
+        last = self._last(self._seconds(time_ns))
+        return self._rising[last], self._turned_rad[last]
+
+    def _last(self, seconds: Array) -> Times:
+        """The last reading (n,) before each time (n,), s, by its place."""
+        return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
     def _rates_at(self, seconds: Array) -> Array:
         return _interpolated(seconds, self._time_s, self._rates)
@@ -228,26 +234,3 @@ def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
 def _seen(bend: Array, gravity: Array) -> Array:
     """The angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
     return np.cross(bend, gravity)
-
-
-def _rising(time_s: Array, tilt_rad: Array) -> Array:
-    """+1 where the tilt grows, −1 where it falls; while it rests, its last sign (n,).
-
-    The change is taken over a tenth of a second: an arm that overshoots by a hundredth of a millidegree, or whose
-    report is rounded, has not turned back.
-    """
-    ahead, behind = np.interp(time_s + NEAR_S, time_s, tilt_rad), np.interp(time_s - NEAR_S, time_s, tilt_rad)
-    sign = np.where(np.abs(ahead - behind) > STILL_RAD, np.sign(ahead - behind), 0.0)
-    moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
-    return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
-
-
-def _turned_at(tilt_rad: Array, rising: Array) -> Array:
-    """The tilt (n,), rad, at which it last turned round: the farthest that it had come the other way."""
-    ends = [*(np.flatnonzero(np.diff(rising)) + 1).tolist(), len(tilt_rad)]
-    turned = np.zeros(len(tilt_rad))
-    for before, first, last in zip([0, 0, *ends], [0, *ends], ends, strict=False):
-        other = tilt_rad[before:first]
-        if len(other):
-            turned[first:last] = other.max() if rising[before] > 0 else other.min()
-    return turned

@@ -36,10 +36,14 @@ class Ride:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Rides:
-    """All slides; `gravity_at` gives gravity's direction (n, 3) in P at times (n,), ns, as the arm reports it."""
+    """All slides; `gravity_at` gives gravity's direction (n, 3) in P at times (n,), ns, as the arm reports it.
+
+    `turns_at` gives the tilt's sign of change (n,) at such times, and the tilt (n,), rad, at which that changed.
+    """
 
     rides: tuple[Ride, ...]
     gravity_at: Callable[[Times], Array]
+    turns_at: Callable[[Times], tuple[Array, Array]]
     opening_radius_m: float
 
     def of_runs(self, runs: Bools) -> tuple[Ride, ...]:
@@ -57,6 +61,7 @@ def rides(recorded: Recorded) -> Rides:
     return Rides(
         rides=tuple(ride for ride in found if ride is not None),
         gravity_at=recorded.plate.gravity_at,
+        turns_at=recorded.plate.turns_at,
         opening_radius_m=recorded.setting.opening_radius_m,
     )
 

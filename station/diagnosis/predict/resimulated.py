@@ -1,8 +1,9 @@
 """Simulates held-out slides in the planar simulator, and measures how far they end from the recorded ones.
 
 Each slide begins at the middle of its first window, where its place and speed are known best, and follows the recorded
-attitude alone until its evidence ends; it is compared in the frames after that window. The run's own level of friction
-is what its onset implies; nothing that the slide shows after its first window is used.
+attitude alone until its evidence ends, on a plate that has come from where its tilt last turned round. It is compared
+in the frames after that window. The run's own level of friction is what its onset implies; nothing that the slide shows
+after its first window is used.
 
 At a window's end a parabola's slope has four times the error that it has in the middle, and shares that of the
 curvature: slides of tossed cubes that began there went astray by their starts, whatever the law
@@ -84,6 +85,7 @@ def _commands(evidence: Evidence, chosen: Sequence[Ride], seen: Sequence[Array],
     return tracks(
         [_seconds(own) for own in knots],
         [rides.gravity_at(own - delay_ns) for own in knots],
+        turns=[rides.turns_at(own[:-1] - delay_ns) for own in knots],
         border_m=rides.opening_radius_m,
         start=np.array([start for start, _ in begun]),
         velocity=np.array([velocity for _, velocity in begun]),

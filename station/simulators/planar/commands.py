@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from station.physics.contact import Array
+from station.physics.reversals import rising, turned_at
 from station.rig.opening import Opening
 
 STEADY_RAD_S = 2e-3
 """A plate that turns more slowly than this (0.1 °/s) is held."""
 _SMOOTH_S = 0.03
+Turns = tuple[Array, Array]
+"""A run's tilt between its knots: the direction, +1 or −1, and the tilt, rad, from which on it has gone so."""
+
 _SHARED = ("border_m", "outline_m")
 
 
@@ -26,6 +30,8 @@ class Commands:
         gravity: (n, k, 3) unit vector of gravity in P as the arm reports it; between knots along the great circle.
         rate_rad_s, acceleration_rad_s2: (n, k−1, 3) the plate's angular velocity and acceleration between two knots.
         pivot_m_s2: (n, k−1, 3) the acceleration in P of the point about which the plate turns, between two knots.
+        rising: (n, k−1) the tilt's direction between two knots, +1 or −1; where it rests, its last one.
+        turned_rad: (n, k−1) the tilt from which on it has gone in this direction; −inf before it has turned round.
         start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
         velocity: (n, 3) of the block at the first knot, m/s and rad/s; mostly 0: it lies there.
         rest_s: (n,) how long it had lain there by then.
@@ -40,6 +46,8 @@ class Commands:
     rate_rad_s: Array
     acceleration_rad_s2: Array
     pivot_m_s2: Array
+    rising: Array
+    turned_rad: Array
     start: Array
     velocity: Array
     rest_s: Array
@@ -125,12 +133,15 @@ def ramps(
     gravity = np.stack([np.sin(angles) * cosine, np.sin(angles) * sine, -np.cos(angles)], axis=-1)
     pace = np.diff(angles, axis=1) / np.maximum(np.diff(times, axis=1), 1e-12)
     rate = np.stack([-pace * sine, pace * cosine, np.zeros_like(pace)], axis=-1)
+    signs, turned = _turns([_as_ramps(own) for own in np.abs(angles)])
     return Commands(
         time_s=times,
         gravity=gravity,
         rate_rad_s=rate,
         acceleration_rad_s2=np.zeros_like(rate),
         pivot_m_s2=np.zeros_like(rate),
+        rising=signs,
+        turned_rad=turned,
         border_m=border_m,
         outline_m=outline_m,
         **_circumstances(n, circumstances),
@@ -142,6 +153,7 @@ def tracks(
     gravity: Sequence[Array],
     *,
     pivot_m_s2: Sequence[Array] | None = None,
+    turns: Sequence[Turns] | None = None,
     border_m: float = float("inf"),
     outline_m: tuple[tuple[float, float], ...] = (),
     **circumstances: ArrayLike,
@@ -149,6 +161,8 @@ def tracks(
     """Runs of recorded attitudes, finely sampled: times (k_i,) and unit vectors of gravity in P (k_i, 3) of each run.
 
     The pivot's accelerations in P (k_i − 1, 3), m/s², are those between the knots; without any the pivot rests.
+    `turns` are the tilt's directions and turns between the knots, two (k_i − 1,) of each run, as in `Commands`; without
+    any they are read from the attitudes, and what the tilt did before the first knot is not known.
 
     Rates are those along the great circles (a turn about gravity itself moves nothing that matters here), and
     accelerations their differences over 60 ms.
@@ -164,16 +178,43 @@ def tracks(
     down /= np.linalg.norm(down, axis=-1, keepdims=True)
     lengths = np.diff(times, axis=1)[..., None]
     rate = np.where(lengths > 0, np.cross(down[:, 1:], down[:, :-1]) / np.where(lengths > 0, lengths, 1.0), 0.0)
+    if turns is None:
+        turns = [_as_read(own, tilt_of(along)) for own, along in zip(times, down, strict=True)]
+    signs, turned = _turns(turns)
     return Commands(
         time_s=times,
         gravity=down,
         rate_rad_s=rate,
         acceleration_rad_s2=_accelerations(times, rate),
         pivot_m_s2=np.zeros_like(rate) if pivot_m_s2 is None else np.stack([_padded(own, k - 1) for own in pivot_m_s2]),
+        rising=signs,
+        turned_rad=turned,
         border_m=border_m,
         outline_m=outline_m,
         **_circumstances(len(times), circumstances),
     )
+
+
+def _turns(each: Sequence[Turns]) -> tuple[Array, Array]:
+    """The tilt's directions and turns of all runs (n, k−1), the last of a shorter run repeated."""
+    most = max(len(signs) for signs, _ in each)
+    signs, turned = (np.stack([_padded(own, most) for own in column]) for column in zip(*each, strict=True))
+    return signs, turned
+
+
+def _as_ramps(tilt_rad: Array) -> Turns:
+    """The turns of straight ramps between knots (k,)."""
+    change = np.diff(tilt_rad)
+    sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
+    last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
+    signs = np.where(last >= 0, sign[np.maximum(last, 0)], 1.0)
+    return signs, turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
+
+
+def _as_read(time_s: Array, tilt_rad: Array) -> Turns:
+    """The turns of recorded tilts (k,)."""
+    signs = rising(time_s, tilt_rad, 0.5 * (time_s[1:] + time_s[:-1]))
+    return signs, turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
 
 def _padded(values: Array, k: int) -> Array:

@@ -51,7 +51,7 @@ class Plate:
     def __init__(self, commands: Commands, model: Model) -> None:
         self.commands = commands
         self.knots = commands.time_s.shape[1]
-        self.steps = _steps(commands)
+        self.step_begins = _step_begins(commands)
         first, last = commands.gravity[:, :-1], commands.gravity[:, 1:]
         if model.acting("attitude"):
             first, last = (self._turned(model, gravity, end) for gravity, end in ((first, 0), (last, 1)))
@@ -77,7 +77,8 @@ class Plate:
         table[Column.RATE : Column.RATE + 3] = np.moveaxis(commands.rate_rad_s, -1, 0)
         table[Column.ACCELERATION : Column.ACCELERATION + 3] = np.moveaxis(commands.acceleration_rad_s2, -1, 0)
         table[Column.PIVOT : Column.PIVOT + 3] = np.moveaxis(commands.pivot_m_s2, -1, 0)
-        table[Column.RISING], table[Column.STEP_BEGIN], table[Column.TURNED] = self.steps
+        table[Column.RISING], table[Column.TURNED] = commands.rising, commands.turned_rad
+        table[Column.STEP_BEGIN] = self.step_begins
         return table.reshape(Column.COUNT, -1)
 
     def _turned(self, model: Model, gravity: Array, end: int) -> Array:
@@ -85,7 +86,7 @@ class Plate:
         commands = self.commands
         shape = gravity.shape[:2]
         time_s = commands.time_s[:, end : end + shape[1]]
-        contact = _level_contact(commands, gravity.reshape(-1, 3), time_s, self.steps)
+        contact = _level_contact(commands, gravity.reshape(-1, 3), time_s, self.step_begins)
         return seen_turned(gravity, model.attitude(contact).reshape(gravity.shape))
 
 
@@ -97,28 +98,16 @@ def gravity_at(stretch: Array, time_s: Array) -> Down:
     return Down(*(stretch[first + axis] * cosine + stretch[across + axis] * sine for axis in range(3)))
 
 
-def _steps(commands: Commands) -> tuple[Array, Array, Array]:
-    """For each stretch (n, k−1): the tilt's direction, +1 or −1, the begin of the present or last step, the last turn.
-
-    That is the tilt, rad, from which on it has gone in this direction; −inf before it has turned round at all.
-    """
-    change = np.diff(commands.tilt_rad, axis=1)
-    sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
-    count = sign.shape[1]
-    last = np.maximum.accumulate(np.where(sign != 0, np.arange(count), -1), axis=1)
-    rising = np.where(last >= 0, np.take_along_axis(sign, np.maximum(last, 0), axis=1), 1.0)
-    turns = np.diff(rising, axis=1, prepend=rising[:, :1]) != 0
-    turn = np.maximum.accumulate(np.where(turns, np.arange(count), 0), axis=1)
+def _step_begins(commands: Commands) -> Array:
+    """The begin of the present or last step of each stretch (n, k−1), s."""
     turning = np.linalg.norm(commands.rate_rad_s, axis=-1) > STEADY_RAD_S
-    begins = turning & ~np.concatenate([np.zeros((len(sign), 1), bool), turning[:, :-1]], axis=1)
+    begins = turning & ~np.concatenate([np.zeros((len(turning), 1), bool), turning[:, :-1]], axis=1)
     begins[:, 0] = True
-    began = np.maximum.accumulate(np.where(begins, np.arange(count), 0), axis=1)
-    before = np.maximum.accumulate(turns, axis=1)
-    turned = np.where(before, np.take_along_axis(commands.tilt_rad[:, :-1], turn, axis=1), -np.inf)
-    return rising, np.take_along_axis(commands.time_s[:, :-1], began, axis=1), turned
+    began = np.maximum.accumulate(np.where(begins, np.arange(begins.shape[1]), 0), axis=1)
+    return np.take_along_axis(commands.time_s[:, :-1], began, axis=1)
 
 
-def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tuple[Array, Array, Array]) -> Contact:
+def _level_contact(commands: Commands, gravity: Array, time_s: Array, step_begins: Array) -> Contact:
     """The block at its start, at every knot: what an effect on the attitude may ask for, flattened."""
     n, k = time_s.shape
     each = {name: np.repeat(getattr(commands, name), k) for name in _ONE_A_RUN}
@@ -137,9 +126,9 @@ def _level_contact(commands: Commands, gravity: Array, time_s: Array, steps: tup
         down_rad=down,
         rate_rad_s=commands.rate_rad_s.reshape(-1, 3),
         acceleration_rad_s2=commands.acceleration_rad_s2.reshape(-1, 3),
-        rising=steps[0].ravel(),
-        gone_rad=np.abs(tilt_of(gravity) - steps[2].ravel()),
-        step_s=(time_s - steps[1]).ravel(),
+        rising=commands.rising.ravel(),
+        gone_rad=np.abs(tilt_of(gravity) - commands.turned_rad.ravel()),
+        step_s=(time_s - step_begins).ravel(),
         border_m=np.full(n * k, np.inf),
         spare_m_s2=np.full(n * k, np.nan),
         **each,

@@ -1,0 +1,34 @@
+"""Where a plate's tilt turned round, from readings of it: what play, and whatever else depends on the way, asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.physics.contact import Array
+
+NEAR_S, STILL_RAD = 0.05, 5e-4
+"""A plate that turns by less than STILL_RAD within twice NEAR_S is at rest.
+
+An arm that overshoots by a hundredth of a millidegree, or whose report is rounded, has not turned back.
+"""
+
+
+def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
+    """The tilt's sign of change (m,) at times `at_s` (m,), from readings (n,): +1 at first, its last sign at rest."""
+    change = np.interp(at_s + NEAR_S, time_s, tilt_rad) - np.interp(at_s - NEAR_S, time_s, tilt_rad)
+    sign = np.where(np.abs(change) > STILL_RAD, np.sign(change), 0.0)
+    moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
+    return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
+
+
+def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> Array:
+    """The tilt (n,), rad, at which it last turned round: the farthest that it had come the other way.
+
+    Before the signs (n,) change for the first time it is `before_rad`.
+    """
+    ends = [*(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(tilt_rad)]
+    turned = np.full(len(tilt_rad), before_rad)
+    for before, first, last in zip([0, *ends], ends, ends[1:], strict=False):
+        other = tilt_rad[before : first + 1]
+        turned[first:last] = other.max() if sign[before] > 0 else other.min()
+    return turned
