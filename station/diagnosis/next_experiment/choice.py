@@ -10,7 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis.next_experiment.changes import Changes, designs, run_s, together
-from station.diagnosis.next_experiment.outlook import Groups, Outlook, Question, Trial, outlook, sharp, tried
+from station.diagnosis.next_experiment.outlook import (
+    Drawn,
+    Groups,
+    Outlook,
+    Question,
+    Trial,
+    drawn,
+    outlook,
+    sharp,
+    tried,
+)
 from station.diagnosis.next_experiment.redone import Draw, Recorded, redone
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
@@ -69,17 +79,25 @@ def _one_and_rest(question: Question) -> Iterator[Groups]:
 
 
 class _Known:
-    """The trials of each design, which answer every partition of the rivals."""
+    """The sessions of each design and number of runs, which answer every partition of the rivals."""
 
     def __init__(self, question: Question, bench: Bench) -> None:
         self.question, self.bench = question, bench
-        self._trials: dict[Changes, list[Trial]] = {}
+        self._trials: dict[tuple[Changes, int], list[Trial]] = {}
+        self._drawn: dict[tuple[Changes, int, int], list[Drawn]] = {}
 
-    def trials(self, changes: Changes) -> list[Trial]:
-        """The trials of a design, made when they are first asked for."""
-        if changes not in self._trials:
-            self._trials[changes] = sessions(self.question, self.bench, changes, runs=TRIAL_RUNS)
-        return self._trials[changes]
+    def promise(self, changes: Changes, runs: int, groups: Groups, *, done: int = TRIAL_RUNS) -> Outlook:
+        """What `runs` runs of a design promise, as `done` runs of it show that are done again."""
+        key = changes, runs, done
+        if key not in self._drawn:
+            count, rng = runs * self.bench.usable, np.random.default_rng(SEED)
+            self._drawn[key] = drawn(self._done(changes, done), runs=count, rng=rng)
+        return outlook(self._drawn[key], groups)
+
+    def _done(self, changes: Changes, runs: int) -> list[Trial]:
+        if (changes, runs) not in self._trials:
+            self._trials[changes, runs] = sessions(self.question, self.bench, changes, runs=runs)
+        return self._trials[changes, runs]
 
 
 def _among(known: _Known, groups: Groups) -> Choice:
@@ -137,25 +155,22 @@ def _worth(choice: Choice) -> float:
 
 def _shortest(known: _Known, changes: Changes, groups: Groups) -> Choice:
     """The shortest session of a design that promises enough, else the longest."""
-    trials, bench = known.trials(changes), known.bench
-    promises = {LENGTHS[-1]: _promise(trials, groups, LENGTHS[-1], bench)}
 
     def told(runs: int) -> float:
-        promises[runs] = _promise(trials, groups, runs, bench)
-        return promises[runs].told
+        return known.promise(changes, runs, groups).told
 
     # More runs tell more, so bisection finds the shortest session.
-    place = bisect_left(LENGTHS[:-1], POWER, key=told) if promises[LENGTHS[-1]].told >= POWER else -1
-    runs = LENGTHS[place]
-    return _choice(known.question, bench, changes, (runs, promises[runs]), groups)
+    place = bisect_left(LENGTHS[:-1], POWER, key=told) if told(LENGTHS[-1]) >= POWER else -1
+    promised = LENGTHS[place], known.promise(changes, LENGTHS[place], groups)
+    return _choice(known.question, known.bench, changes, promised, groups)
 
 
 def _confirmed(known: _Known, choice: Choice) -> Choice:
     """The choice with its own number of runs done again: what drifts with the runs drifts farther in more of them."""
-    question, bench, changes, groups = known.question, known.bench, choice.changes, choice.groups
+    changes, groups = choice.changes, choice.groups
     longer = [runs for runs in LENGTHS if runs >= choice.runs]
-    promises = ((runs, _promise(sessions(question, bench, changes, runs=runs), groups, runs, bench)) for runs in longer)
-    return _choice(question, bench, changes, _first(promises), groups)
+    promises = ((runs, known.promise(changes, runs, groups, done=runs)) for runs in longer)
+    return _choice(known.question, known.bench, changes, _first(promises), groups)
 
 
 Promised = tuple[int, Outlook]
@@ -169,10 +184,6 @@ def _first(promises: Iterable[Promised]) -> Promised:
         if last[1].told >= POWER:
             break
     return last
-
-
-def _promise(trials: Sequence[Trial], groups: Groups, runs: int, bench: Bench) -> Outlook:
-    return outlook(trials, groups, runs=runs * bench.usable, rng=np.random.default_rng(SEED))
 
 
 def _choice(question: Question, bench: Bench, changes: Changes, promised: Promised, groups: Groups = ()) -> Choice:

@@ -209,28 +209,46 @@ Groups = Sequence[Sequence[str]]
 """The rivals' ids (and perhaps `other`) in groups that are to be told from each other; within a group nothing is."""
 
 
-def outlook(trials: Sequence[Trial], groups: Groups, *, runs: float, rng: np.random.Generator) -> Outlook:
-    """What a session of so many runs with evidence would tell, on average over its truths by their weights."""
-    total = sum(trial.truth.weight for trial in trials)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drawn:
+    """Sessions of a trial: whether a search would look for names in each (draws,), and how it would judge them."""
+
+    truth: Rival
+    looked: Bools
+    judged: _Judged
+
+
+def drawn(trials: Sequence[Trial], *, runs: float, rng: np.random.Generator) -> list[Drawn]:
+    """DRAWS sessions of each trial, of so many runs with evidence."""
+    return [_drawn(trial, runs, rng) for trial in trials]
+
+
+def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
+    session, candidates = trial.session, trial.session.candidates
+    scored = replace(session.scored, information=session.scored.information * (runs / session.runs))
+    found = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
+    gains = _gains(scored, candidates, found)
+    looked = _smallest(candidates, gains) < session.alarm
+    return Drawn(truth=trial.truth, looked=looked, judged=_judged(trial, gains, runs=runs))
+
+
+def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
+    """What such sessions would tell, on average over their truths by their weights."""
+    total = sum(one.truth.weight for one in sessions)
     told, odds = 0.0, 0.0
-    for trial in trials:
-        share = trial.truth.weight / total
-        apart, ahead = _told(trial, groups, runs, rng)
+    for one in sessions:
+        share = one.truth.weight / total
+        apart, ahead = _told(one, groups)
         told, odds = told + share * apart, odds + share * ahead
     return Outlook(told=told, log_odds=odds)
 
 
-def _told(trial: Trial, groups: Groups, runs: float, rng: np.random.Generator) -> tuple[float, float]:
+def _told(one: Drawn, groups: Groups) -> tuple[float, float]:
     """The share of sessions that name the truth's group and no other, and its mean log odds over the others."""
-    session, truth, candidates = trial.session, trial.truth.id, trial.session.candidates
-    scored = replace(session.scored, information=session.scored.information * (runs / session.runs))
-    drawn = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
-    gains = _gains(scored, candidates, drawn)
-    heard = _smallest(candidates, gains) < session.alarm
-    known = _judged(trial, gains, runs=runs)
-    own = next(group for group in groups if truth in group)
+    own = next(group for group in groups if one.truth.id in group)
     others = [name for group in groups if group is not own for name in group]
-    return float(np.mean(heard & known.tells(own, others))), float(np.mean(known.ahead(own, others)))
+    tells, ahead = one.judged.tells(own, others), one.judged.ahead(own, others)
+    return float(np.mean(one.looked & tells)), float(np.mean(ahead))
 
 
 def _candidates(session: Session) -> list[Columns]:

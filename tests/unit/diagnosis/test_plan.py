@@ -13,7 +13,7 @@ from station.diagnosis.next_experiment.changes import SINGLE, Change
 from station.diagnosis.next_experiment.choice import Bench, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
 from station.diagnosis.next_experiment.open_shapes import open_shapes
-from station.diagnosis.next_experiment.outlook import Question, Rival, outlook
+from station.diagnosis.next_experiment.outlook import Question, Rival, drawn, outlook
 from station.diagnosis.next_experiment.plan import separate
 from station.diagnosis.next_experiment.redone import Draw, redone
 from station.physics.catalogue import catalogue
@@ -90,7 +90,7 @@ def test_a_longer_session_promises_more() -> None:
     bench, asked = Bench(recorded=on_paper(paper(), mu_s=0.4)), question(AGEING, WEAR)
     trials = sessions(asked, bench, SINGLE[:1], runs=100)
     groups = [("contact_aging",), ("wear",)]
-    told = [outlook(trials, groups, runs=runs, rng=np.random.default_rng(1)).told for runs in (20, 60, 200)]
+    told = [outlook(drawn(trials, runs=runs, rng=np.random.default_rng(1)), groups).told for runs in (20, 60, 200)]
     assert told == sorted(told)
     assert told[0] < told[-1]
 
@@ -123,7 +123,7 @@ def test_other_loads_promise_less_where_the_drag_may_grow_with_the_load() -> Non
     loads = next(change for change in SINGLE if change.factor == "mass")
     groups = [("viscous",), ("rate_strengthening",)]
     told = [
-        outlook(sessions(one, bench, (loads,), runs=60), groups, runs=60, rng=np.random.default_rng(1)).told
+        outlook(drawn(sessions(one, bench, (loads,), runs=60), runs=60, rng=np.random.default_rng(1)), groups).told
         for one in (known, opened)
     ]
     assert told[1] < told[0]
