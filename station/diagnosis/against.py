@@ -28,6 +28,7 @@ from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.belief import Belief, called, sure
 from station.diagnosis.search.search import Search
+from station.diagnosis.search.unnamed import change
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Term
@@ -51,6 +52,7 @@ class Beside:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
     `gain` is in twice the log likelihood, `odds` is twice the log odds that the numbers differ; `side` says who has it.
+    `told` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
     """
 
     effect: Effect | None
@@ -58,6 +60,7 @@ class Beside:
     numbers: tuple[Differs, ...]
     gain: float
     odds: float
+    told: tuple[Differs, ...]
 
     @property
     def probability(self) -> float:
@@ -84,7 +87,7 @@ class Against:
     def differs(self) -> tuple[Differs, ...]:
         """The numbers that both have and set differently, the level's first."""
         both = (one for one in (self.level, *self.effects) if one.side == "both" and one.odds > 0)
-        return tuple(number for one in both for number in one.numbers)
+        return tuple(number for one in both for number in one.told)
 
 
 def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
@@ -157,7 +160,8 @@ def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
     each = [_level_of(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
-    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=gain - _price(recorded, 1))
+    odds = gain - _price(recorded, 1)
+    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=odds, told=(number,))
 
 
 def _level_of(evidence: Evidence, fitted: Fit) -> Value:
@@ -184,7 +188,17 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
     gain = _gain(numbers, covariance)
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
-    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds)
+    told = _changes(recorded.evidence, fits, terms) or numbers
+    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds, told=told)
+
+
+def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
+    """What a smooth term changes in the recording, and how much of that in the simulation; empty for a named effect."""
+    changes = [change(evidence, fitted, term, like=terms[0]) for fitted, term in zip(fits, terms, strict=True)]
+    mine, theirs = (None if one is None else one.known for one in changes)
+    if changes[0] is None or mine is None or theirs is None:
+        return ()
+    return (Differs(name=changes[0].expression, recording=mine, simulation=theirs),)
 
 
 def _gain(numbers: Sequence[Differs], covariance: Array) -> float:

@@ -16,13 +16,15 @@ from station.diagnosis.diagnose import Examined, Recorded, evidence_from
 from station.diagnosis.inference.values import values_of
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
-from station.diagnosis.result import Diagnosis, EffectFound
+from station.diagnosis.result import Diagnosis, EffectFound, NextExperiment
 from station.diagnosis.search.belief import beliefs, called
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
+from station.diagnosis.search.unnamed import change, told_of_smooth
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.physics.smooth import is_smooth
 from station.simulators.artefacts import CURES
 from station.simulators.rerun import Part
 
@@ -102,6 +104,7 @@ def against_given(
         given=True,
         global_p=min(1.0, 2.0 * least_p),
         located=located(recorded.evidence, [left]),
+        next_experiment=_still_asked(answer, told),
         none_probability=0.0 if told.names else 1.0 - max((one.probability for one in told.effects), default=0.0),
     )
     return Given(
@@ -109,6 +112,12 @@ def against_given(
         parts=parts_of_given(recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.odds > 0),
         mu_s=compared.level.numbers[0].simulation.value,
     )
+
+
+def _still_asked(answer: Diagnosis, told: Diagnosis) -> NextExperiment | None:
+    """The recording's next experiment; None if all that it found is in the simulation as well."""
+    left = any(effect.id in told.names and effect.side != "simulation" for effect in told.effects)
+    return None if answer.names and not left else answer.next_experiment
 
 
 def _without_numerics(told: Diagnosis, catalogue: Catalogue) -> Diagnosis:
@@ -174,13 +183,16 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
     near = classes.get(effect.id, (called(effect.id),))
     probability = simulated.belief.effects.get(effect.id, 0.0) * beside.probability
     likely = "indistinguishable" if len(near) > 1 else "supported"
+    term = next(term for term in fitted.model.terms if term.effect.id == effect.id)
+    changed = change(simulated.evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
-        title=effect.title,
+        title=told_of_smooth(simulated.evidence, fitted.model, term) if is_smooth(effect) else effect.title,
         class_ids=near,
         probability=probability,
         verdict=likely if probability > thresholds.EVEN else "not supported",
-        parameters=next(values_of(fitted, term) for term in fitted.model.terms if term.effect.id == effect.id),
+        parameters=values_of(fitted, term),
+        determined=() if changed is None else (changed,),
         separated_by=effect.separated_by,
         side=beside.side,
     )
