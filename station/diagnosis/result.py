@@ -143,8 +143,8 @@ class EffectFound:
     """An effect of the catalogue, or `other`, with its verdict. `class_ids` cannot be told from each other.
 
     `determined` are the combinations that are identifiable where single numbers are not; `own` is what the name adds to
-    the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by` what its `other`
-    depends on.
+    the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by` what `other` in
+    it depends on.
     """
 
     id: str
