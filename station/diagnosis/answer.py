@@ -171,10 +171,10 @@ def _other_by(found: Search, name: str) -> str:
 
 def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
     """The verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
-    if not claimed or all(effect.verdict == "not supported" for effect in effects):
-        return "not supported"
-    clear = [effect for effect in effects if effect.verdict == "supported"]
-    return "supported" if clear else "indistinguishable"
+    verdicts = {effect.verdict for effect in effects} if claimed else set[Verdict]()
+    if "supported" in verdicts:
+        return "supported"
+    return "indistinguishable" if "indistinguishable" in verdicts else "not supported"
 
 
 def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:
