@@ -14,6 +14,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_plain
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue_of_table
+from station.physics.model import Model
 from station.signals.session import Signals
 from station.simulators.artefacts import artefacts
 from station.simulators.mujoco.numerics import BASELINE, numerics
@@ -77,9 +78,15 @@ def _against_the_users(
     simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
     refuse_other_runs(recorded, simulated, name=simulation.name)
     known = catalogue_of_table(rig.physics)
+
+    def again(friction: float) -> Signals:
+        return simulation.engine.repeat(recorded, Model(mu_s=friction), rig=rig)
+
+    told_of = not (isinstance(simulation.engine, OwnFriction) and simulation.engine.why_untold)
     given = against_given(
-        examined, simulated, known, setting=setting, name=simulation.name, seed=seed, progress=progress
-    )
+        examined, simulated, known, setting=setting, name=simulation.name, again=again if told_of else None, seed=seed,
+        progress=progress,
+    )  # fmt: skip
     told = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
     for more in (artefacts(simulated, mu_s=given.mu_s), told.numerics):  # what shows it less plainly comes later
         known_of = {one["id"] for one in found}

@@ -28,6 +28,7 @@ from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
 from station.diagnosis.search.belief import Belief, called, sure
 from station.diagnosis.search.search import Search
+from station.diagnosis.search.unnamed import change
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.model import Term
@@ -37,13 +38,15 @@ from station.physics.model import Term
 class Found:
     """The evidence of one recording (the user's or the given simulation's) and what the search found in it.
 
-    `folds` are the fits without each fold of the runs, as they were judged; a simulation has none.
+    `folds` are the fits without each fold of the runs, as they were judged; a simulation has none. `friction` is the
+    factor on a simulator's own friction with which its evidence was simulated.
     """
 
     evidence: Evidence
     search: Search
     belief: Belief
     folds: tuple[Fold, ...] = ()
+    friction: float = 1.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,6 +54,7 @@ class Beside:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
     `gain` is in twice the log likelihood, `odds` is twice the log odds that the numbers differ; `side` says who has it.
+    `told` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
     """
 
     effect: Effect | None
@@ -58,6 +62,7 @@ class Beside:
     numbers: tuple[Differs, ...]
     gain: float
     odds: float
+    told: tuple[Differs, ...]
 
     @property
     def probability(self) -> float:
@@ -84,7 +89,7 @@ class Against:
     def differs(self) -> tuple[Differs, ...]:
         """The numbers that both have and set differently, the level's first."""
         both = (one for one in (self.level, *self.effects) if one.side == "both" and one.odds > 0)
-        return tuple(number for one in both for number in one.numbers)
+        return tuple(number for one in both for number in one.told)
 
 
 def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
@@ -138,53 +143,74 @@ def _joint(recorded: Found, simulated: Found) -> list[Effect]:
 
 
 def _fitted(one: Found, other: Found, effects: Sequence[Effect]) -> Fit:
-    """The fit of all effects to one of the two; an effect that it lacks begins at its null with the other's shapes.
+    """The fit of all effects to one of the two; one that it lacks has the other's shapes, and only its size is free.
 
-    What it calls by another name of the same class makes room for the one that is compared.
+    A shape means nothing where there is no size: were it free, a large size of a shape that acts nowhere would fit as
+    well, and the size would be unknown. What one calls by another name of the same class makes room for the one that is
+    compared.
     """
     model = keeping(one.search.model.model, {effect.id for effect in effects})
     acting = {term.effect.id for term in model.terms}
     there = {term.effect.id: term.values for term in other.search.model.model.terms}
+    held = {effect.id: effect if effect.id in acting else _held(effect) for effect in effects}
     for effect in effects:
         if effect.id not in acting:
             shapes = {p.name: there.get(effect.id, {}).get(p.name, p.neutral) for p in effect.parameters if p.is_shape}
-            model = model.with_term(Term(effect, {**effect.neutral(), **shapes}))
-    return fit(one.evidence, model, effects, noise=one.search.model.noise)
+            model = model.with_term(Term(held[effect.id], {**effect.neutral(), **shapes}))
+    return fit(one.evidence, model, list(held.values()), noise=one.search.model.noise)
+
+
+def _held(effect: Effect) -> Effect:
+    """The same law with its shapes as its term has them."""
+    sizes = tuple(parameter for parameter in effect.parameters if not parameter.is_shape)
+    return effect if sizes == effect.parameters else type("Held", (type(effect),), {"parameters": sizes})()
 
 
 def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
     """Compares the coefficients of friction; their errors include the runs' scatter."""
-    each = [_level_of(one.evidence, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
+    each = [_level_of(one, fitted) for one, fitted in zip((recorded, simulated), fits, strict=True)]
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
-    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=gain - _price(recorded, 1))
+    odds = gain - _price(recorded, 1)
+    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=odds, told=(number,))
 
 
-def _level_of(evidence: Evidence, fitted: Fit) -> Value:
+def _level_of(found: Found, fitted: Fit) -> Value:
     """The level, as sure as the measurement can be trusted, however many runs there are."""
-    level = level_of(evidence, fitted)
-    return replace(level, sd=math.hypot(level.sd, thresholds.FRICTION_TRUSTED * level.value))
+    level = level_of(found.evidence, fitted)
+    sd = math.hypot(level.sd, thresholds.FRICTION_TRUSTED * level.value)
+    return replace(level, value=level.value / found.friction, sd=sd / found.friction)
 
 
 def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
     """Compares one effect's numbers; its shapes count only where both were found to have the effect."""
     has = [effect.id in {one.id for one in found.search.found} for found in (recorded, simulated)]
-    free = fits[0].of_effect(effect.id)[0]
-    kept = [place for place, parameter in enumerate(free) if all(has) or not parameter.is_shape]
-    names = [free[place].name for place in kept]
+    known = [
+        (tuple(one.name for one in free), covariance)
+        for free, covariance in (fitted.of_effect(effect.id) for fitted in fits)
+    ]
+    names = [name for name in known[0][0] if name in known[1][0]]
     terms = [next(term for term in fitted.model.terms if term.effect.id == effect.id) for fitted in fits]
     each = [values_of(fitted, term) for fitted, term in zip(fits, terms, strict=True)]
     numbers = tuple(
         Differs(name=f"{effect.id}.{name}", recording=each[0][name], simulation=each[1][name]) for name in names
     )
-    covariance = sum(
-        (fitted.of_effect(effect.id)[1][np.ix_(kept, kept)] for fitted in fits),
-        np.zeros((len(kept), len(kept))),
-    )
-    gain = _gain(numbers, covariance)
+    places = [[there.index(name) for name in names] for there, _ in known]
+    parts = [covariance[np.ix_(kept, kept)] for (_, covariance), kept in zip(known, places, strict=True)]
+    gain = _gain(numbers, parts[0] + parts[1])
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
-    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds)
+    told = _changes(recorded.evidence, fits, terms) or numbers
+    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds, told=told)
+
+
+def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
+    """What a smooth term changes in the recording, and how much of that in the simulation; empty for a named effect."""
+    changes = [change(evidence, fitted, term, like=terms[0]) for fitted, term in zip(fits, terms, strict=True)]
+    mine, theirs = (None if one is None else one.known for one in changes)
+    if changes[0] is None or mine is None or theirs is None:
+        return ()
+    return (Differs(name=changes[0].expression, recording=mine, simulation=theirs),)
 
 
 def _gain(numbers: Sequence[Differs], covariance: Array) -> float:

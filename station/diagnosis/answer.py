@@ -17,9 +17,10 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Verdict
 from station.diagnosis.search.advised import advice
 from station.diagnosis.search.belief import Belief, called
-from station.diagnosis.search.locate import located, summary_of, told_of_smooth
+from station.diagnosis.search.locate import located, summary_of
 from station.diagnosis.search.search import Search
 from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
+from station.diagnosis.search.unnamed import change, depends_on, told_of_smooth
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model, Term, table_of_model
 from station.physics.smooth import is_smooth
@@ -126,7 +127,7 @@ def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectF
     """The names that were found, also those that unseen runs do not confirm, and the places; by probability."""
     kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
-    listed = [_effect(evidence, fitted, term, judged) for fitted, term in every.values()]
+    listed = [_effect(evidence, found, fitted, term, judged) for fitted, term in every.values()]
     for candidate, believed in zip(found.places, judged.belief.places, strict=True):
         place = candidate.place
         where = "" if place is None else f": {summary_of(found.model, place)}"
@@ -143,10 +144,11 @@ def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectF
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
 
 
-def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: Judged) -> EffectFound:
+def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, judged: Judged) -> EffectFound:
     effect, belief, own = term.effect, judged.belief, judged.own[term.effect.id]
     near = belief.classes[effect.id]
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
+    changed = change(evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
         title=effect.title if not is_smooth(effect) else told_of_smooth(evidence, fitted.model, term),
@@ -154,18 +156,25 @@ def _effect(evidence: Evidence, fitted: Fit, term: Term, judged: Judged) -> Effe
         probability=belief.effects[effect.id],
         verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters=values_of(fitted, term),
-        determined=determined(evidence, fitted, term),
+        determined=determined(evidence, fitted, term) if changed is None else (changed,),
         own=own,
         separated_by=advice(evidence, effect),
+        other_by=_other_by(found, effect.id) if len(near) > 1 and "other" in near else "",
     )
+
+
+def _other_by(found: Search, name: str) -> str:
+    """What the likeliest smooth term in the place of a name depends on, in words."""
+    unnamed = (one.effects[0] for one in found.compared[name].candidates if one.smooth)
+    return next((depends_on(effect) for effect in unnamed), "")
 
 
 def overall(effects: Sequence[EffectFound], *, claimed: bool) -> Verdict:
     """The verdict on a recording: supported if any effect is, indistinguishable if all claims are classes."""
-    if not claimed or all(effect.verdict == "not supported" for effect in effects):
-        return "not supported"
-    clear = [effect for effect in effects if effect.verdict == "supported"]
-    return "supported" if clear else "indistinguishable"
+    verdicts = {effect.verdict for effect in effects} if claimed else set[Verdict]()
+    if "supported" in verdicts:
+        return "supported"
+    return "indistinguishable" if "indistinguishable" in verdicts else "not supported"
 
 
 def refusal(evidence: Evidence, catalogue: Catalogue, why: str, *, name: str) -> Diagnosis:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,18 +13,31 @@ from station.diagnosis import thresholds
 from station.diagnosis.against import Against, Beside, Found, against, as_noisy_as
 from station.diagnosis.answer import overall
 from station.diagnosis.diagnose import Examined, Recorded, evidence_from
+from station.diagnosis.inference.level import levelled
 from station.diagnosis.inference.values import values_of
+from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
-from station.diagnosis.result import Diagnosis, EffectFound
+from station.diagnosis.result import Diagnosis, EffectFound, NextExperiment
 from station.diagnosis.search.belief import beliefs, called
 from station.diagnosis.search.locate import located
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
+from station.diagnosis.search.unnamed import change, told_of_smooth
 from station.physics.catalogue import Catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model
+from station.physics.smooth import is_smooth
 from station.simulators.artefacts import CURES
 from station.simulators.rerun import Part
+
+Again = Callable[[float], Recorded]
+"""The simulation again, with a factor on its own friction."""
+
+SLIDES_SEEN = 0.5
+"""A simulation is asked again if it shows less than this share of the recorded slides' windows."""
+EARLIER = 3.0
+"""It is then told as much less friction as is that many times the runs' scatter: nearly all its blocks slip before the
+recorded ones do, and slide for as long. `tests/recovery/test_given_simulator.py` shows what it says otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +59,7 @@ def against_given(
     *,
     setting: Setting,
     name: str,
+    again: Again | None = None,
     seed: int = 1,
     progress: Progress = lambda _: None,
 ) -> Given:
@@ -57,6 +71,7 @@ def against_given(
         catalogue: the effects to consider, as for the recording.
         setting: sizes of plate and block.
         name: the simulation's name in the result.
+        again: simulates it with a factor on its friction, if it can be told of one.
         seed: seeds the null's draws.
         progress: is called with a message before each step.
 
@@ -74,6 +89,11 @@ def against_given(
             f"Expected a simulation with at least {thresholds.LEAST_RUNS:g} runs that can be compared, "
             f"got {evidence.used()} in {name}: {notes}"
         )
+    friction = 1.0
+    if again is not None and _slides(evidence) < SLIDES_SEEN * _slides(recorded.evidence):
+        progress("simulating with less friction: the slides are seen too briefly")
+        friction = _less_friction(recorded, evidence, answer.mu_s.value)
+        evidence = as_noisy_as(recorded, evidence_from(again(friction), setting))
     start, rng = Model(mu_s=answer.mu_s.value), np.random.default_rng(seed)
     staged = in_stages(
         evidence,
@@ -84,7 +104,7 @@ def against_given(
         numerics=True,
     )
     found = search(staged, rng, progress)
-    theirs = Found(evidence=evidence, search=found, belief=beliefs(found))
+    theirs = Found(evidence=evidence, search=found, belief=beliefs(found), friction=friction)
     progress("comparing recording and simulation")
     compared = against(recorded, theirs)
     # What remains in the recording is tested with all that the recording can show, also where the simulation cannot.
@@ -102,6 +122,7 @@ def against_given(
         given=True,
         global_p=min(1.0, 2.0 * least_p),
         located=located(recorded.evidence, [left]),
+        next_experiment=_still_asked(answer, told),
         none_probability=0.0 if told.names else 1.0 - max((one.probability for one in told.effects), default=0.0),
     )
     return Given(
@@ -109,6 +130,24 @@ def against_given(
         parts=parts_of_given(recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.odds > 0),
         mu_s=compared.level.numbers[0].simulation.value,
     )
+
+
+def _slides(evidence: Evidence) -> int:
+    """The number of a recording's windows of slides."""
+    return 0 if evidence.slides is None else len(evidence.slides)
+
+
+def _less_friction(recorded: Found, simulated: Evidence, start: float) -> float:
+    """The factor on a simulation's friction with which its blocks slip before the recorded ones do."""
+    own = levelled(simulated, Model(mu_s=start)).mu_s
+    wanted = start * math.exp(-EARLIER * recorded.search.model.noise.friction)
+    return min(1.0, wanted / own)
+
+
+def _still_asked(answer: Diagnosis, told: Diagnosis) -> NextExperiment | None:
+    """The recording's next experiment; None if all that it found is in the simulation as well."""
+    left = any(effect.id in told.names and effect.side != "simulation" for effect in told.effects)
+    return None if answer.names and not left else answer.next_experiment
 
 
 def _without_numerics(told: Diagnosis, catalogue: Catalogue) -> Diagnosis:
@@ -143,7 +182,8 @@ def _kept(told: Diagnosis, compared: Against) -> tuple[Effect, ...]:
 def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
     """The recording's own answer with each effect compared, and the effects that only the simulation has."""
     beside = {called(one.effect.id): one for one in compared.effects if one.effect is not None}
-    mine = [_of_recording(effect, beside.get(effect.id)) for effect in answer.effects]
+    unseen = {called(name) for name in simulated.search.untestable}
+    mine = [_of_recording(effect, beside.get(effect.id), unseen=effect.id in unseen) for effect in answer.effects]
     known = {effect.id for effect in mine}
     theirs = [_of_simulation(one, simulated) for key, one in beside.items() if key not in known]
     effects = tuple(sorted((*mine, *theirs), key=lambda effect: -effect.probability))
@@ -156,10 +196,15 @@ def _told(answer: Diagnosis, compared: Against, simulated: Found) -> Diagnosis:
     )
 
 
-def _of_recording(effect: EffectFound, beside: Beside | None) -> EffectFound:
-    """An effect of the recording; the simulation lacks it with the probability that their numbers differ."""
+def _of_recording(effect: EffectFound, beside: Beside | None, *, unseen: bool) -> EffectFound:
+    """An effect of the recording; the simulation lacks it with the probability that their numbers differ.
+
+    Of one that could not show in the simulation (`unseen`) nothing can be said.
+    """
     if beside is None:
         return effect
+    if unseen and effect.verdict != "not supported":
+        return replace(effect, verdict="untestable")
     probability = effect.probability * beside.probability
     verdict = effect.verdict if probability > thresholds.EVEN else "not supported"
     return replace(effect, side=beside.side, probability=probability, verdict=verdict)
@@ -174,13 +219,16 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
     near = classes.get(effect.id, (called(effect.id),))
     probability = simulated.belief.effects.get(effect.id, 0.0) * beside.probability
     likely = "indistinguishable" if len(near) > 1 else "supported"
+    term = next(term for term in fitted.model.terms if term.effect.id == effect.id)
+    changed = change(simulated.evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
-        title=effect.title,
+        title=told_of_smooth(simulated.evidence, fitted.model, term) if is_smooth(effect) else effect.title,
         class_ids=near,
         probability=probability,
         verdict=likely if probability > thresholds.EVEN else "not supported",
-        parameters=next(values_of(fitted, term) for term in fitted.model.terms if term.effect.id == effect.id),
+        parameters=values_of(fitted, term),
+        determined=() if changed is None else (changed,),
         separated_by=effect.separated_by,
         side=beside.side,
     )

@@ -143,7 +143,8 @@ class EffectFound:
     """An effect of the catalogue, or `other`, with its verdict. `class_ids` cannot be told from each other.
 
     `determined` are the combinations that are identifiable where single numbers are not; `own` is what the name adds to
-    the prediction of unseen runs; `separated_by` is the advice that separates the class.
+    the prediction of unseen runs; `separated_by` is the advice that separates the class, and `other_by` what `other` in
+    it depends on.
     """
 
     id: str
@@ -156,6 +157,13 @@ class EffectFound:
     determined: tuple[Combination, ...] = ()
     own: Own | None = None
     side: Side = "recording"
+    other_by: str = ""
+
+    @property
+    def members(self) -> list[str]:
+        """The names of the class; what has none by what it depends on."""
+        unnamed = f"a change with the {self.other_by}" if self.other_by else "something without a name"
+        return [unnamed if name == "other" else name for name in self.class_ids]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -352,6 +360,7 @@ def _effect(effect: EffectFound) -> dict[str, Any]:
         "determined": [asdict(one) | {"interval90": list(one.known.interval90)} for one in effect.determined],
         "held_out": None if effect.own is None else _own(effect.own),
         "side": effect.side,
+        "other_by": effect.other_by,
     }
 
 

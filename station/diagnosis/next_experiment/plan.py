@@ -33,10 +33,6 @@ USUAL_RUNS = 200
 HALF = 0.5
 """A number that stands alone is to be known twice as well."""
 
-SUSPECTED = 4.0
-"""An effect is suspected if it gains more in twice the log likelihood: two standard errors of one number. No claim
-depends on it (`station diagnose FILE` of a recording in which nothing is found shows its effect)."""
-
 CHOSEN = 2.0
 """A plan has a range of dwells if one in twenty was so many times another; tilts up to the onset vary them by less."""
 NO_PLAN = "no plan alone separates them"
@@ -138,16 +134,14 @@ def _term(candidate: Candidate) -> Term:
 
 
 def _suspicion(found: Search) -> Term | None:
-    """The best single effect of the last stage at its promised size, if it gained a little; None if none did."""
+    """The best single effect of the last stage at its promised size; None if the best of so many is so by chance."""
     last = found.stages[-1]
     if last.chosen is not None or found.compared:
         return None
-    singles = [
-        one
-        for one in last.candidates
-        if len(one.effects) == 1 and not one.smooth and one.starts and one.twice_gain > SUSPECTED
-    ]
-    return max(singles, key=lambda one: one.bic).starts[0] if singles else None
+    singles = [one for one in last.candidates if len(one.effects) == 1 and not one.smooth and one.starts]
+    best = max(singles, key=lambda one: one.bic, default=None)
+    by_chance = 1.0 if best is None else last.calibration.corrected(best.p)
+    return None if best is None or by_chance > thresholds.EVEN else best.starts[0]
 
 
 def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) -> Question:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from station.diagnosis.diagnose import Examined
+from station.diagnosis.next_experiment.air import in_other_air
 from station.diagnosis.next_experiment.elsewhere import elsewhere
 from station.diagnosis.next_experiment.plan import more_runs, next_experiment
 from station.diagnosis.result import EffectFound, NextExperiment
@@ -28,6 +29,8 @@ def _further(examined: Examined, catalogue: Catalogue) -> NextExperiment | None:
     answer, found = examined.diagnosis, examined.found
     if found is None:
         return more_runs() if 0 < answer.used_runs < 0.5 * answer.total_runs else None
+    if (other_air := in_other_air(found.search, answer.effects)) is not None:
+        return other_air
     if tilts(found.evidence):
         return next_experiment(found.evidence, found.search, answer.effects, catalogue)
     return elsewhere(found.evidence, answer.effects, catalogue, answer.untestable)

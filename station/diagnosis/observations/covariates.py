@@ -24,7 +24,7 @@ TITLES = {
     "tilt": "tilt",
     "tilt_rate": "tilt rate",
     "dwell": "time at rest",
-    "run": "run number",
+    "run": "order of measuring",
     "load": "load",
     "settled": "slip since the speed changed",
     "temperature": "temperature",

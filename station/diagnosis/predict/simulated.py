@@ -26,7 +26,7 @@ def quality_of_given(recorded: Found, simulated: Found, against: Against, kept: 
     The simulation's friction and effects are taken as they were fitted to it, and the recording's noise and
     readings are fitted around them; `kept` are the effects that count as found in either.
     """
-    given = model_of(simulated.evidence, against.simulation, kept)
+    given = model_of(simulated, against.simulation, kept)
     folds = [replace(fold, before=_as_given(fold.of(recorded.evidence), given, fold.before)) for fold in recorded.folds]
     return compared(recorded.evidence, of_folds(recorded.evidence, folds), recorded.search.model)
 
@@ -38,7 +38,7 @@ def parts_of_given(
 
     If nothing was found to differ (`changed` is False), nothing is to be changed.
     """
-    given = model_of(simulated.evidence, against.simulation, kept)
+    given = model_of(simulated, against.simulation, kept)
     parts = list[Part]()
     for fold in recorded.folds:
         after = between(_without_fold(recorded.evidence, fold, against, kept), given) if changed else AS_IT_IS
@@ -57,9 +57,11 @@ def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def model_of(evidence: Evidence, fitted: Fit, kept: Collection[Effect]) -> Model:
-    """The fitted model with these of its effects, as a simulator takes it."""
-    return as_simulated(evidence, replace(fitted, model=keeping(fitted.model, {one.id for one in kept})))
+def model_of(simulated: Found, fitted: Fit, kept: Collection[Effect]) -> Model:
+    """The simulation's model with these of its effects, as a simulator takes it."""
+    left = keeping(fitted.model, {one.id for one in kept})
+    model = as_simulated(simulated.evidence, replace(fitted, model=left))
+    return replace(model, mu_s=model.mu_s / simulated.friction)
 
 
 def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collection[Effect]) -> Model:

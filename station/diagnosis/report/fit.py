@@ -23,13 +23,16 @@ def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
     before, after = pictures.held_before, pictures.held_after
     if before is not None and after is not None:
         svg = inline_svg(scores(diagnosis, pictures), name="scores", alt="before, after and floor")
-        caption = "Held-out runs, with 90 % intervals. Floor: how far equal runs are apart; dashed at 0.9: what is due."
+        caption = (
+            f"Held-out {diagnosis.counted}, with 90 % intervals. Floor: how far equal {diagnosis.counted} are apart; "
+            "dashed at 0.9: what is due."
+        )
         parts.append(html.figure(svg, caption))
         if np.isfinite(before.onset_error_deg).sum() > 1:
-            drawn = onsets(before, after, both=bool(diagnosis.names))
+            drawn = onsets(before, after, both=bool(diagnosis.names), counted=diagnosis.counted)
             caption = (
-                "Onsets of held-out runs: errors; quantiles against those of the predicted spread (on the line: right) "
-                "and ranks in the predicted distribution (within the grey band: right)."
+                f"Onsets of held-out {diagnosis.counted}: errors; quantiles against those of the predicted spread "
+                "(on the line: right) and ranks in the predicted distribution (within the grey band: right)."
             )
             parts.append(html.figure(inline_svg(drawn, name="onsets", alt="errors of the onsets"), caption))
     parts.append(_parameters(diagnosis))
@@ -43,7 +46,7 @@ def _table(diagnosis: Diagnosis) -> str:
     plain = "the given simulation" if diagnosis.given else "plain model"
     rows = [_quality(f"before: {plain}", fit.before), _quality("after: with what was found", fit.after)]
     rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
-    rows.append(["floor: equal runs", "", html.number(fit.floor_onset_deg), "", ""])
+    rows.append([f"floor: equal {diagnosis.counted}", "", html.number(fit.floor_onset_deg), "", ""])
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "

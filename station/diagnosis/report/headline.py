@@ -44,7 +44,7 @@ def _better(diagnosis: Diagnosis) -> str:
         _change("the path error", fit.before.path_rmse_mm, fit.after.path_rmse_mm, " mm"),
     ]
     if changes[0] and math.isfinite(fit.floor_onset_deg):
-        changes[0] += f" (equal runs differ by {number(fit.floor_onset_deg)}°)"
+        changes[0] += f" (equal {diagnosis.counted} differ by {number(fit.floor_onset_deg)}°)"
     gain = f"{number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}"
     changes.append(f"the log score a {singular(diagnosis)} changes by {gain}")
     since = ", from the simulation to what the recording has" if diagnosis.given else ""

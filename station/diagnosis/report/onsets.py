@@ -14,8 +14,11 @@ from station.physics.contact import Array
 _BINS = 10
 
 
-def onsets(before: HeldOut, after: HeldOut, *, both: bool) -> Any:
-    """Histogram of the errors, quantiles against a Gaussian's, and the ranks, which should be uniform."""
+def onsets(before: HeldOut, after: HeldOut, *, both: bool, counted: str) -> Any:
+    """Histogram of the errors, quantiles against a Gaussian's, and the ranks, which should be uniform.
+
+    `counted` is what was predicted: runs, or a table's rows.
+    """
     figure = new_figure(height_in=2.8)
     shown = [("before", before, BEFORE)] + ([("after", after, AFTER)] if both else [])
     errors, quantiles, ranks = (figure.add_subplot(1, 3, number) for number in (1, 2, 3))
@@ -28,13 +31,13 @@ def onsets(before: HeldOut, after: HeldOut, *, both: bool) -> Any:
         _quantiles(quantiles, held.rank, colour)
         _ranks(ranks, held.rank, colour)
     errors.set_xlabel("onset: recorded − predicted (°)")
-    errors.set_ylabel("runs")
+    errors.set_ylabel(counted)
     errors.legend()
     quantiles.axline((0.0, 0.0), slope=1.0, color="0.6", lw=0.8)
     quantiles.set_xlabel("expected (predicted spreads)")
     quantiles.set_ylabel("recorded")
     ranks.set_xlabel("rank in the predicted distribution")
-    ranks.set_ylabel("runs, observed / expected")
+    ranks.set_ylabel(f"{counted}, observed / expected")
     _band(ranks, int(np.isfinite(before.rank).sum()))
     return figure
 
@@ -55,9 +58,9 @@ def _ranks(axes: Any, rank: Array, colour: str) -> None:
     axes.stairs(counts * _BINS / max(len(known), 1), edges, color=colour, lw=1.6)
 
 
-def _band(axes: Any, runs: int) -> None:
+def _band(axes: Any, count: int) -> None:
     """Draws the range that nine in ten bins stay within if the predicted spread is right."""
-    low, high = binom.ppf([0.05, 0.95], max(runs, 1), 1 / _BINS) * _BINS / max(runs, 1)
+    low, high = binom.ppf([0.05, 0.95], max(count, 1), 1 / _BINS) * _BINS / max(count, 1)
     axes.axhspan(low, high, color="0.9", zorder=0)
     axes.axhline(1.0, color="0.6", lw=0.8)
     axes.set_ylim(bottom=0.0)

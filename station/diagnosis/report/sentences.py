@@ -19,8 +19,13 @@ def _said(diagnosis: Diagnosis) -> str:
         reason = diagnosis.notes[0] if diagnosis.notes else "the recording shows neither onset nor slide"
         return f"Nothing can be tested with this recording: {reason}"
     claimed = {side: claimed_effects(diagnosis, side) for side in ("recording", "both", "simulation")}
-    parts = [words.format(_names(claimed[side])) for side, words in _CLAIMS.items() if claimed[side]]
+    baseline = "the simulation" if diagnosis.given else "one constant friction"
+    parts = [words.format(_names(claimed[side]), baseline=baseline) for side, words in _CLAIMS.items() if claimed[side]]
     level = any(one.name == "mu_s" for one in diagnosis.differs)
+    unseen = tuple(effect for effect in diagnosis.effects if effect.verdict == "untestable")
+    parts += [f"whether the simulation has {_names(unseen)} cannot be said, since it could not show there"] * bool(
+        unseen
+    )
     if parts:
         said = "; ".join(["the friction has another level", *parts] if level else parts)
         return said[0].upper() + said[1:]
@@ -65,7 +70,7 @@ def own_level(rerun: Mapping[str, Any]) -> str:
 
 _CLAIMS: dict[Side, str] = {
     "both": "recording and simulation differ in {}",
-    "recording": "the simulation leaves out {}",
+    "recording": "{baseline} leaves out {}",
     "simulation": "only the simulation has {}",
 }
 
@@ -97,9 +102,12 @@ def _level(diagnosis: Diagnosis, name: str) -> str:
 
 
 def _names(effects: tuple[EffectFound, ...]) -> str:
-    return " and ".join(
-        effect.title if len(effect.class_ids) < 2 else f"one of {', '.join(effect.class_ids)}" for effect in effects
-    )
+    return " and ".join(effect.title if len(effect.class_ids) < 2 else _either(effect) for effect in effects)
+
+
+def _either(effect: EffectFound) -> str:
+    *first, last = effect.members
+    return f"either {', '.join(first)} or {last}"
 
 
 def next_lines(diagnosis: Diagnosis) -> list[str]:

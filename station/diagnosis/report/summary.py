@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -69,51 +70,60 @@ def _numerics(diagnosis: Diagnosis) -> list[Text]:
     ]
 
 
-def _simulated(diagnosis: Diagnosis) -> list[Text]:
-    """Lines on the simulator's onsets and paths before and after, plain and robust, in runs that are held out."""
+def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:
+    """A table of the simulator's onsets and paths before and after, plain and robust, in runs that are held out."""
     rerun = diagnosis.fit.simulator_rerun
     if not rerun:
         return []
     before, after = rerun["before"], rerun.get("after") or {}
-    lines = [_line(rerun, before, after, words="as simulated")]
-    if level := own_level(rerun):
-        own = after.get("own_level", {})
-        lines.append(_line(rerun, before["own_level"], own, words=f"at {level} of friction"))
-    return [*lines, *([Text(f"{rerun['no_after']}.")] if rerun.get("no_after") else [])]
-
-
-def _line(rerun: Mapping[str, Any], before: Mapping[str, Any], after: Mapping[str, Any], *, words: str) -> Text:
-    figures = [
-        f"{name} {_rerun(before, key)}{' to ' + _rerun(after, key) if after else ''}{unit}"
-        for name, key, unit in _RERUN
-    ]
+    table = Table(box=None, pad_edge=False)
     held_out = " unseen" if rerun.get("held_out") and after else ""
-    return Text(f"In {rerun['engine']}, {rerun.get('runs', '–')}{held_out} runs, {words}: {', '.join(figures)}")
+    columns = (f"In {rerun['engine']}, {rerun.get('runs', '–')}{held_out} runs", "before", "with what was found")
+    for column in columns if after else columns[:2]:
+        table.add_column(column)
+    own_before, own_after = (one.get("own_level") or {} for one in (before, after))
+    for told, then, since, words in (
+        (_ONSETS, before, after, ""),
+        (_PATHS, before, after, ""),
+        (_PATHS, own_before, own_after, f" at {own_level(rerun)} of friction"),
+    ):
+        if cells := _cells(told, then):
+            table.add_row(told.words + words, cells, *([_cells(told, since)] if after else []))
+    return [table, *([Text(f"{rerun['no_after']}.")] if rerun.get("no_after") else [])]
 
 
-def _rerun(told: Mapping[str, Any], key: str) -> str:
-    value, se = told.get(key), told.get("se", {}).get(key)
-    return "–" if value is None else f"{value:.2f}" + ("" if se is None else f" ± {se:.2f}")
+@dataclass(frozen=True)
+class _Error:
+    """An error of the simulator's, with its unit and the keys of its median and root mean square."""
+
+    words: str
+    unit: str
+    keys: tuple[str, str]
 
 
-_RERUN = (
-    ("median onset error", "onset_median_deg", "°"),
-    ("rms", "onset_rmse_deg", "°"),
-    ("median path error", "path_median_mm", " mm"),
-    ("rms", "path_rmse_mm", " mm"),
-)
+_ONSETS = _Error("onset error, median and rms", "°", ("onset_median_deg", "onset_rmse_deg"))
+_PATHS = _Error("path error, median and rms", " mm", ("path_median_mm", "path_rmse_mm"))
+
+
+def _cells(error: _Error, told: Mapping[str, Any]) -> str:
+    """Both figures with their standard errors; empty where there is nothing to compare."""
+    se: Mapping[str, float] = told.get("se") or {}
+    known = [(told[key], se.get(key, math.nan)) for key in error.keys if told.get(key) is not None]
+    return ", ".join(_number("{}", value, sd) + error.unit for value, sd in known)
+
 
 _WHERE: dict[Side, str] = {"recording": "recording", "simulation": "simulation", "both": "recording and simulation"}
 
 
 def _effects(diagnosis: Diagnosis) -> Table:
     table = Table(box=None, pad_edge=False)
-    columns = ("What", "in the", "probability", "verdict", "how much")
+    columns = ("What", "in the", "it differs" if diagnosis.given else "probability", "verdict", "how much")
     for column in columns if diagnosis.given else (columns[0], *columns[2:]):
         table.add_column(column)
     for effect in in_order(diagnosis):
         much = _how_much(effect)
-        cells = [", ".join(effect.class_ids), _WHERE[effect.side], f"{effect.probability:.2f}", effect.verdict, much]
+        verdict = "alike" if effect.side == "both" and effect.verdict == "not supported" else effect.verdict
+        cells = [", ".join(effect.class_ids), _WHERE[effect.side], f"{effect.probability:.2f}", verdict, much]
         table.add_row(*(cells if diagnosis.given else (cells[0], *cells[2:])))
     return table
 
@@ -121,6 +131,8 @@ def _effects(diagnosis: Diagnosis) -> Table:
 def _how_much(effect: EffectFound) -> str:
     """What is determined, then the single numbers; a number at its bound is only said to be there if more is known."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
+    if known and effect.id == "other":  # its coefficients say nothing else
+        return "; ".join(known)
     single = {name: value for name, value in effect.parameters.items() if not (known and value.at_bound)}
     told = ", ".join(f"{read_name(name, value.unit)} = {value}" for name, value in single.items())
     held = [

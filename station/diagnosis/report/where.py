@@ -9,6 +9,7 @@ from station.diagnosis.report.curves import curves, drawable
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
+from station.diagnosis.report.sentences import singular
 from station.diagnosis.result import Diagnosis, Located
 from station.pages.drawing import inline_svg
 
@@ -19,7 +20,7 @@ _MOMENT_NS = 5_000_000
 def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
     """The section with residual maps over phase and covariate, the located curves, the plate map, and the places."""
     parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
-    parts.append(_places(diagnosis.located))
+    parts.append(_places(diagnosis))
     return html.section("Where they differ", *parts, name="where")
 
 
@@ -56,24 +57,25 @@ def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     return [html.figure(svg, caption)]
 
 
-def _places(places: tuple[Located, ...]) -> str:
-    if not places:
+def _places(diagnosis: Diagnosis) -> str:
+    if not diagnosis.located:
         return html.paragraph("No place stands out beyond chance.")
-    head = ("phase", "place", "effect size", "p", "runs", "longest stretches")
-    return html.table(head, [_row(place) for place in places], caption="Places by rank")
+    head = ("phase", "place", "effect size", "p", diagnosis.counted, "longest stretches")
+    rows = [_row(place, singular(diagnosis)) for place in diagnosis.located]
+    return html.table(head, rows, caption="Places by rank")
 
 
-def _row(place: Located) -> list[str]:
+def _row(place: Located, one: str) -> list[str]:
     runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
-    spans = "; ".join(html.whole(_told(run, length_ns)) for run, length_ns in _longest(place))
+    spans = "; ".join(html.whole(f"{one} {_told(run, length_ns)}") for run, length_ns in _longest(place))
     size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
     summary = place.summary.removeprefix(f"{place.phase}: ")
     return [html.whole(place.phase), escape(summary), size, p, runs, spans]
 
 
 def _told(run: int, length_ns: int) -> str:
-    """The run, and the stretch's length unless it is a moment, such as an onset."""
-    return f"run {run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"run {run}"
+    """The run's number, and the stretch's length unless it is a moment, such as an onset."""
+    return f"{run}, {1e-9 * length_ns:.2f} s" if length_ns > _MOMENT_NS else f"{run}"
 
 
 def _longest(place: Located) -> list[tuple[int, int]]:

@@ -74,6 +74,11 @@ class Candidate:
         return any(is_smooth(effect) for effect in self.effects)
 
     @property
+    def unexpected(self) -> bool:
+        """True for a smooth term, unless it is a straight line in the air's state, on which friction often depends."""
+        return self.smooth and not all(is_of_the_air(effect) for effect in self.effects)
+
+    @property
     def credible(self) -> bool:
         """True if its full fit is at a maximum with no size at a bound: such a law would want to leave its range.
 
@@ -128,17 +133,12 @@ def _singles(scored: Scores) -> list[tuple[Candidate, Variant]]:
         known = best.get(variant.effect.id)
         if known is None or candidate.twice_gain > known[0].twice_gain:
             best[variant.effect.id] = (candidate, variant)
-    kinds = [_is_unexpected(candidate) for candidate, _ in best.values()]
+    kinds = [candidate.unexpected for candidate, _ in best.values()]
     priors = {True: thresholds.OTHER / max(sum(kinds), 1), False: thresholds.SINGLE / max(len(kinds) - sum(kinds), 1)}
     return [
         (replace(candidate, prior=priors[unexpected]), variant)
         for (candidate, variant), unexpected in zip(best.values(), kinds, strict=True)
     ]
-
-
-def _is_unexpected(candidate: Candidate) -> bool:
-    """True for a smooth term, unless it is a straight line in the air's state, on which friction is known to depend."""
-    return candidate.smooth and not all(is_of_the_air(effect) for effect in candidate.effects)
 
 
 def _candidate(scored: Scores, variants: Sequence[Variant], *, prior: float) -> Candidate:

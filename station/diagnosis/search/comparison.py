@@ -54,8 +54,8 @@ class Comparison:
         weights = {"none": math.exp(-0.5 * top / heat)}
         for candidate in self.candidates:
             (name,) = candidate.ids
-            # A smooth term has no law whose misspecification could be excused.
-            excused = 1.0 if candidate.smooth else heat
+            # What nobody expects has no law whose misspecification could be excused.
+            excused = 1.0 if candidate.unexpected else heat
             weight = math.exp(0.5 * (candidate.odds - top) / excused)
             weights[name] = weights.get(name, 0.0) + weight
         total = sum(weights.values())

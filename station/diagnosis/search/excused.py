@@ -18,23 +18,23 @@ from station.physics.smooth import is_smooth
 
 
 def excused(fitter: Fitter, before: Fit, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates, with names as likely as the best smooth function of their covariate where they are excused.
+    """The candidates, with laws as likely as the best smooth function of their covariate where they are excused.
 
-    A name is excused if what it leaves of that function is less than a law's own misfit. Where covariates run together
-    the best name of each is; the others keep their distance from it.
+    A law, or a straight line in the air's state, is excused if what it leaves of that function is less than a law's own
+    misfit. Where covariates run together the best of each is; the others keep their distance from it.
     """
     best: dict[tuple[str, bool], Candidate] = {}
     for one in sorted(candidates, key=lambda candidate: candidate.twice_gain):
-        best[_field(fitter, one), one.smooth] = one
+        best[_field(fitter, one), one.unexpected] = one
     return [_lifted(fitter, before, one, best) for one in candidates]
 
 
 def best_of_each(fitter: Fitter, ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The best name and the best smooth function of each covariate, by their scores."""
+    """The best law and the best smooth function of each covariate, by their scores."""
     best: dict[tuple[str, bool], Candidate] = {}
     for one in sorted(ranked, key=lambda candidate: candidate.twice_gain):
         if on := _field(fitter, one):
-            best[on, one.smooth] = one
+            best[on, one.unexpected] = one
     return list(best.values())
 
 
@@ -56,7 +56,7 @@ def _lifted(
 ) -> Candidate:  # fmt: skip
     on = _field(fitter, one)
     smooth = best.get((on, True))
-    if not on or one.smooth or smooth is None or one.fitted is None or smooth.fitted is None:
+    if not on or one.unexpected or smooth is None or one.fitted is None or smooth.fitted is None:
         return one
     if on in fitter.coinciding.together:
         return replace(one, against=one.against - max(smooth.twice_gain - best[on, False].twice_gain, 0.0))

@@ -8,17 +8,13 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.likelihood.systematic import less
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch
-from station.diagnosis.search.excused import between
 from station.diagnosis.search.places import Place
 from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
-from station.physics.model import Model, Term
-from station.physics.smooth import PushAside
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -96,20 +92,6 @@ def summary_of(before: Fit, place: Place) -> str:
     title = TITLES.get(place.covariate, place.covariate)
     change = 2 * float(np.sqrt(np.mean(smooth**2)))
     return f"{channel.phase}: {what} changes by about {_amount(change, channel.unit)} with the {title}"
-
-
-def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
-    """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
-    if isinstance(term.effect, PushAside):
-        (size,) = term.values.values()
-        side = "left" if size > 0 else "right"
-        swerve = f"sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
-        return f"something outside the catalogue: {swerve}"
-    apart = between(evidence, less(model, term.effect.id), model)
-    change = 2 * float(np.sqrt(np.mean(apart**2)))
-    covariate = covariate_of(term.effect)
-    title = TITLES.get(covariate, covariate)
-    return f"something outside the catalogue: friction changes by about {_amount(change, '1')} with the {title}"
 
 
 def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:

@@ -75,16 +75,14 @@ def _frictions(evidence: Evidence) -> Iterator[Effect]:
 
 
 def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
-    sliding = evidence.slides is not None
+    """The moments at which a term may act; what was seen at one kind of them only is taken to act at both."""
     if covariate in ONLY_SLIDING:
         yield frozenset({"sliding"})
         return
-    if evidence.onsets is not None:
+    if evidence.onsets is not None and (evidence.slides is not None or covariate in ONLY_ONSET):
         yield frozenset({"onset"})
-        if sliding and covariate not in ONLY_ONSET:
-            yield frozenset({"onset", "sliding"})
-    elif covariate not in ONLY_ONSET:
-        yield frozenset({"sliding"})
+    if covariate not in ONLY_ONSET:
+        yield frozenset({"onset", "sliding"})
 
 
 def _values(evidence: Evidence) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from station.diagnosis.search.search import Search
 def _comparison(*odds: tuple[str, float], gain: float = 0.0) -> Comparison:
     """What could fill a place: ids with twice the log of their odds, the first with a gain."""
     candidates: Any = tuple(
-        SimpleNamespace(ids=(name,), odds=each, twice_gain=gain, smooth=False, effects=(SimpleNamespace(id=name),))
+        SimpleNamespace(ids=(name,), odds=each, twice_gain=gain, unexpected=False, effects=(SimpleNamespace(id=name),))
         for name, each in odds
     )
     return Comparison(cast("Any", None), candidates)

@@ -23,6 +23,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import assigned
 from station.diagnosis.report.page import html_page
+from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
 from station.physics.catalogue import catalogue
@@ -161,14 +162,30 @@ def test_speeds_that_were_dealt_are_to_reach_farther() -> None:
     assert advised(stepped(speed)).startswith("sliding speeds over a wider range than 1e-06 to 1e-05 m/s")
 
 
-def test_temperatures_that_rose_with_the_runs_come_in_random_order_next() -> None:
-    rng, warm = np.random.default_rng(2), np.linspace(15.0, 40.0, RUNS)
-    friction = 0.4 * (1.0 - 0.01 * (warm - 20.0)) * np.exp(rng.normal(0.0, 0.02, RUNS))
-    table = measured({"friction_coefficient": friction, "temperature_c": warm}, run=np.arange(RUNS))
-    table = replace(
-        table, samples=tuple(replace(one, temperature_c=t) for one, t in zip(table.samples, warm.tolist(), strict=True))
-    )
-    assert advised(table).startswith("the same temperatures in random order")
+def warming(seed: int, *, by: str) -> Measured:
+    """The room warms while friction falls by a sixth: with the temperature, or as what wears settles."""
+    rng, run = np.random.default_rng(seed), np.arange(RUNS)
+    warm = 20.0 + 6.0 * run / RUNS + rng.normal(0.0, 0.05, RUNS)
+    falls = 0.03 * (warm - 20.0) if by == "temperature" else 0.2 * -np.expm1(-run / 40)
+    friction = 0.4 * (1.0 - falls) * np.exp(rng.normal(0.0, 0.03, RUNS))
+    table = measured({"friction_coefficient": friction}, run=run)
+    each = zip(table.samples, warm.tolist(), strict=True)
+    return replace(table, samples=tuple(replace(one, temperature_c=t) for one, t in each))
+
+
+@pytest.mark.parametrize("by", ["temperature", "run"])
+@pytest.mark.parametrize("seed", [20261541, 20261542])
+def test_a_temperature_that_rose_with_the_runs_is_never_wear_alone(by: str, seed: int) -> None:
+    found = recommended(examined(warming(seed, by=by), catalogue()), catalogue()).diagnosis
+    (claimed,) = [one for one in found.effects if one.verdict != "not supported"]
+    assert set(claimed.class_ids) == {"wear", "other"}
+    assert claimed.other_by == "temperature"
+    said = sentence(found)
+    assert said.startswith("One constant friction leaves out either ")
+    assert "a change with the temperature" in said
+    plan = found.next_experiment
+    assert plan is not None
+    assert plan.why.startswith("the same temperatures in random order, or the same again while the temperature holds")
 
 
 def test_what_is_not_claimed_calls_for_no_experiment() -> None:

@@ -59,7 +59,7 @@ def test_the_page_is_one_sound_file_that_fetches_nothing() -> None:
 def test_it_says_what_was_found_what_is_doubtful_and_what_to_do() -> None:
     found = grained()
     page = page_of(found)
-    assert "one of object_anisotropy, plate_anisotropy" in page.text
+    assert "either object_anisotropy, plate_anisotropy or a change with the" in page.text
     assert "cannot be told from the best" in page.text
     assert found.diagnosis.located[0].summary in page.text
     for name, why in found.diagnosis.untestable.items():
@@ -150,7 +150,7 @@ def test_a_recording_without_onsets_is_told_by_its_paths() -> None:
     assert "has not seen, the path error goes from 1.14 mm to 1.03 mm, the log score" in said
     assert "–" not in said
     same = replace(found.fit, before=replace(before, onset_rmse_deg=3.441), after=replace(before, onset_rmse_deg=3.44))
-    assert "the onset error stays at 3.44° (equal runs differ" in headline(replace(found, fit=same))
+    assert "the onset error stays at 3.44° (equal rows differ" in headline(replace(found, fit=same))
 
 
 def test_of_each_run_the_longest_stretch_is_named_once() -> None:
@@ -160,8 +160,8 @@ def test_of_each_run_the_longest_stretch_is_named_once() -> None:
     )
     place = replace(found.diagnosis.located[0], windows=windows)
     page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
-    assert page.text.count("run 3,") == 1
-    assert "run 3, 2.50 s ; run 5, 1.00 s" in page.text
+    assert page.text.count("row 3,") == 1
+    assert "row 3, 2.50 s ; row 5, 1.00 s" in page.text
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,69 @@
+"""Smooth terms in words and in one number: on what friction depends that has no name, and by how much."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.likelihood.systematic import less
+from station.diagnosis.observations.covariates import TITLES
+from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.result import Combination
+from station.diagnosis.search.excused import between
+from station.diagnosis.search.smooth import covariate_of
+from station.physics.contact import Array
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+from station.physics.smooth import PushAside, is_smooth
+
+UNIT = 1e-3
+"""A coefficient so small changes friction in proportion to it."""
+
+
+def depends_on(effect: Effect) -> str:
+    """What a smooth term's friction depends on, in words."""
+    covariate = covariate_of(effect)
+    return TITLES.get(covariate, covariate)
+
+
+def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
+    """A smooth term in words: what friction depends on, and by how much it changes in the recorded runs."""
+    if isinstance(term.effect, PushAside):
+        (size,) = term.values.values()
+        side = "left" if size > 0 else "right"
+        swerve = f"sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
+        return f"something outside the catalogue: {swerve}"
+    apart = between(evidence, less(model, term.effect.id), model)
+    change = 2 * float(np.sqrt(np.mean(apart**2)))
+    return (
+        f"something outside the catalogue: friction changes by about {100 * change:.2g} % "
+        f"with the {depends_on(term.effect)}"
+    )
+
+
+def change(evidence: Evidence, fitted: Fit, term: Term, *, like: Term | None = None) -> Combination | None:
+    """The change of friction by a smooth term with its standard error; None for a named effect, and for a push aside.
+
+    It is twice the root mean square over the recorded rows, and of a term in another recording what it has of the
+    change that the term `like` makes in this one: 0 if the two are alike in nothing.
+    """
+    if not is_smooth(term.effect) or isinstance(term.effect, PushAside):
+        return None
+    free, covariance = fitted.of_effect(term.effect.id)
+    weights = _weights(evidence, fitted.model, like or term)
+    return Combination(
+        expression=f"change of friction with the {depends_on(term.effect)}",
+        value=float(weights @ [term.values[one.name] for one in free]),
+        sd=float(np.sqrt(max(weights @ covariance @ weights, 0.0))),
+        unit="1",
+    )
+
+
+def _weights(evidence: Evidence, model: Model, term: Term) -> Array:
+    """The weights (k,) of a term's coefficients in the change that it makes."""
+    without = less(model, term.effect.id)
+    names = [one.name for one in term.effect.parameters]
+    units = (Term(term.effect, {**term.effect.neutral(), name: UNIT}) for name in names)
+    basis = np.column_stack([between(evidence, without, without.with_term(one)) / UNIT for one in units])
+    made = basis @ np.array([term.values[name] for name in names])
+    return np.asarray(2.0 * basis.T @ made / (np.sqrt(len(made)) * max(float(np.linalg.norm(made)), 1e-12)))
