@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -19,7 +20,7 @@ from station.app.simulating import rig_of
 from station.app.simulations import Given, Simulation, simulation_of
 from station.app.table_simulated import against_table, refuse_no_table
 from station.app.versions import versions
-from station.diagnosis.diagnose import Examined, Recorded, examined
+from station.diagnosis.diagnose import Examined, Source, examined, read
 from station.diagnosis.next_experiment.recommended import recommended
 from station.diagnosis.predict.folds import Folding, named
 from station.diagnosis.search.search import Progress
@@ -62,13 +63,13 @@ def diagnose_file(
         config, simulation, plan = load_rig(rig) if rig else None, simulate, ""
         if simulate is not None:
             refuse_no_table(simulate)
-        recorded: Recorded = read_measured(path)
+        recorded: Source = read_measured(path)
     else:
         reader = open_recording(path)
         config = rig_of(reader, path=rig)
         simulation = simulate and simulation_of(simulate, rig=config, limit_s=simulate_limit, plugins=plugins)
         status("reading the recording")
-        recorded, plan = load_signals(reader), recorded_plan(reader)
+        recorded, plan = partial(load_signals, reader), recorded_plan(reader)
     found = diagnose_session(
         recorded, name=name or str(path), rig=config, plan=plan, seed=seed, simulate=simulation, folding=folding,
         jobs=jobs, status=status,
@@ -77,7 +78,7 @@ def diagnose_file(
 
 
 def diagnose_session(
-    recorded: Recorded,
+    recorded: Source,
     *,
     name: str,
     rig: RigConfig | None = None,
@@ -89,6 +90,8 @@ def diagnose_session(
     status: Progress = lambda _: None,
 ) -> Examined:
     """Diagnoses a session's signals, or the rows of a table, by that name; the arguments are those of `diagnose_file`.
+
+    Signals are large beside the evidence: a function that reads them, again for a simulation, lets them go meanwhile.
 
     `plan` is the session's own plan file, upon which the next experiment is written.
 
@@ -112,7 +115,7 @@ def diagnose_session(
 
 
 def _diagnosed(
-    recorded: Recorded,
+    recorded: Source,
     *,
     name: str,
     rig: RigConfig | None,
@@ -134,14 +137,17 @@ def _diagnosed(
     answer = found.diagnosis
     if answer.next_experiment is not None:
         answer = replace(answer, next_experiment=upon(plan, answer.next_experiment))
-    if simulate is not None and not isinstance(recorded, Signals):
+    if simulate is None:
+        return replace(found, diagnosis=answer)
+    signals = read(recorded)
+    if not isinstance(signals, Signals):
         answer = against_table(found, known, setting=setting, simulate=simulate, progress=status)
-    elif simulate is not None and isinstance(recorded, Signals):
+    else:
         if rig is None:
             raise UserError(f"Expected a rig to simulate {name} with, got none; give one with --rig")
         simulation = simulation_of(simulate, rig=rig)
         answer = simulated_again(
-            found, recorded, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
+            found, signals, rig=rig, setting=setting, simulation=simulation, seed=seed, progress=status
         )
     return replace(found, diagnosis=answer)
 

@@ -6,7 +6,7 @@ experiment is recommended apart, see `next_experiment.recommended`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +33,14 @@ from station.signals.session import Signals
 Recorded = Signals | Measured | Sequence[Sample]
 """A session's signals, the rows of a table, or samples alone."""
 
+Source = Recorded | Callable[[], Recorded]
+"""What was recorded, or what reads it: then it is kept only until the evidence was drawn from it."""
+
+
+def read(source: Source) -> Recorded:
+    """What was recorded, read now if it was not yet."""
+    return source() if callable(source) else source
+
 
 def evidence_from(recorded: Recorded, setting: Setting) -> Evidence:
     """The evidence of a session or a table."""
@@ -49,7 +57,7 @@ class Examined:
 
 
 def examined(
-    recorded: Recorded,
+    recorded: Source,
     catalogue: Catalogue,
     *,
     name: str = "",
@@ -63,7 +71,7 @@ def examined(
     """The diagnosis, with the data of the report's figures.
 
     Args:
-        recorded: a session, or the rows of a table.
+        recorded: a session, or the rows of a table; or what reads it.
         catalogue: the effects to consider; `station.physics.catalogue.catalogue()` has them all.
         name: the recording's name in the result.
         setting: sizes of plate and block.
@@ -73,12 +81,11 @@ def examined(
         jobs: processes that search the folds in parallel; with 1 no other process is started.
         progress: is called with a message before each step.
     """
-    progress("reading the evidence")
     chosen = setting or Setting()
-    evidence = evidence_from(recorded, chosen)
+    evidence, counted = _evidence(recorded, chosen, progress)
     why = why_not(evidence)
     if why:
-        refused = replace(refusal(evidence, catalogue, why, name=name), counted=_counted(recorded, evidence))
+        refused = replace(refusal(evidence, catalogue, why, name=name), counted=counted)
         return Examined(diagnosis=refused, pictures=PictureData())
     rng = np.random.default_rng(seed)
     effects = tuple(catalogue.values())
@@ -94,7 +101,15 @@ def examined(
     answer = answered(evidence, found, Judged(belief, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
     judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
-    return Examined(diagnosis=replace(answer, counted=_counted(recorded, evidence)), pictures=pictures, found=judged)
+    return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=judged)
+
+
+def _evidence(source: Source, setting: Setting, progress: Progress) -> tuple[Evidence, Counted]:
+    """The evidence of what was recorded, which itself is no longer needed then, and what is counted in it."""
+    recorded = read(source)
+    progress("reading the evidence")
+    evidence = evidence_from(recorded, setting)
+    return evidence, _counted(recorded, evidence)
 
 
 def _counted(recorded: Recorded, evidence: Evidence) -> Counted:

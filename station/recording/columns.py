@@ -38,6 +38,12 @@ from station.signals.tracks import (
 Named = Mapping[str, Any]
 """Columns by the field's name, each with as many rows."""
 
+JOINED_AT = 8
+"""Parts are joined when what came since is an eighth of what was joined: each number is copied nine times at most.
+Small parts of a long session, freed all at once, would leave as much free memory as its signals take, which is not
+given back.
+"""
+
 _CORNERS = {"corners_px": 8, "sigma_px": 0, "corner_dt_ns": 4, "seq": 0, "boot_id": 0, "found": 0, "tipped": 0}
 _NAMES: Mapping[type[Message], Mapping[str, int]] = {
     MarkerCorners: {**_CORNERS, "marker_id": 0},
@@ -58,6 +64,7 @@ class Columns:
     def __init__(self, cls: type[Message]) -> None:
         self._cls, self._names = cls, _NAMES[cls]
         self._parts = list[dict[str, Any]]()
+        self._joined = self._since = 0
         self.malformed = list[int]()
         """Log times of payloads that are no message of this class: they are left out."""
 
@@ -78,10 +85,18 @@ class Columns:
             self.malformed += log_ns[~good].tolist()
             part = {name: _taken(column, np.flatnonzero(good)) for name, column in part.items()}
         self._parts.append(part)
+        self._since += len(log_ns)
+        if self._since * JOINED_AT > self._joined:
+            self._parts = [self._whole()]
+            self._joined, self._since = self._joined + self._since, 0
+
+    def _whole(self) -> dict[str, Any]:
+        """All columns by name, one after another: the parts of each go as it is joined."""
+        return {name: _joined([part.pop(name) for part in self._parts], width) for name, width in self._all()}
 
     def sorted(self) -> Named:
         """All columns by name, and `publish_ns`: in the order of that, and equal ones as they came."""
-        columns = {name: _joined([part.pop(name) for part in self._parts], width) for name, width in self._all()}
+        columns = self._whole()
         for key in ("log_ns", "publish_ns"):
             if np.any(np.diff(columns[key]) < 0):
                 order = np.argsort(columns[key], kind="stable")

@@ -105,7 +105,8 @@ class AttitudeTrack(Track):
     def known(self) -> AttitudeTrack:
         """The readings that have an attitude, without those that are not later than the reading before."""
         rises = np.diff(self.time_ns, prepend=self.time_ns[:1] - 1) > 0
-        return self.select(rises & np.isfinite(self.quaternion).all(axis=1))
+        known = rises & np.isfinite(self.quaternion).all(axis=1)
+        return self if known.all() else self.select(known)
 
     @property
     def tilt_rad(self) -> Array:

@@ -12,6 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.parameters import Free, told
+from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -87,13 +88,13 @@ def _grid(parameters: Sequence[Parameter]) -> Iterator[dict[str, float]]:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Looked:
-    """The change of each row by K numbers of effects: slopes `table` (rows, K), one column for each number.
+    """The change of each row by K numbers of effects: slopes, a `table` (rows, K), one column for each number.
 
     `low`, `high` (K,) are the bounds of a number relative to its null. Slopes do not depend on the noise.
     """
 
     variants: tuple[Variant, ...]
-    table: Array
+    table: Table
     low: Array
     high: Array
 
@@ -106,77 +107,104 @@ class Looked:
             replace(one, columns=tuple(range(begin, begin + len(one.columns))))
             for one, begin in zip(chosen, ends, strict=False)
         ]
-        table, low, high = self.table[:, columns], self.low[columns], self.high[columns]
+        table, low, high = self.table.chosen(columns), self.low[columns], self.high[columns]
         return Looked(variants=tuple(variants), table=table, low=low, high=high)
 
 
 def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looked:
     """The slopes of all variants of the effects around a model."""
     at = residuals(evidence, model)
-    parts, variants, low, high = list[Array](), list[Variant](), list[float](), list[float]()
+    parts, variants, low, high = list[Table](), list[Variant](), list[float](), list[float]()
     with near(evidence, model):  # an effect at its null changes nothing
         for effect, start in variants_of(evidence, effects):
             free = tuple(Free(effect, parameter) for parameter in effect.parameters if not parameter.is_shape)
             null = Term(effect, {**start.values, **_null_sizes(effect)})
-            parts.append(stack(evidence, differences(evidence, model.with_term(null), free, at)))
+            parts.append(by_channel(evidence, differences(evidence, model.with_term(null), free, at), len(free)))
             columns = tuple(range(len(low), len(low) + len(free)))
             variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
             begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
             low += [number.low - value for number, value in zip(free, begin, strict=True)]
             high += [number.high - value for number, value in zip(free, begin, strict=True)]
-    table = np.column_stack(parts) if parts else np.zeros((len(stack(evidence, at)), 0))
+    table = side_by_side(evidence, parts)
     return Looked(variants=tuple(variants), table=table, low=np.array(low), high=np.array(high))
 
 
-def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Array | None = None) -> Scores:
+def scores(evidence: Evidence, fit: Fit, effects: Sequence[Effect], extra: Table | None = None) -> Scores:
     """The scores of all variants of the effects, then of the `extra` columns (rows, E)."""
     return scores_of(evidence, fit, looked(evidence, fit.model, effects), extra)
 
 
-def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Array | None = None) -> Scores:
+def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = None) -> Scores:
     """The scores of slopes around a fit, then of the `extra` columns (rows, E), which have no bounds."""
-    at = residuals(evidence, fit.model)
-    whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
-    white = whitening(stack(evidence, at))
-    own = stack(evidence, slopes(evidence, fit.model, fit.free, at))
-    beside = np.zeros((len(own), 0)) if extra is None else extra
+    beside = by_channel(evidence, {}, 0) if extra is None else extra
     unbound = np.full(beside.shape[1], np.inf)
-    counted = evidence.counted[whitening.run]
-    # The tables are the largest that a diagnosis needs, so that they are changed in place.
-    table = whitening(np.column_stack([own, seen.table, beside]))
-    table = table if counted.all() else table[counted]
-    cluster, tail = evidence.cluster[whitening.run][counted], whitening.tail[counted]
-    slope, _ = pulls(white[counted], tail, whitening.limit[counted])
-    expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
-    weighted = np.sqrt(expected)[:, None] * table
-    nuisance, candidates = weighted[:, : len(fit.free)], weighted[:, len(fit.free) :]
     precision = np.array([number.precision for number in fit.free])
-    prior = np.diag(precision)
-    projection = np.linalg.pinv(nuisance.T @ nuisance + prior, hermitian=True) @ (nuisance.T @ candidates)
-    whole = np.square(candidates).sum(axis=0)
-    free_of = np.subtract(candidates, nuisance @ projection, out=candidates)
-    left = np.square(free_of).sum(axis=0) + precision @ projection**2
+    columns = _Columns(evidence, fit, seen.table.beside(beside))
+    projection, whole = columns.projected(precision)
+    information, left, of_runs = columns.free_of(projection)
+    left = left + precision @ projection**2
     known = left > np.maximum(HOPELESS, ABSORBED * whole)
-    free_of *= known
     projection = projection * known
     # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
-    information = free_of.T @ free_of + projection.T @ prior @ projection
-    del weighted, nuisance, candidates, free_of
-    share = table[:, len(fit.free) :]
-    share -= table[:, : len(fit.free)] @ projection
-    share *= known
-    share *= -slope[:, None]
-    of_runs = np.zeros((evidence.runs, share.shape[1]))
-    np.add.at(of_runs, cluster, share)
+    information = information * np.outer(known, known) + projection.T @ np.diag(precision) @ projection
+    of_runs *= known
     return Scores(
         variants=seen.variants,
         information=information,
-        score=share.sum(axis=0) + projection.T @ (precision * fit.vector),
+        score=of_runs.sum(axis=0) + projection.T @ (precision * fit.vector),
         of_runs=of_runs[np.unique(evidence.cluster[evidence.counted])],
         low=np.concatenate([seen.low, -unbound]),
         high=np.concatenate([seen.high, unbound]),
         runs=int(evidence.counted.sum()),
     )
+
+
+class _Columns:
+    """The model's own slopes (rows, k) and the candidates' (rows, K), whitened some runs at a time.
+
+    In full they would be the largest arrays that a diagnosis needs.
+    """
+
+    def __init__(self, evidence: Evidence, fit: Fit, candidates: Table) -> None:
+        at = residuals(evidence, fit.model)
+        own = slopes(evidence, fit.model, fit.free, at)
+        self._own = len(fit.free)
+        self._table = by_channel(evidence, own, self._own).beside(candidates)
+        self._whitening = Whitening(evidence, fit.noise, shaking=shaking_of(evidence, fit.model))
+        self._counted = evidence.counted[self._whitening.run]
+        self._cluster, self._runs = evidence.cluster[self._whitening.run], evidence.runs
+        tail = self._whitening.tail
+        self._slope, _ = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
+        self._weight = np.sqrt(np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3)))[:, None]
+
+    def _parts(self) -> Iterator[tuple[Index, Array, Array]]:
+        """Rows (m,) that count, the model's own columns (m, k) and the candidates' (m, K) there."""
+        for rows, whiten in self._whitening.parts():
+            counted = self._counted[rows]
+            white = whiten(self._table.of(rows))[counted]
+            yield rows[counted], white[:, : self._own], white[:, self._own :]
+
+    def projected(self, precision: Array) -> tuple[Array, Array]:
+        """What of each candidate the model's own numbers take over (k, K), and the candidates' whole information."""
+        among, across = np.diag(precision), np.zeros((self._own, self._table.shape[1] - self._own))
+        whole = np.zeros(across.shape[1])
+        for rows, own, candidates in self._parts():
+            nuisance, weighted = self._weight[rows] * own, self._weight[rows] * candidates
+            among = among + nuisance.T @ nuisance
+            across += nuisance.T @ weighted
+            whole += np.square(weighted).sum(axis=0)
+        return np.linalg.pinv(among, hermitian=True) @ across, whole
+
+    def free_of(self, projection: Array) -> tuple[Array, Array, Array]:
+        """Without what is taken over: information (K, K), its diagonal, and the score by cluster (runs, K)."""
+        information = np.zeros((projection.shape[1], projection.shape[1]))
+        of_runs = np.zeros((self._runs, projection.shape[1]))
+        for rows, own, candidates in self._parts():
+            left = candidates - own @ projection
+            weighted = self._weight[rows] * left
+            information += weighted.T @ weighted
+            np.add.at(of_runs, self._cluster[rows], -self._slope[rows][:, None] * left)
+        return information, np.diag(information).copy(), of_runs
 
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,9 @@ from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Bools
 
 Index = np.ndarray[tuple[int], np.dtype[np.int64]]
+
+PART_ROWS = 2048
+"""The number of rows that are whitened at a time where all columns would be large: 550 of them then take 9 MB."""
 
 
 class Whitening:
@@ -61,6 +66,19 @@ class Whitening:
         white = np.empty_like(columns)
         _solve(self._order, self._edges, self._places, self._factors, columns, white)
         return white.reshape(values.shape)
+
+    def parts(self, most: int = PART_ROWS) -> Iterator[tuple[Index, Callable[[Array], Array]]]:
+        """All rows in parts of whole blocks, of about `most` rows each, and what whitens their values (m, columns)."""
+        begins = np.searchsorted(self._edges, np.arange(0, len(self.run), most), side="right") - 1
+        for first, last in pairwise([*np.unique(begins).tolist(), len(self._edges) - 1]):
+            yield self._order[self._edges[first] : self._edges[last]], partial(self._part, first, last)
+
+    def _part(self, first: int, last: int, values: Array) -> Array:
+        """Whitens the values (m, columns) of the rows of the blocks from `first` to before `last`, in their order."""
+        edges = self._edges[first : last + 1] - self._edges[first]
+        white = np.empty_like(values)
+        _solve(np.arange(len(values)), edges, self._places[first : last + 1], self._factors, values, white)
+        return white
 
 
 @compiled

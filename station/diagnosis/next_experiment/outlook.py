@@ -19,10 +19,10 @@ from station.diagnosis.inference.columns import Looked, Scores, drawn_scores, lo
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.gain import gain, smallest_p
 from station.diagnosis.inference.parameters import free_numbers, vector_of
+from station.diagnosis.inference.sparse import Table, by_channel
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, nuisances, without_nuisances
-from station.diagnosis.likelihood.whitening import stack
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.smooth import smooth_terms
@@ -156,11 +156,12 @@ def _null(
     return standing(evidence, allowing_for(base, absorbed), question.noise), reasons
 
 
-def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Array:
+def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Table:
     """The changes of the residuals (rows, rivals) by each rival."""
-    at = stack(evidence, residuals(evidence, null.model))
-    changed = (stack(evidence, residuals(evidence, null.model.with_term(one.term))) for one in rivals)
-    return np.column_stack([one - at for one in changed])
+    at = residuals(evidence, null.model)
+    changed = [residuals(evidence, null.model.with_term(one.term)) for one in rivals]
+    parts = {name: np.column_stack([one[name] - values for one in changed]) for name, values in at.items()}
+    return by_channel(evidence, parts, len(rivals))
 
 
 def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:

@@ -80,7 +80,8 @@ def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
     wrong = _wrong(smooth, slopes[0], time_s, parts)
     return AttitudeFit(
         gravity=whole,
-        rate_rad_s=rate + _turning(time_s, wrong * smooth + filtered, whole, parts),
+        # The plate keeps them by columns, and so they are not copied there.
+        rate_rad_s=np.asfortranarray(rate + _turning(time_s, wrong * smooth + filtered, whole, parts)),
         sigma_rad=noise * np.sqrt(own),
         noise_rad=noise,
         keeps=keeps,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from station.diagnosis.observations.attitude_fit import fitted
+from station.diagnosis.observations.cubics import Cubics, Places
 from station.physics.contact import Array
 from station.physics.reversals import rising, turned_at
 from station.signals.pivot import pivot_in_plate
@@ -108,7 +108,7 @@ class PlateMotion:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
         # They are stored by columns: interpolation would copy each strided one, a whole session, at every call.
         self._rates = np.ascontiguousarray(rate.T)
-        self._gravity = CubicHermiteSpline(self._time_s, gravity, -np.cross(rate, gravity)) if len(known) > 1 else None
+        self._gravity = Cubics(self._time_s, gravity, self._turning) if len(known) > 1 else None
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
@@ -175,6 +175,11 @@ class PlateMotion:
         """The last reading (n,) before each time (n,), s, by its place."""
         return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
+    def _turning(self, places: Places) -> Array:
+        """The change (m, 3) of gravity by the rates at some of the readings, 1/s."""
+        gravity = self._gravity.values if self._gravity is not None else np.zeros((0, 3))
+        return -np.cross(self._rates[:, places].T, gravity[places])
+
     def _rates_at(self, seconds: Array) -> Array:
         return _interpolated(seconds, self._time_s, self._rates)
 
@@ -182,9 +187,9 @@ class PlateMotion:
         """The slope (n, 3) of a quantity between APART_S before and APART_S after each time (n,), s."""
         after = np.clip(seconds + APART_S, self._time_s[0], self._time_s[-1])
         before = np.clip(seconds - APART_S, self._time_s[0], self._time_s[-1])
-        return (np.asarray(moving(after)) - np.asarray(moving(before))) / (2.0 * APART_S)
+        return (moving(after) - moving(before)) / (2.0 * APART_S)
 
-    def _swinging(self, gravity: Array, rate: Array) -> PPoly | None:
+    def _swinging(self, gravity: Array, rate: Array) -> Callable[[Array], Array] | None:
         """The derivative of gravity's spline, if attitudes and rates agree so well that it resolves more; else None.
 
         A plate that stops midway between two readings has two accelerations, of which rates alone show the mean. That
@@ -192,14 +197,13 @@ class PlateMotion:
         """
         if self._gravity is None or len(gravity) < LEAST_READINGS:
             return None
-        bend = self._gravity.derivative(2)
-        shown = _seen(np.asarray(bend(self._time_s[:-1])), gravity[:-1])
+        shown = _seen(self._gravity.bends(), gravity[:-1])
         mean = np.diff(rate, axis=0) / np.diff(self._time_s)[:, None]
         mean -= gravity[:-1] * (mean * gravity[:-1]).sum(axis=1, keepdims=True)
         rough = float(np.median(np.linalg.norm(shown - mean, axis=1))) > AGREE_RAD_S2
         most = (float(np.quantile(np.linalg.norm(each, axis=1), FEW)) for each in (shown, mean))
         wild = next(most) > WILD * next(most) + AGREE_RAD_S2
-        return None if rough or wild else self._gravity.derivative()
+        return None if rough or wild else self._gravity.slope
 
     def _seconds(self, time_ns: Times) -> Array:
         return np.asarray((time_ns - self._origin) * 1e-9, dtype=np.float64)
@@ -207,7 +211,7 @@ class PlateMotion:
     def _gravity_at(self, seconds: Array) -> Array:
         if self._gravity is None:
             raise ValueError("expected at least two readings of the attitude")
-        gravity = np.asarray(self._gravity(np.clip(seconds, self._time_s[0], self._time_s[-1])))
+        gravity = self._gravity(np.clip(seconds, self._time_s[0], self._time_s[-1]))
         return gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
 
     def _since_step(self, time_ns: Times, delay_s: float) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.inference.sparse import Table, by_channel, side_by_side
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
@@ -34,20 +35,17 @@ class Place:
         return self.channel.phase
 
 
-def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Array]:
+def places_of(evidence: Evidence, first_column: int) -> tuple[list[Place], Table]:
     """All places, and their columns (stacked rows, K), numbered from `first_column` on."""
-    total = sum(len(channel) for channel in evidence.channels)
-    found, parts, offset = list[Place](), list[Array](), 0
+    found, parts, number = list[Place](), list[Table](), first_column
     for channel in evidence.channels:
+        scale = np.median(channel.rows.sigma) if not channel.shares_friction else 0.01
         for name, basis in _bases(channel).items():
-            full = np.zeros((total, basis.shape[1]))
-            full[offset : offset + len(channel)] = basis
-            scale = np.median(channel.rows.sigma) if not channel.shares_friction else 0.01
-            parts.append(full * scale)
-            number = first_column + sum(part.shape[1] for part in parts[:-1])
-            found.append(Place(channel, name, basis * scale, tuple(range(number, number + basis.shape[1]))))
-        offset += len(channel)
-    return found, np.column_stack(parts) if parts else np.zeros((total, 0))
+            place = Place(channel, name, basis * scale, tuple(range(number, number + basis.shape[1])))
+            parts.append(by_channel(evidence, {channel.name: place.basis}, basis.shape[1]))
+            number += basis.shape[1]
+            found.append(place)
+    return found, side_by_side(evidence, parts)
 
 
 def _bases(channel: Channel) -> dict[str, Array]:

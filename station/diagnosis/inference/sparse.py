@@ -1,0 +1,96 @@
+"""Columns over the stacked rows of all channels, of which only what is not zero is kept.
+
+Most numbers of a model change few channels: of 550 columns of a session a tenth changes the shape of the marks, which
+has half of the rows. A session's columns in full would be what a diagnosis needs the most memory for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """The columns numbered `columns` of the rows from `first` on, as `values` (n, columns)."""
+
+    first: int
+    columns: tuple[int, ...]
+    values: Array
+
+    def of(self, rows: Index) -> tuple[NDArray[np.bool_], Array]:
+        """Which of the `rows` (m,) it has, as a mask (m,), and its values there."""
+        place = rows - self.first
+        inside = (place >= 0) & (place < len(self.values))
+        return inside, self.values[place[inside]]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns (rows, K), `shape`, as pieces; everywhere else they are zero."""
+
+    shape: tuple[int, int]
+    pieces: tuple[Piece, ...] = ()
+
+    def of(self, rows: Index) -> Array:
+        """Some of the rows (m,), in full: (m, K)."""
+        found = np.zeros((len(rows), self.shape[1]))
+        for piece in self.pieces:
+            inside, values = piece.of(rows)
+            found[np.ix_(inside, piece.columns)] = values
+        return found
+
+    def whole(self) -> Array:
+        """All rows in full: (rows, K)."""
+        return self.of(np.arange(self.shape[0]))
+
+    def beside(self, other: Table) -> Table:
+        """These columns, and another table's after them."""
+        moved = (_renumbered(one, {place: place + self.shape[1] for place in one.columns}) for one in other.pieces)
+        return Table((self.shape[0], self.shape[1] + other.shape[1]), (*self.pieces, *moved))
+
+    def chosen(self, columns: Sequence[int]) -> Table:
+        """The columns with these numbers, in that order."""
+        number = {column: place for place, column in enumerate(columns)}
+        kept = (_renumbered(one, number) for one in self.pieces)
+        return Table((self.shape[0], len(columns)), tuple(one for one in kept if one.columns))
+
+
+def _renumbered(piece: Piece, number: Mapping[int, int]) -> Piece:
+    """The columns of a piece that have a new number, under it."""
+    known = [place for place, column in enumerate(piece.columns) if column in number]
+    columns = tuple(number[piece.columns[place]] for place in known)
+    same = len(known) == len(piece.columns)
+    return replace(piece, columns=columns, values=piece.values if same else piece.values[:, known])
+
+
+def by_channel(evidence: Evidence, parts: Mapping[str, Array], columns: int) -> Table:
+    """Columns (n, `columns`) of some of the channels by name; the other channels' are zero."""
+    return Table((sum(map(len, evidence.channels)), columns), tuple(_pieces(evidence, parts)))
+
+
+def _pieces(evidence: Evidence, parts: Mapping[str, Array]) -> Iterator[Piece]:
+    first = 0
+    for channel in evidence.channels:
+        values = parts.get(channel.name)
+        acting = np.zeros(0, dtype=np.int64) if values is None else np.flatnonzero(values.any(axis=0))
+        if values is not None and len(acting):
+            kept = values if len(acting) == values.shape[1] else values[:, acting]
+            yield Piece(first, tuple(acting.tolist()), kept)
+        first += len(channel)
+
+
+def side_by_side(evidence: Evidence, tables: Sequence[Table]) -> Table:
+    """The columns of all the tables, one after another."""
+    whole = by_channel(evidence, {}, 0)
+    for table in tables:
+        whole = whole.beside(table)
+    return whole
