@@ -45,7 +45,7 @@ class Table:
         found = np.zeros((len(rows), self.shape[1]))
         for piece in self.pieces:
             inside, values = piece.of(rows)
-            found[np.ix_(inside, piece.columns)] = values
+            found[np.ix_(inside, np.array(piece.columns))] = values
         return found
 
     def whole(self) -> Array:
