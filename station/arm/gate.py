@@ -18,14 +18,13 @@ from shared.messages import Heartbeat, LeaseRequest
 from station.arm.drivers import JointReading
 from station.arm.lease import Lease
 from station.arm.limits import trajectory_fault
+from station.arm.remembered import Remembered
 from station.arm.tilt_path import TiltStage
 from station.arm.trajectory import JointTrajectory
 from station.rig.arm_settings import GateSettings
 
 Array = NDArray[np.float64]
 _FUTURE_NS = 200_000_000  # a tick from further back is a clock that was set, not a busy machine
-_KNOWN = 400
-"""The number of motions found right that are remembered: those that the tilter remembers, too (some 2 MB)."""
 
 
 class Action(Enum):
@@ -57,7 +56,7 @@ class SafetyGate:
         self._may_arm = may_arm
         self._follow_rad = math.radians(settings.follow_tolerance_deg)
         self._follow_rad2 = self._follow_rad**2
-        self._found_right: dict[tuple[bytes, ...], None] = {}
+        self._found_right = Remembered[tuple[bytes, ...], bool]()
         """The numbers of motions found right, the oldest first."""
         self._now_ns = 0
         self._lease = Lease(timeout_s=settings.heartbeat_timeout_s)
@@ -147,13 +146,11 @@ class SafetyGate:
         """
         parts = (trajectory.times_ns, trajectory.position_rad, trajectory.velocity_rad_s)
         numbers = *(part.tobytes() for part in parts), repr([(part.shape, part.dtype.str) for part in parts]).encode()
-        if numbers in self._found_right:
+        if self._found_right.get(numbers):
             return ""
         fault = trajectory_fault(trajectory, stage=self._stage, settings=self._settings)
         if not fault:
-            if len(self._found_right) >= _KNOWN:
-                del self._found_right[next(iter(self._found_right))]
-            self._found_right[numbers] = None
+            self._found_right.put(numbers, True)
         return fault
 
     def _start_fault(self, trajectory: JointTrajectory, reading: JointReading | None) -> str:

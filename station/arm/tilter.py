@@ -12,6 +12,7 @@ from shared.errors import UserError
 from shared.messages import TiltCommand
 from station.arm.collision import CollisionScene
 from station.arm.kinematics import pivot_pose
+from station.arm.remembered import Remembered
 from station.arm.tilt_path import TiltPath, TiltStage, tilt_path, tilt_stage
 from station.arm.trajectory import TiltLimits, TiltMotion, TiltState, plan_rest, plan_tilt
 from station.rig.arm_model import ArmModel, load_arm_model
@@ -22,11 +23,6 @@ Array = NDArray[np.float64]
 _LEVEL_RAD = math.radians(0.01)
 _SAME_AZIMUTH_RAD = 1e-6
 _LOST_RAD = math.radians(3.0)
-_KNOWN = 400
-"""The number of motions that are remembered: 50 steps and their returns in four directions (4 MB).
-
-A session that has narrowed its range asks for new angles in every run, so that older motions are of no more use.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +43,7 @@ class Tilter:
         self._limits = limits
         self._max_angle_rad = max_angle_rad
         self._paths: dict[float, TiltPath] = {}
-        self._motions: dict[tuple[float, TiltState, float, float], TiltMotion] = {}
+        self._motions = Remembered[tuple[float, TiltState, float, float], TiltMotion]()
         """The planned motions by azimuth, start, goal and rate."""
         self._motion: TiltMotion | None = None
         self._path: TiltPath | None = None
@@ -151,9 +147,7 @@ class Tilter:
         model, limits = self._stage.model, self._limits
         motion = plan_tilt(model, path, start=start, angle_rad=angle_rad, rate_rad_s=rate_rad_s, limits=limits)
         if start.rate_rad_s == 0.0:
-            if len(self._motions) >= _KNOWN:
-                del self._motions[next(iter(self._motions))]  # the oldest
-            self._motions[key] = motion
+            self._motions.put(key, motion)
         return motion
 
     def plan_hold(self, *, elapsed_ns: int) -> Plan:

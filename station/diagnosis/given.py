@@ -37,7 +37,7 @@ SLIDES_SEEN = 0.5
 """A simulation is asked again if it shows less than this share of the recorded slides' windows."""
 EARLIER = 3.0
 """It is then told as much less friction as is that many times the runs' scatter: nearly all its blocks slip before the
-recorded ones do, and slide for as long. `tests/recovery/test_given_simulator.py` shows what it says otherwise."""
+recorded ones do, and slide for as long. `tests/recovery/test_given_simulation.py` shows what is said otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)

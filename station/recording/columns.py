@@ -40,6 +40,7 @@ Named = Mapping[str, Any]
 
 JOINED_AT = 8
 """Parts are joined when what came since is an eighth of what was joined: each number is copied nine times at most.
+
 Small parts of a long session, freed all at once, would leave as much free memory as its signals take, which is not
 given back.
 """

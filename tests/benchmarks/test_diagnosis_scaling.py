@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import multiprocessing
 import os
-import resource
 import time
 from collections.abc import Sequence
 from itertools import pairwise
@@ -25,6 +24,7 @@ from tests.concealed.design import Design, Nuisance, Setting
 from tests.concealed.files import rig_toml, write_session
 from tests.concealed.session import run_session
 from tests.concealed.world import NULL
+from tests.fuzz.trial import peak_bytes
 
 pytestmark = [pytest.mark.benchmark, pytest.mark.timeout(3600)]
 
@@ -33,6 +33,8 @@ FOLDING = nested if os.environ.get("SCALING_NESTED") else named
 LONG_S = 1.0
 """Phases that never take so long are added up under `rest`."""
 MOST = 1.3
+LONG_RUNS, MOST_MB = 5000, 4000.0
+"""A session of so many runs is diagnosed within so much memory, by the line through the measured sizes."""
 Phases = dict[str, float]
 
 
@@ -59,7 +61,7 @@ def measure(path: Path) -> tuple[Phases, float, str]:
 
     found = diagnose_file(path, folding=FOLDING, status=tell).diagnosis
     tell("")
-    return phases, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0, f"{found.verdict} {found.names}"
+    return phases, peak_bytes() / 1e6, f"{found.verdict} {found.names}"
 
 
 def exponent(sizes: Sequence[int], values: Sequence[float]) -> str:
@@ -87,4 +89,8 @@ def test_how_a_diagnosis_grows(tmp_path: Path) -> None:
     rows["rest"] = [whole - sum(row[place] for row in rows.values()) for place, whole in enumerate(total)]
     for name, values in {**rows, "all": total, "memory, MB": [memory for _, memory, _ in measured]}.items():
         print(f"{name[:44]:45s}" + "".join(f"{value:9.1f}" for value in values) + f"   {exponent(SIZES, values)}")
+    memory = [largest for _, largest, _ in measured]
+    in_line = float(np.polyval(np.polyfit(SIZES, memory, 1), LONG_RUNS)) if len(SIZES) > 1 else memory[-1]
+    print(f"memory of {LONG_RUNS} runs, by the line through these: {in_line:.0f} MB")
+    assert in_line < MOST_MB
     assert math.log(total[-1] / total[0]) / math.log(SIZES[-1] / SIZES[0]) < MOST

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from station.recording.checkup.held import BY_CHANCE
 from station.recording.checkup.report import Report
 from station.recording.checkup.streams import LATE_NS
 
@@ -158,6 +160,18 @@ def _disturbed(report: Report) -> Iterator[Finding]:
         yield Finding("owner", f"expected one session to have the arm, found {', '.join(session.owners)}")
 
 
+def _held(report: Report) -> Iterator[Finding]:
+    for row in report.session.held:
+        low, high, farthest = (f"{math.degrees(tilt):.1f}°" for tilt in (row.low_rad, row.high_rad, row.farthest_rad))
+        others = f"; others were tilted to {farthest}: is the range too narrow for this place?"
+        yield Finding(
+            "held",
+            f"expected a block that is held to slip in one of the next runs, runs {row.first} to {row.last} "
+            f"({row.count} in a row) were held, up to {low} to {high}; fewer than one session in {1 / BY_CHANCE:.0f} "
+            f"has so many by chance{others if row.farthest_rad else ''}",
+        )
+
+
 def _motions(report: Report) -> Iterator[Finding]:
     if report.mode == "import":
         return
@@ -196,6 +210,7 @@ RULES: tuple[Rule, ...] = (
     _runs,
     _fresh,
     _disturbed,
+    _held,
     _motions,
     _parts,
     _format,

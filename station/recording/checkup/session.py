@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from shared import foxglove
 from shared.messages import AgentStatus, ArmLease, ClockOffset, RunEvent, Sample
+from station.recording.checkup.held import Held, held_in_a_row
 from station.recording.reader import Recorded
 from station.recording.summary import is_kept
 
@@ -49,6 +50,8 @@ class SessionHealth:
     """Runs whose sample something else than friction had a hand in."""
     owners: tuple[str, ...] = ()
     """The sessions that had the arm, one after another."""
+    held: tuple[Held, ...] = ()
+    """Runs in a row in which the block did not slip, more of them than chance would hold."""
 
 
 class SessionWatch:
@@ -107,6 +110,7 @@ class SessionWatch:
             last_warnings=tuple(self._lines),
             disturbed=tuple(sample.run for sample in self._samples if sample.disturbed),
             owners=tuple(self._owners),
+            held=held_in_a_row(self._samples),
         )
 
     def _clock_health(self, agent: str) -> ClockHealth:

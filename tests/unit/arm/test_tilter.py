@@ -35,7 +35,7 @@ def test_a_run_s_steps_are_planned_once(tilter: Tilter) -> None:
 
 def test_the_oldest_motion_is_forgotten_first(tilter: Tilter, monkeypatch: pytest.MonkeyPatch) -> None:
     """A session asks for ever new angles: what it remembers has an end, and does not begin again from nothing."""
-    monkeypatch.setattr("station.arm.tilter._KNOWN", 4)
+    monkeypatch.setattr("station.arm.remembered.MOST_MOTIONS", 4)
     angles = (0.02, 0.0, 0.03, 0.0, 0.04, 0.0)
     first = [carried_out(tilter, angle).motion for angle in angles]
     again = [carried_out(tilter, angle).motion for angle in (0.03, 0.0, 0.04, 0.0, 0.02)]

@@ -186,11 +186,19 @@ BAD: dict[str, tuple[Change, str]] = {
     "one run": (lambda columns: columns.update(run_of(3)), "at least 2 runs in .*, got one"),
     "a name misspelt": (
         lambda columns: columns.update(yawrad=columns.pop("yaw_rad")),
-        "got 'yawrad'; rename it yaw_rad",
+        "got 'yawrad': rename it yaw_rad",
+    ),
+    "two names of others": (
+        lambda columns: columns.update(time=columns.pop("t_s"), displacement=columns["x_m"]),
+        "got 'time': rename it t_s or t_ms or t_us or t_ns; 'displacement': leave it out",
+    ),
+    "a table of friction": (
+        lambda columns: columns.update(friction_force_n=columns.pop("x_m")),
+        "a table of friction .'friction_force_n'.: station diagnose takes it as it is",
     ),
     "a unit unknown": (
         lambda columns: columns.update(x_inch=columns.pop("x_m")),
-        "got 'x_inch'; convert it and call it x_m",
+        "got 'x_inch': convert it and call it x_m",
     ),
     "two masses in a run": (lambda columns: columns.update(mass_kg=columns["t_s"]), "Expected one mass in each run"),
 }

@@ -6,8 +6,10 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NoReturn
 
 from shared.errors import UserError
+from station.recording.measured import ONE_OF
 
 LENGTH = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 TIME = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
@@ -47,6 +49,12 @@ QUANTITIES: Mapping[str, Units] = MappingProxyType(
 """Every quantity that is read, with the factors to SI of the units that its column's name may end in."""
 
 
+ALSO_CALLED = MappingProxyType({"time": "t", "timestamp": "t", "trial": "run", "angle": "tilt", "heading": "yaw"})
+"""Other words for a quantity, by which a column's name may begin."""
+NEAR = 0.75
+"""A name that is less alike is no slip of the pen: `displacement_m` and `plate_mount_mrad` are 0.6 alike."""
+
+
 @dataclass(frozen=True, slots=True)
 class Column:
     """A column of the file: the quantity that it holds, and the factor that makes its numbers SI."""
@@ -60,18 +68,28 @@ def columns_of(names: Sequence[str], source: str) -> dict[str, Column]:
     """The columns by their quantities.
 
     Raises:
-        UserError: for a column that nothing reads, or a quantity that comes twice.
+        UserError: for columns that nothing reads, or a quantity that comes twice.
     """
-    found = dict[str, Column]()
-    for name in names:
-        column = _column(name)
-        if column is None:
-            raise UserError(f"Expected columns of a track in {source}, got '{name}'; {_proposal(name)}")
+    found, read = dict[str, Column](), {name: _column(name) for name in names}
+    if unknown := [name for name, column in read.items() if column is None]:
+        _refuse(unknown, source)
+    for name, column in read.items():
+        assert column is not None
         if column.quantity in found:
             both = f"'{found[column.quantity].name}' and '{name}'"
             raise UserError(f"Expected {column.quantity} once in {source}, got it in {both}; leave one of them out")
         found[column.quantity] = column
     return found
+
+
+def _refuse(unknown: Sequence[str], source: str) -> NoReturn:
+    if friction := [name for name in unknown if name in ONE_OF]:
+        raise UserError(
+            f"Expected columns of a track in {source}, got a table of friction ('{friction[0]}'): "
+            "station diagnose takes it as it is"
+        )
+    proposals = "; ".join(f"'{name}': {_proposal(name)}" for name in unknown)
+    raise UserError(f"Expected columns of a track in {source}, got {proposals}")
 
 
 def _column(name: str) -> Column | None:
@@ -89,7 +107,10 @@ def _proposal(name: str) -> str:
     for quantity, units in QUANTITIES.items():
         if any(units) and (name == quantity or name.startswith(f"{quantity}_")):
             return f"convert it and call it {' or '.join(f'{quantity}_{unit}' for unit in units)}"
-    near = difflib.get_close_matches(name.lower(), [one for quantity in QUANTITIES for one in names_of(quantity)], n=1)
+    if quantity := ALSO_CALLED.get(name.lower().partition("_")[0]):
+        return f"rename it {' or '.join(names_of(quantity))}"
+    known = [one for quantity in QUANTITIES for one in names_of(quantity)]
+    near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=NEAR)
     return f"rename it {near[0]}, or leave it out" if near else "leave it out"
 
 
