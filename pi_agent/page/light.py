@@ -54,7 +54,6 @@ def _advice(*, white: float, saturated: float, path_px: float) -> str:
         more = "add light" if blurred else "lengthen the exposure, or add light"
         return f"The brightest part reaches {white:.0f} of 255 only: {more}."
     if blurred:
-        return (
-            f"A block that slides at {SPEEDS_M_S[0]} m/s smears over {path_px:.1f} px: shorten the exposure, add light."
-        )
+        block = f"A block that slides at {SPEEDS_M_S[0]} m/s"
+        return f"{block} is blurred over {path_px:.1f} px: shorten the exposure, add light."
     return "The light is good."

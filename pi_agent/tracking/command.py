@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="shortest and longest first side of the mark in the picture",
     )
     parser.add_argument("--line-us", type=float, default=0.0, help="rolling shutter: microseconds from row to row")
-    parser.add_argument("--exposure-ms", type=float, default=0.0, help="by which a mark that moves is smeared")
+    parser.add_argument("--exposure-ms", type=float, default=0.0, help="exposure, which blurs a mark that moves")
     parser.add_argument("--rate", type=float, default=None, help="frames a second of a video that does not say it")
 
 

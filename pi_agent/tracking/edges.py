@@ -18,13 +18,19 @@ SATURATED = 252.0  # light at which a pixel says no more than "at least this"
 
 
 class Profiles(NamedTuple):
-    """The readings of the profiles (4, n).
+    """The readings of the profiles, (4, n) unless said otherwise.
 
-    The edge's offset from where it was expected (px), how much further out it seems to an estimator that leans
-    on neither side (px), contrast and contrast × e (4, n, 2) as one tells that allows for a slope in the light, the
-    light in the dark, contrast, relative error of the blur, misfit (RMS), whether a pixel was saturated (None: none
-    was), the light itself (4, n, m), and whether a highlight lies on them (None: on none), so that they do not tell
-    the blur.
+    Attributes:
+        offset: place of the edge, outwards from where it was expected, px.
+        pull: how much further out it seems to an estimator that leans on neither side, px.
+        sloped: (4, n, 2) contrast and contrast × e by an estimator that allows for a slope in the light.
+        dark: light on the dark side, of 255.
+        contrast: step of the light, of 255.
+        blur_change: relative error of the blur.
+        misfit: RMS departure of the light from the step, of 255.
+        saturated: True where a pixel was saturated; None: nowhere.
+        light: (4, n, m) the light itself, of 255.
+        glowing: True where a highlight lies, so that the profile does not show the blur; None: nowhere.
     """
 
     offset: Floats

@@ -1,10 +1,10 @@
 """The mark's shape as told by the places that it has passed: it moves, and turns, but does not change.
 
-Beside a textured plate an edge is pulled by the grain under it, by several times the noise when the edge is smeared. A
-few pixels further on it is another grain. So the shape that earlier places told, where it agrees with what is seen,
-holds the corners together: of eight numbers that four lines tell only three, place and turn, are new. At one place the
-grain stays the same and nothing is learned from more frames of it; a lens, or a camera that looks askew, changes the
-shape from place to place, by as much as is found out on the way.
+Beside a textured plate an edge is pulled by the texture under it, with motion blur by several times the noise. A few
+pixels further on it is another texture. So the shape that was seen at earlier places, where it agrees with what is
+seen, holds the corners together: of the eight numbers of four lines only three, place and turn, are new. At one place
+the texture stays the same, and more frames of it teach nothing. A lens, or a camera that looks askew, changes the shape
+from place to place; by how much is found out on the way.
 
 Corners and edges are plain complex numbers, four at a time: faster than arrays.
 """
@@ -20,21 +20,21 @@ from pi_agent.tracking.motion import Four, Way, unsheared
 
 Points = NDArray[np.complex128]
 
-APART_PX = 3.0  # from here on another place's grain lies under the edges
+APART_PX = 3.0  # distance from which on another place's texture lies under the edges
 LENS = 0.001  # change of the shape from place to place, in shares of the way, before any was seen
-LEAST_LENS = 0.0003  # no lens is taken to be better
-MOST_WAYS = 10.0  # from place to place of which the change is remembered
-GRAIN_PX = 1.0  # a mark that moved so far lies in another grain, as far as its edges tell
-WORSE = 1.3  # from so many times the variance on a mark is seen worse than before
-LEAST_NEW = 0.3  # share of an edge's variance that is not that of its grain, at least
+LEAST_LENS = 0.0003  # smallest such change: no lens is taken to be better
+MOST_WAYS = 10.0  # number of ways from place to place whose change is remembered
+OTHER_TEXTURE_PX = 1.0  # distance after which the edges lie in another texture, as far as they tell
+WORSE = 1.3  # factor on the variance from which on a mark is seen worse than before
+LEAST_NEW = 0.3  # smallest share of an edge's variance that is not its texture's
 POSE = 0.5  # share of the edges' variances that moves the mark: light and blur move opposite edges apart
-SAMPLING_PX = 0.01  # how exactly a mark is seen again at its place
-FARTHEST_PX = 80.0  # from one place to another nothing is known of the shape beyond
-MOST_DOUBTED = 10  # frames on end that disagree with the shape, after which the mark has another
-CHANGED = 2.0  # the least change that is believed at once, in variances of what is known and what is seen
-SHAPES = 5.0  # of the eight numbers that four lines tell, those that are the shape
+SAMPLING_PX = 0.01  # error with which a mark is seen again at its place
+FARTHEST_PX = 80.0  # distance beyond which a place says nothing of the shape at another
+MOST_DOUBTED = 10  # frames in a row that disagree with the shape, after which the mark has another
+CHANGED = 2.0  # smallest change that counts at once, in variances of what is known and what is seen
+SHAPES = 5.0  # numbers, of the eight of four lines, that are the shape
 FREE = SHAPES / 8.0
-AGREES = 30.0  # sum of the squared deviations of those by which a shape that is the same may differ
+AGREES = 30.0  # largest sum of their squared deviations for a shape that is the same
 
 
 class Settled(NamedTuple):
@@ -98,10 +98,10 @@ class KnownShape:
             return None
         seen = unsheared(corners, way=way, line_s=self._line_s)
         moved = _way_px(here.corners, seen)
-        if moved > GRAIN_PX:
+        if moved > OTHER_TEXTURE_PX:
             return None
-        free = here.noise_px2 + here.variance_px2 * moved / GRAIN_PX + slack_px * slack_px
-        # The grain under an edge is the same as before.
+        free = here.noise_px2 + here.variance_px2 * moved / OTHER_TEXTURE_PX + slack_px * slack_px
+        # The texture under an edge is the same as before.
         u0, q0 = 0.5 * here.variance_px2, 2.0 * here.variance_px2
         anew = [(max(u - u0, LEAST_NEW * u), max(q - q0, LEAST_NEW * q)) for u, q in variance]
         match = _match(here.corners, seen, anew, free_px2=free)
@@ -248,7 +248,7 @@ def _corner_moves(edges: list[tuple[complex, float]], moves: list[tuple[float, f
 
 
 def _shares(variance: EdgeVariance, towards: list[tuple[float, float]]) -> tuple[float, float]:
-    """By how much the sigma of all corners, and that of the worst, shrinks."""
+    """The factors by which the sigma of all corners, and that of the worst, shrinks."""
     before = [u + 0.25 * q for u, q in variance]
     after = [
         u * (1.0 - FREE * a) + 0.25 * q * (1.0 - FREE * b) for (u, q), (a, b) in zip(variance, towards, strict=True)

@@ -1,6 +1,6 @@
 """Remembers of the mark: the lens's blur, its outline where it lies, its shape from place to place.
 
-A rolling shutter makes a mark that moves another shape. What it makes is known where the speed is: not at first sight,
+A rolling shutter makes a mark that moves another shape. What it makes is known where the speed is: not in acquisition,
 nor in the frame of a blow. What is seen then is compared with what is remembered as far as it can be, and not learned.
 """
 
@@ -9,32 +9,32 @@ from math import degrees
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import judge
+from pi_agent.tracking import validation_gate
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.known_shape import KnownShape, Settled
 from pi_agent.tracking.motion import STILL, Way, unsheared
 from pi_agent.tracking.refine import Fit
-from pi_agent.tracking.resting import NEAR_ON_GRAIN_PX, NEAR_PX, RestingShape, lean_of, noise_px
+from pi_agent.tracking.resting import NEAR_ON_TEXTURE_PX, NEAR_PX, RestingShape, lean_of, noise_px
 
 Points = NDArray[np.complex128]
 
 LEARNING = 0.05  # share of the newest frame in the blur and the shape that are remembered
-STEADY_PX = 0.03  # what a speed that is not steady may make of an outline that is learned
+STEADY_PX = 0.03  # largest change by an unsteady speed of an outline that is learned
 MOST_DEPARTED = 45  # frames after which a changed outline is the mark's: half a second at 90 Hz
 
 
 class Memory:
-    """The memory of one mark between frames: the lens's `blur_px`, and its `shape` when it lay flat (see `judge`)."""
+    """The memory of one mark between frames: the lens's `blur_px`, and its `shape` when it lay flat (`flat_shape`)."""
 
     def __init__(self, config: TrackerConfig) -> None:
         self._config, self._line_s = config, config.shutter.line_s
         self.blur_px = config.blur_px
         self.blur_known = False
-        self.shape: judge.Shape | None = None
+        self.shape: validation_gate.Shape | None = None
         self._forget_outline()
 
     def _forget_outline(self) -> None:
-        near_px = NEAR_ON_GRAIN_PX if self._config.mark.margin <= 0 else NEAR_PX
+        near_px = NEAR_ON_TEXTURE_PX if self._config.mark.margin <= 0 else NEAR_PX
         self._resting = RestingShape(near_px=near_px, line_s=self._line_s)
         self._known = KnownShape(line_s=self._line_s)
         self._departed = 0
@@ -54,11 +54,11 @@ class Memory:
         settled = self._known.settle(fit.corners, fit.edges, way=way, slack_px=slack_px)
         return fit if settled is None else _agreed(fit, settled)
 
-    def compared(self, fit: Fit, way: Way) -> judge.Verdict:
+    def compared(self, fit: Fit, way: Way) -> validation_gate.Verdict:
         """The verdict on a fit by the outline of the last frames; one that has changed for long is the mark's."""
         compared = self._resting.departed(fit.by_edges.corners, way=way)
         if compared is None:
-            return judge.Verdict()
+            return validation_gate.Verdict()
         arms, seen, way_px = compared
         departure = max(np.abs(seen - arms).tolist())
         limit = self._resting.limit_px(
@@ -69,15 +69,15 @@ class Memory:
         )
         if departure < limit:
             self._departed = 0
-            return judge.Verdict()
+            return validation_gate.Verdict()
         self._departed += 1
         if self._departed > MOST_DEPARTED:
             self._forget_outline()
-            return judge.Verdict()
+            return validation_gate.Verdict()
         lean = lean_of(arms, seen, limit_px=limit)
         if lean > 0:
-            return judge.Verdict(f"tipping: a lean of {degrees(lean):.0f} deg", lean)
-        return judge.Verdict(f"outline changed: by {departure:.2f} px, covered or in uneven light")
+            return validation_gate.Verdict(f"tipping: a lean of {degrees(lean):.0f} deg", lean)
+        return validation_gate.Verdict(f"outline changed: by {departure:.2f} px, covered or in uneven light")
 
     def learn(self, fit: Fit, way: Way | None, *, same_path: bool) -> None:
         """Takes a fit that is believed, slowly. `way`: how the mark moves, None where no velocity is known.
@@ -89,7 +89,7 @@ class Memory:
             return
         moves = way or STILL
         at_once = unsheared(alone.corners, way=moves, line_s=self._line_s)
-        seen = judge.flat_shape(judge.side_vectors(at_once, aspect=self._config.mark.aspect))
+        seen = validation_gate.flat_shape(validation_gate.side_vectors(at_once, aspect=self._config.mark.aspect))
         if self.shape is None:
             self.shape = seen
         else:

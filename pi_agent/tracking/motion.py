@@ -11,10 +11,10 @@ Points = NDArray[np.complex128]
 Four = list[complex]
 
 LONGEST_GAP_S = 0.25  # after a longer dropout the last velocity says nothing
-UNSTEADY = 4.0  # times a change of what is gained from frame to frame, by which the speed may be another one
+UNSTEADY = 4.0  # possible error of the speed, in changes of what is gained from frame to frame
 LEAST_STEP_PX = 0.03  # a mark that lay still and has gone so far has begun to slide
 MOST_GAIN_PX_S2 = 60_000.0  # no block gains more: 10 m/s² at 6 px a millimetre
-LEAST_GAIN_PX = 0.4  # a change of the step from frame to frame that is expected to go on: less may be noise
+LEAST_GAIN_PX = 0.4  # change of the step from frame to frame that is expected to go on: less may be noise
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ class Motion:
         yaw_rate = phase(complex(np.vdot(last - self.centre, corners - centre))) / gap_s
         if not self.has_velocity:
             return Way(velocity, yaw_rate, unsteady_px_s=0.5 * abs(velocity))
-        # Of the change from the middle of one way to that of the next, what falls on the second half of this one. A
-        # mark that is stopped on the way has lost its speed, but does not turn back.
+        # The speed changes from the middle of one way to that of the next: here is what falls on the second half of
+        # this one. A mark that is stopped on the way has lost its speed, but does not turn back.
         share = gap_s / (gap_s + self._gap_s)
         gained = share * (velocity - self._mean_px_s)
         gained *= min(1.0, abs(velocity) / max(abs(gained), 1e-9))

@@ -1,4 +1,4 @@
-"""One pass: profiles across the expected edges, which of them are believed, and the lines through those."""
+"""One pass over the edges: profiles across them, the profiles' weights, and the lines through those that count."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,22 +6,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import belief, doubts, edges, lines, steps
+from pi_agent.tracking import covariance_model, edges, lines, profile_weights, steps
+from pi_agent.tracking.motion_blur import MotionBlur, bend
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.smear import Smear, bend
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-PROFILES = 48  # read on each edge
+PROFILES = 48  # number of profiles that are read on each edge
 DIM = 20.0, 12.0, 7.0  # contrasts (of 255) below which the noise of the pixels counts more than the texture
-LEAST_CONTRAST = 6.0  # of 255, in linear light: dim scenes have little more
+LEAST_CONTRAST = 6.0  # least contrast of a mark (of 255, in linear light): dim scenes have little more
 ALL_PROFILES = np.full(4, float(PROFILES))
 ALL_SHARP, NO_PATH = np.ones(4), np.zeros(4)
-FLOOR_PX = 0.012  # scatter of the edge points that is always believed
-READ = 0.75  # share of an edge's profiles that must be believed for a plain fit
-MOSTLY = 0.7  # weight of those, in shares, from which a plain fit is one of most of them
-FAR = 0.6  # in blur deviations
+FLOOR_PX = 0.012  # smallest scatter of the edge points that is assumed
+READ = 0.75  # share of an edge's profiles that must have a weight for a plain fit
+MOSTLY = 0.7  # share of those that must agree with a plain fit
+FAR = 0.6  # distance of an edge, in blur deviations, from which its blur is not read
 BLUR_RANGE_PX = (0.55, 4.0)
 
 
@@ -36,13 +36,13 @@ class Task:
     model: steps.StepModel
     known: steps.StepModel
     dim: tuple[steps.StepModel, ...]
-    moving: steps.SmearedModels
+    moving: steps.MovingModels
     left_out: Floats | None = None
 
     @staticmethod
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
         """The task for bare tape on a textured plate, or for a mark with its own margin."""
-        model, moving = steps.step_model(textured=textured), steps.smeared_models(textured=textured)
+        model, moving = steps.step_model(textured=textured), steps.moving_models(textured=textured)
         if not textured:
             return Task(model, model, (model,) * len(DIM), moving, left_out)
         known = steps.step_model(textured=True, known_blur=True)
@@ -66,8 +66,8 @@ class Look(NamedTuple):
     """The start of a pass: the edges as expected, the blur of the lens, the estimators.
 
     `path`: the way across each edge within the exposure (4,) that its estimator is made for; `width`: deviation of
-    blur and smear together; `sharp`: how much an edge tells of the lens's blur, 1 without smear; `inwards`: the ways of
-    the edges' middles.
+    all blur; `sharp`: how much an edge tells of the lens's blur, 1 without motion blur; `inwards`: the ways of the
+    edges' middles.
     """
 
     corners: Points
@@ -80,30 +80,42 @@ class Look(NamedTuple):
     inwards: list[float]
 
 
-def look_at(corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, smear: Smear | None) -> Look:
+def look_at(
+    corners: Points, blur: Floats, *, model: steps.StepModel, task: Task, motion_blur: MotionBlur | None
+) -> Look:
     """A pass about corners (4,), with the lens's blur (4,) in px; `model` is used when nothing moves."""
     clear_px = 1.0 + 3.0 * max(blur.tolist())
-    if smear is None:
+    if motion_blur is None:
         return Look(
             corners, blur, lines.expected_edges(corners, clear_px=clear_px), model, NO_PATH, blur, ALL_SHARP, []
         )
     outline = lines.expected_edges(corners, clear_px=clear_px)
-    inwards = smear.inwards(outline)
+    inwards = motion_blur.inwards(outline)
     path = np.abs(inwards)
     expected = lines.shortened(outline, clear_px=clear_px + 0.5 * max(path.tolist()))
     width = np.sqrt(blur**2 + path**2 / 12.0)
-    estimators, smears = task.moving.at(path / blur)
-    return Look(corners, blur, expected, estimators, smears * blur, width, (blur / width) ** 4, inwards)
+    estimators, motion_blurs = task.moving.at(path / blur)
+    return Look(corners, blur, expected, estimators, motion_blurs * blur, width, (blur / width) ** 4, inwards)
 
 
 class Step(NamedTuple):
-    """The findings of a pass.
+    """The findings of a pass: the corners, and what covariance model and validation gate look at.
 
-    The corners, the blurs and the contrast (see `Fit`); the largest corrections, of a corner in blur deviations and of
-    the blur in shares of it; and what the doubts are told by: the profiles, which of them are believed (4, n), how far
-    two estimators disagree (4, n), the lines, how much wider each edge seems than its blur (4,), whether the light
-    differs along the outline, the share of the profiles that told the blur, whether three profiles on end disagreed
-    with the first lines (without that no edge is bent), and how many profiles each edge has but for a notch (4,).
+    Attributes:
+        corners: (4,) the corners x + i y, px.
+        blur_px: (4,) blur of each edge.
+        contrast: step of the light across the edges, of 255.
+        moved: largest correction of a corner, in blur deviations.
+        blur_change: largest correction of the blur, in shares of it.
+        found: the profiles' readings.
+        believed: (4, n) weights of the profiles.
+        pull: (4, n) disagreement of two estimators, px.
+        line: the lines through the edge points.
+        wider: (4,) factor by which each edge seems wider than its blur.
+        uneven: True if the light differs along the outline.
+        telling: share of the profiles that show the blur.
+        broken: True if three profiles in a row disagreed with the first lines; without that no edge is bent.
+        profiles: (4,) number of profiles of each edge, without those in a notch.
     """
 
     corners: Points
@@ -123,7 +135,13 @@ class Step(NamedTuple):
 
 
 def one_pass(
-    reader: PixelReader, look: Look, *, task: Task, shared_blur: bool, smear: Smear | None, turn_per_row_rad: float
+    reader: PixelReader,
+    look: Look,
+    *,
+    task: Task,
+    shared_blur: bool,
+    motion_blur: MotionBlur | None,
+    turn_per_row_rad: float,
 ) -> Step | None:
     """The findings of a pass; None when there is no mark. `shared_blur`: the edges have one blur, the lens's."""
     expected = look.expected
@@ -133,22 +151,24 @@ def one_pass(
     typical = float(np.partition(found.contrast.ravel(), found.contrast.size // 2)[found.contrast.size // 2])
     if typical < LEAST_CONTRAST:
         return None
-    weight = belief.believed(found, typical, look.width)
-    found = belief.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
+    weight = profile_weights.weights_of(found, typical, look.width)
+    found = profile_weights.level(found, weight, look.model, blur=look.blur, typical=typical, even=task.even)
     unevenness = 0.0
     if task.even:
-        unevenness = belief.beside_another(found, weight)
-        if unevenness > belief.EVEN:
-            found = belief.through_shadow(found, weight, typical)
+        unevenness = profile_weights.beside_another(found, weight)
+        if unevenness > profile_weights.EVEN:
+            found = profile_weights.through_shadow(found, weight, typical)
     profiles = ALL_PROFILES
     if task.left_out is not None:
-        profiles = belief.leave_out(weight, expected, task.left_out)
+        profiles = profile_weights.leave_out(weight, expected, task.left_out)
     counted = np.add.reduce(weight, axis=1)
     if min(counted.tolist()) < PROFILES // 4:
         return None
-    offset, pull = _straightened(found, look, smear=smear, turn_per_row_rad=turn_per_row_rad)
+    offset, pull = _straightened(found, look, motion_blur=motion_blur, turn_per_row_rad=turn_per_row_rad)
     line = _robust_lines(offset, weight, counted, expected)
-    spoiled = doubts.beside_a_gap(line, blur_px=max(look.blur.tolist()), shortest_px=min(expected.free.tolist()))
+    spoiled = covariance_model.beside_a_gap(
+        line, blur_px=max(look.blur.tolist()), shortest_px=min(expected.free.tolist())
+    )
     broken = spoiled is not None
     if spoiled is not None:
         kept = np.where(spoiled, 0.0, weight)
@@ -160,13 +180,13 @@ def one_pass(
     blur = within(look.blur * (1.0 + within(change, -0.3, 0.3)), *BLUR_RANGE_PX)
     moved = max((np.abs(refined - look.corners) / look.width).tolist())
     largest = max(np.abs(change).tolist())
-    uneven = unevenness > belief.UNEVEN
+    uneven = unevenness > profile_weights.UNEVEN
     told = wider, uneven, telling, broken, profiles
     return Step(refined, blur, typical, moved, largest, found, weight, pull, line, *told)
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
-    """As np.clip, in less than half its time for four numbers."""
+    """Clips as np.clip does, in less than half its time for four numbers."""
     return np.minimum(np.maximum(values, low), high)
 
 
@@ -195,14 +215,14 @@ def blur_change(
 
 
 def _straightened(
-    found: edges.Profiles, look: Look, *, smear: Smear | None, turn_per_row_rad: float
+    found: edges.Profiles, look: Look, *, motion_blur: MotionBlur | None, turn_per_row_rad: float
 ) -> tuple[Floats, Floats]:
-    """Offset and pull (4, n) without what a turn does to them: smears that differ along an edge, and bent edges."""
-    if smear is None and turn_per_row_rad == 0.0:
+    """Offset and pull (4, n) without what a turn does to them: motion blur that differs along an edge, bent edges."""
+    if motion_blur is None and turn_per_row_rad == 0.0:
         return found.offset, found.pull
     terms = np.zeros((8, 3))
-    if smear is not None:
-        longer, gain = smear.longer(look.expected, look.inwards, than=look.path), look.model.smear_gain
+    if motion_blur is not None:
+        longer, gain = motion_blur.longer(look.expected, look.inwards, than=look.path), look.model.motion_blur_gain
         terms[:4, :2] = gain[:, None] * longer
         terms[4:, :2] = (look.model.other_gain - gain)[:, None] * longer
     if turn_per_row_rad != 0.0:

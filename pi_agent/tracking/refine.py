@@ -1,4 +1,4 @@
-"""From a rough quadrilateral to its exact corners: search if needed, then passes of profiles and lines."""
+"""Refines a rough quadrilateral to its exact corners: a search if needed, then passes of profiles and lines."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import belief, doubts, edges, lines
+from pi_agent.tracking import covariance_model, edges, lines, profile_weights
+from pi_agent.tracking.motion_blur import MotionBlur
 from pi_agent.tracking.passes import (
     BLUR_RANGE_PX,
     LEAST_CONTRAST,
@@ -19,31 +20,42 @@ from pi_agent.tracking.passes import (
     within,
 )
 from pi_agent.tracking.pixels import PixelReader
-from pi_agent.tracking.smear import Smear
 
 Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 
-SEARCHED = 14  # profiles that a search reads on each edge
+SEARCHED = 14  # number of profiles that a search reads on each edge
 SETTLED = 0.5, 0.05  # corrections of place and of blur, in shares of the blur, that need no further pass
 SETTLED_BESIDE_MARGIN = 1.2, 0.05  # the same where the estimator leans on neither side
 FOUND = 0.04, 0.001  # the same while the blur is being found, or is not the lens's alone
-BLUR_TOLD = 0.0055  # relative error of a blur that all profiles tell; few lie together: over their share, not its root
-LEAST_TELLING = 0.01  # share of the profiles below which none tells the blur
-DARK_BEYOND = 0.1, 1.5  # rise from an edge's dark outwards, in contrasts and in shares of the dark, that is none
-BLUR_ALIKE = 0.12  # edges whose blurs differ by less share one: the lens's
+BLUR_TOLD = 0.0055  # relative error of a blur that all profiles show; few lie together, so it grows as 1 / their share
+LEAST_TELLING = 0.01  # share of the profiles below which none shows the blur
+DARK_BEYOND = 0.1, 1.5  # smaller rises from an edge's dark outwards, in contrasts and shares of the dark, are none
+BLUR_ALIKE = 0.12  # edges whose blurs differ by less have one in common: the lens's
 _LAST = np.array([0, 1, -2, -1])
 
 
 class Fit(NamedTuple):
     """The refined quadrilateral.
 
-    Corners (4,) x + i y, sigma of one coordinate, of all corners and of the worst, RMS distance of the edge points,
-    share of each edge's readable profiles that agree (4,), contrast, blur of each edge (4,), share of saturated
-    profiles, whether neighbouring profiles show an edge beside the line of theirs, the least share of an edge's
-    profiles that agree, readable or not, whether an edge is pulled by uneven light, and the path within the
-    exposure that was reckoned with; whether the dark goes on outside an edge's ends, and whether the last pass still
-    moved a corner far: then an edge lies elsewhere than where it was looked for.
+    Attributes:
+        corners: (4,) the corners x + i y, px.
+        sigma_px: sigma of one coordinate, over all corners.
+        worst_px: the same of the worst corner.
+        residual_px: RMS distance of the edge points from their lines.
+        agreement: (4,) share of each edge's readable profiles that agree with its line.
+        contrast: step of the light across the edges, of 255.
+        blur_px: (4,) blur of each edge.
+        saturated: share of the profiles that are saturated.
+        bent: True if neighbouring profiles show another edge beside their line.
+        whole: least share of an edge's profiles that agree, readable or not.
+        pulled: True if uneven light moves an edge.
+        path_px: the mark's path within the exposure that was allowed for.
+        edges: the variances of the lines.
+        alone: the fit by the edges alone, where the known shape has a part in this one.
+        recalled: True if badly seen edges follow how they were seen before.
+        goes_on: True if the dark goes on beyond an edge's ends.
+        astray: True if the last pass still moved a corner far: an edge lies elsewhere than it was looked for.
     """
 
     corners: Points
@@ -91,25 +103,27 @@ def refine(
     task: Task,
     most_passes: int,
     blur_known: bool = False,
-    smear: Smear | None = None,
+    motion_blur: MotionBlur | None = None,
     turn_per_row_rad: float = 0.0,
 ) -> Fit | None:
     """The exact corners from ones that are within about a pixel; None when there is no mark.
 
-    `blur_px`: (4,) expected blur of the edges, with `smear` that of the lens; `blur_known`: from earlier frames;
+    `blur_px`: (4,) expected blur of the edges, with `motion_blur` that of the lens; `blur_known`: from earlier frames;
     `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges
-    are fitted with blurs of their own first, then with the one that they share, if they do. Ends when a pass changed
-    little.
+    are fitted with blurs of their own first, then with the one that they share, if they do. It ends when a pass has
+    changed little.
     """
     blur = within(blur_px, *BLUR_RANGE_PX)
-    known = blur_known or smear is not None
+    known = blur_known or motion_blur is not None
     still = SETTLED_BESIDE_MARGIN if task.even else SETTLED
     limit = still if blur_known else FOUND
     contrast = np.inf
     for left in range(most_passes - 1, -1, -1):
         model = task.estimator(known_blur=known, contrast=contrast)
-        look = look_at(corners, blur, model=model, task=task, smear=smear)
-        step = one_pass(reader, look, task=task, shared_blur=known, smear=smear, turn_per_row_rad=turn_per_row_rad)
+        look = look_at(corners, blur, model=model, task=task, motion_blur=motion_blur)
+        step = one_pass(
+            reader, look, task=task, shared_blur=known, motion_blur=motion_blur, turn_per_row_rad=turn_per_row_rad
+        )
         if step is None:
             return None
         contrast = step.contrast
@@ -120,7 +134,7 @@ def refine(
             blur, known, settled = np.full(4, blur.mean()), True, False
         if settled or left == 0:
             doubt_px = np.minimum(look.blur - blur_px, 0.0) if blur_known else _blur_error_px(step, look)
-            path_px = 0.0 if smear is None else abs(smear.path_px)
+            path_px = 0.0 if motion_blur is None else abs(motion_blur.path_px)
             fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px, blur_known=blur_known)
             fit = fit._replace(astray=True) if step.moved > still[0] else fit
             # From further away an edge seems to lie in uneven light that does not.
@@ -131,7 +145,7 @@ def refine(
 
 def _bent(step: Step, look: Look, *, even: bool) -> bool:
     shortest_px, width_px = min(look.expected.free.tolist()), np.zeros(4) if even else look.blur + look.path
-    return doubts.bent(step.line, step.believed, shortest_px=shortest_px, grain_px=width_px)
+    return covariance_model.bent(step.line, step.believed, shortest_px=shortest_px, texture_px=width_px)
 
 
 def _goes_on(step: Step) -> bool:
@@ -146,7 +160,7 @@ def _goes_on(step: Step) -> bool:
 def _whole(step: Step, agreeing: NDArray[np.intp]) -> float:
     """The least share of an edge's profiles that agree and lie in no highlight; `agreeing` (4,): how many agree."""
     if step.found.glowing is not None:
-        agreeing = np.add.reduce((step.line.weight > doubts.AGREES) & ~step.found.glowing, axis=1)
+        agreeing = np.add.reduce((step.line.weight > covariance_model.AGREES) & ~step.found.glowing, axis=1)
     return min(agreeing.tolist()) / PROFILES
 
 
@@ -156,7 +170,7 @@ def _blur_error_px(step: Step, look: Look) -> Floats:
 
 
 def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: Floats, blur_known: bool) -> Fit:
-    """The fit of the last pass, with what is to be said about its doubts.
+    """The fit of the last pass with its errors and what speaks against it.
 
     `blur_doubt_px`: (4,) how much sharper (below 0) the edges seem than the lens was, for uneven light can do that; or
     how wrong the blur may be that the few profiles told on which no highlight lies.
@@ -164,12 +178,14 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
     found, line, expected, contrast = step.found, step.line, look.expected, step.contrast
     moves: Points | None = None
     if even:
-        moves, pull, line = doubts.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
-        scatter = lines.scatter_variance(line, expected, variance=doubts.margin_variance(line, profiles=step.profiles))
-        sigma = doubts.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
+        moves, pull, line = covariance_model.out_of_shadow(step.pull, line, expected, contrast=found.contrast)
+        scatter = lines.scatter_variance(
+            line, expected, variance=covariance_model.margin_variance(line, profiles=step.profiles)
+        )
+        sigma = covariance_model.margin_sigma(pull, scatter, contrast=contrast, path_px=path_px, uneven=step.uneven)
     else:
         off_px = step.wider * look.blur * look.sharp + blur_doubt_px
-        sigma = doubts.grain_sigma(
+        sigma = covariance_model.texture_sigma(
             step.pull,
             line,
             expected,
@@ -178,20 +194,24 @@ def _fit(step: Step, look: Look, *, even: bool, path_px: float, blur_doubt_px: F
             contrast=contrast,
             path_px=path_px,
         )
-    agreeing = np.add.reduce(line.weight > doubts.AGREES, axis=1)
+    agreeing = np.add.reduce(line.weight > covariance_model.AGREES, axis=1)
     return Fit(
         corners=step.corners if moves is None else step.corners + moves,
         sigma_px=sigma.mean_px,
         worst_px=sigma.worst_px,
         residual_px=sqrt(float(np.vdot(line.weight, line.residual * line.residual)) / sum(line.moments[:, 0].tolist())),
-        agreement=agreeing / belief.readable(found),
+        agreement=agreeing / profile_weights.readable(found),
         whole=_whole(step, agreeing),
         contrast=step.contrast,
         blur_px=step.blur_px,
         saturated=0.0 if found.saturated is None else float(found.saturated.mean()),
         bent=(step.broken and _bent(step, look, even=even))
-        or (not even and doubts.another(line, agreeing, contrast=found.contrast, dark=found.dark))
-        or (even and not blur_known and doubts.covering(line, agreeing, contrast=found.contrast, dark=found.dark)),
+        or (not even and covariance_model.another(line, agreeing, contrast=found.contrast, dark=found.dark))
+        or (
+            even
+            and not blur_known
+            and covariance_model.covering(line, agreeing, contrast=found.contrast, dark=found.dark)
+        ),
         pulled=moves is not None or sigma.pulled,
         path_px=path_px,
         edges=sigma.edges,

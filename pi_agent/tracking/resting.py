@@ -2,7 +2,7 @@
 
 A finger, a highlight or the edge of a shadow can move one edge of the outline without breaking it. While the mark stays
 where it is, light and lens give every frame the same outline, and even a small departure tells. Once it has moved by
-some pixels the lens and the plate's grain change the outline as well: more is allowed there, and it is learned anew.
+some pixels the lens and the plate's texture change the outline as well: more is allowed there, and it is learned anew.
 """
 
 from math import acos, sqrt
@@ -10,21 +10,21 @@ from math import acos, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking.judge import PERSPECTIVE
 from pi_agent.tracking.motion import Way, centre_of, unsheared
+from pi_agent.tracking.validation_gate import PERSPECTIVE
 
 Points = NDArray[np.complex128]
 Compared = tuple[Points, Points, float]
 Seen = tuple[Points, Way]
 
 NEAR_PX = 3.0  # within this distance a lens changes an outline by less than is told here
-NEAR_ON_GRAIN_PX = 0.15  # the same for the grain of a plate beside bare tape
-LEAST_SHARE = 0.1  # of the newest frame in the outline that is remembered
-SYSTEMATIC_PX = 0.03  # departures that sampling and grain may cause
-LENS = 0.004  # and a lens, a camera that looks askew, or a slide's unsteady speed, in shares of the distance
+NEAR_ON_TEXTURE_PX = 0.15  # the same for the plate's texture beside bare tape
+LEAST_SHARE = 0.1  # share of the newest frame in the outline that is remembered
+SYSTEMATIC_PX = 0.03  # departure that sampling and texture may cause
+LENS = 0.004  # departure by a lens, a camera that looks askew or an unsteady speed, in shares of the distance
 FARTHEST_PX = 40.0  # beyond this distance from the last frame the outline is another one
 NOISE_PX = 1.2  # deviation of a corner's coordinate by pixel noise, times the contrast (of 255)
-SHARP_PX = 0.9  # for a lens that blurs so much; out of focus it grows with the root of the blur
+SHARP_PX = 0.9  # blur of the lens for which that holds; out of focus it grows with the root of the blur
 DEVIATIONS = 4.0
 
 

@@ -1,4 +1,4 @@
-"""Estimators of where an edge lies: blurred steps, smeared by motion within the exposure, fitted to profiles across it.
+"""Estimators of where an edge lies: steps, blurred by lens and motion, that are fitted to profiles across it.
 
 Along a profile the light is `dark + contrast × f(s − e)`: s is the distance outwards, e the edge's place, f the step
 from 0 to 1 as lens and motion blur it. All lengths are in deviations of the lens's blur. Linearised about e = 0 a fit
@@ -8,8 +8,8 @@ back by a table.
 The fit is by generalised least squares: the pixels' noise, and for a bare tape the texture of the plate beside it, seen
 through the blur. Texture disturbs the bright side only, so the dark foot of the edge counts more; how far the foot
 reaches depends on the blur, so beside texture the blur must be known, from all four edges and from earlier frames, and
-the smear from the mark's speed. Under a mark that moves the plate lies still: what a place shows of it goes with the
-share of the exposure for which it is uncovered.
+the motion blur from the mark's speed. Under a mark that moves the plate lies still: what a place shows of it goes with
+the share of the exposure for which it is uncovered.
 """
 
 from collections.abc import Callable
@@ -26,24 +26,24 @@ Floats = NDArray[np.float64]
 Matrix = NDArray[np.float32]
 
 STEPS = np.linspace(-3.0, 3.0, 13)  # places along a profile, in blur deviations
-STEPS_ON_GRAIN = np.linspace(-4.5, 3.0, 15)  # the same beside a textured plate: the dark must be known well
-NOISE = 0.009  # of the pixels, in contrasts, as far as it is left in the mean of neighbouring profiles
+STEPS_ON_TEXTURE = np.linspace(-4.5, 3.0, 15)  # the same beside a textured plate: the dark must be known well
+NOISE = 0.009  # noise of the pixels, in contrasts, that is left in the mean of neighbouring profiles
 DIM_NOISE = 0.02, 0.04, 0.07  # the same in dim light, and in still dimmer
 SHADED_BLUR = 0.03  # relative error of the blur where the light changes across the edge
 KNOWN_BLUR = 0.007  # relative error of a blur that is taken as known
-REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of blur and smear
-LOOSE_BLUR = 0.1  # the same of one that is told beside a slope in the light
+REACH = np.linspace(-1.6, 1.6, 65)  # places of an edge for which the answer is known, in deviations of all blur
+LOOSE_BLUR = 0.1  # relative error of a blur that is read beside a slope in the light
 TEXTURE = 0.15  # relative deviation of a plate's reflectance
 TEXTURE_LENGTH = 3.0  # its correlation length, in blur deviations
-LEAST_GAIN = 0.4  # change of the estimator's answer per change of the place, below which it tells too little
-FAR = 0.4  # where it is told how much wider a step seems that lies away
-SOLVED = 7  # columns of `StepModel.solve`
-APART = 1e5  # between the tables of two edges: no answer is as large
+LEAST_GAIN = 0.4  # smallest useful change of the estimator's answer per change of the place
+FAR = 0.4  # distance, in blur deviations, at which it is found how much wider a step seems
+SOLVED = 7  # number of columns of `StepModel.solve`
+APART = 1e5  # distance between the tables of two edges: no answer is as large
 EDGES_APART = APART * np.arange(4.0)[:, None]
 SHARPER = 0.86  # blur at the pixels over that of light read between them, at an ordinary blur
-SMEAR_STEP = 0.25  # between the smears for which estimators are made, in blur deviations
+MOTION_BLUR_STEP = 0.25  # distance between the motion blurs for which estimators are made, in blur deviations
 BETWEEN = 4  # parts into which that is cut by going evenly between two estimators
-MOST_SMEAR = 10.0  # a path across an edge beyond is not told from a longer one
+MOST_MOTION_BLUR = 10.0  # a longer path across an edge looks like a still longer one
 
 
 class Table(NamedTuple):
@@ -80,8 +80,9 @@ class StepModel(NamedTuple):
     `solve_and_misfit`: `solve` (m, 7) beside `misfit` (m, m). `solve`: contrast, contrast × e, contrast × dσ; contrast
     and contrast × e once more, by another estimator: beside texture one that leans on neither side of the edge and is
     pulled further by it, beside a margin one that is not pulled by a shadow; and by one that allows for a slope in the
-    light that a highlight adds (`sloped` gives the rest that is needed where one lies). `smear_gain`, `other_gain`: how
-    much further out a step seems to each of the two for each deviation by which its smear is longer than expected.
+    light that a highlight adds (`sloped` gives the rest that is needed where one lies). `motion_blur_gain`,
+    `other_gain`: how much further out a step seems to each of the two for each deviation by which its motion blur is
+    longer than expected.
     `widening`: how much wider a step seems, in shares of the lens's blur, by the square of how far it lies away. Each
     is one for all edges, or (4, …), one for each.
     """
@@ -91,7 +92,7 @@ class StepModel(NamedTuple):
     table: Table
     other_table: Table
     sloped: Callable[[], Sloped]
-    smear_gain: Floats
+    motion_blur_gain: Floats
     other_gain: Floats
     widening: Floats
     uneven: Matrix | None
@@ -109,30 +110,35 @@ def step_model(*, textured: bool, known_blur: bool = False, noise: float = NOISE
     `known_blur`: e is estimated with the blur as given; its error is estimated all the same, as if it were not.
     `noise`: of the pixels, in contrasts.
     """
-    return _model(textured=textured, known_blur=known_blur, noise=noise, smear=0.0)
+    return _model(textured=textured, known_blur=known_blur, noise=noise, motion_blur=0.0)
 
 
-class SmearedModels:
+class MovingModels:
     """The estimators for any path of the mark across an edge within the exposure; see `step_model`."""
 
     def __init__(self, *, textured: bool) -> None:
-        smears = np.arange(0.0, MOST_SMEAR + SMEAR_STEP, SMEAR_STEP)
-        models = [_model(textured=textured, known_blur=textured, noise=NOISE, smear=float(smear)) for smear in smears]
+        motion_blurs = np.arange(0.0, MOST_MOTION_BLUR + MOTION_BLUR_STEP, MOTION_BLUR_STEP)
+        models = [
+            _model(textured=textured, known_blur=textured, noise=NOISE, motion_blur=float(motion_blur))
+            for motion_blur in motion_blurs
+        ]
         slopes = [model.sloped() for model in models]
         self._solve = _between(np.stack([model.solve_and_misfit for model in models])).astype(np.float32)
         self._sloped = _between(np.stack([slope.misfit for slope in slopes])).astype(np.float32)
-        # Beside a margin, where an error of the blur moves no edge, a smear leaves nothing of it to undo.
+        # Beside a margin, where an error of the blur moves no edge, motion blur leaves nothing of it to undo.
         uneven = [model.uneven for model in models if model.uneven is not None]
         self._uneven = _between(np.stack(uneven)).astype(np.float32) if textured else None
         self._tables = _tables_between([[model.table, model.other_table] for model in models])
         self._sloped_tables = _tables_between([[slope.table] for slope in slopes])
-        gains = np.array([(model.smear_gain, model.other_gain, model.widening) for model in models], dtype=np.float64)
+        gains = np.array(
+            [(model.motion_blur_gain, model.other_gain, model.widening) for model in models], dtype=np.float64
+        )
         self._small = _between(np.concatenate([gains, np.stack([model.steps for model in models])], axis=1))
 
-    def at(self, smear: Floats) -> tuple[StepModel, Floats]:
-        """The estimators of four edges with about these smears (4,), and theirs; in blur deviations."""
+    def at(self, motion_blur: Floats) -> tuple[StepModel, Floats]:
+        """The estimators of four edges with about these motion blurs (4,), and theirs; in blur deviations."""
         last = len(self._small) - 1
-        places = np.array([min(round(each * (BETWEEN / SMEAR_STEP)), last) for each in smear.tolist()])
+        places = np.array([min(round(each * (BETWEEN / MOTION_BLUR_STEP)), last) for each in motion_blur.tolist()])
         small = self._small.take(places, axis=0)
         table, other_table = _tables_at(self._tables, places)
         model = StepModel(
@@ -146,7 +152,7 @@ class SmearedModels:
             small[:, 2],
             None if self._uneven is None else self._uneven.take(places, axis=0),
         )
-        return model, places * (SMEAR_STEP / BETWEEN)
+        return model, places * (MOTION_BLUR_STEP / BETWEEN)
 
     def _sloped_at(self, places: NDArray[np.intp]) -> Sloped:
         """Few frames need it."""
@@ -155,9 +161,9 @@ class SmearedModels:
 
 
 @lru_cache(maxsize=2)
-def smeared_models(*, textured: bool) -> SmearedModels:
+def moving_models(*, textured: bool) -> MovingModels:
     """The estimators for a moving mark, made once: they take some tens of milliseconds."""
-    return SmearedModels(textured=textured)
+    return MovingModels(textured=textured)
 
 
 def _between(rows: NDArray[Any]) -> Floats:
@@ -169,7 +175,7 @@ def _between(rows: NDArray[Any]) -> Floats:
 
 
 def _tables_between(tables: list[list[Table]]) -> Floats:
-    """Answers and reach, by the table and the smear (2, tables, smears, k), and of smears evenly between them."""
+    """Answers and reach (2, tables, motion blurs, k) by table and motion blur, and of those evenly between them."""
     fenced = [[table.fenced() for table in row] for row in tables]
     answers = _between(np.array([[table.answers for table in row] for row in fenced])).swapaxes(0, 1)
     reach = _between(np.array([[table.reach for table in row] for row in fenced])).swapaxes(0, 1)
@@ -184,29 +190,29 @@ def _tables_at(tables: Floats, places: NDArray[np.intp]) -> list[Table]:
     return [Table(each, there, EDGES_APART) for each, there in zip(answers, reach, strict=True)]
 
 
-def _model(*, textured: bool, known_blur: bool, noise: float, smear: float) -> StepModel:
-    places = STEPS_ON_GRAIN if textured else STEPS
-    steps = np.linspace(places[0] - 0.5 * smear, places[-1] + 0.5 * smear, len(places))
-    model = _derivatives(steps, smear)
-    covariance = _covariance(steps, noise=noise, texture=TEXTURE if textured else 0.0, smear=smear)
+def _model(*, textured: bool, known_blur: bool, noise: float, motion_blur: float) -> StepModel:
+    places = STEPS_ON_TEXTURE if textured else STEPS
+    steps = np.linspace(places[0] - 0.5 * motion_blur, places[-1] + 0.5 * motion_blur, len(places))
+    model = _derivatives(steps, motion_blur)
+    covariance = _covariance(steps, noise=noise, texture=TEXTURE if textured else 0.0, motion_blur=motion_blur)
     free = _solution(model, covariance, blur_error=np.inf)
     solve = _solution(model, covariance, blur_error=KNOWN_BLUR) if known_blur else free
-    seen = _step(steps - _reach(smear)[:, None], smear)
-    other = _other(steps, textured=textured, noise=noise, smear=smear)
+    seen = _step(steps - _reach(motion_blur)[:, None], motion_blur)
+    other = _other(steps, textured=textured, noise=noise, motion_blur=motion_blur)
     slope = np.column_stack([model, steps])
     sloped = _solution(slope, covariance, blur_error=KNOWN_BLUR if known_blur else LOOSE_BLUR)
-    beside_slope = Sloped(_misfit(slope), _table(seen, sloped, _reach(smear)))
+    beside_slope = Sloped(_misfit(slope), _table(seen, sloped, _reach(motion_blur)))
     wanted = np.column_stack([solve[:, 1:3], free[:, 3], other[:, 1:3], sloped[:, 1:3]])
     return StepModel(
         steps,
         np.concatenate([wanted, _misfit(model)], axis=1).astype(np.float32),
-        _table(seen, solve, _reach(smear)),
-        _table(seen, other, _reach(smear)),
+        _table(seen, solve, _reach(motion_blur)),
+        _table(seen, other, _reach(motion_blur)),
         lambda: beside_slope,
-        np.array(_by_smear(steps, smear) @ solve[:, 2]),
-        np.array(_by_smear(steps, smear) @ other[:, 2]),
-        np.array(_widening(steps, solve[:, 1], free[:, 3], smear)),
-        (_bow(steps, smear)[:, None] * wanted).astype(np.float32),
+        np.array(_by_motion_blur(steps, motion_blur) @ solve[:, 2]),
+        np.array(_by_motion_blur(steps, motion_blur) @ other[:, 2]),
+        np.array(_widening(steps, solve[:, 1], free[:, 3], motion_blur)),
+        (_bow(steps, motion_blur)[:, None] * wanted).astype(np.float32),
     )
 
 
@@ -217,22 +223,22 @@ def _misfit(model: Floats) -> Matrix:
     return (left_over / np.sqrt(size - parameters)).astype(np.float32)
 
 
-def _other(steps: Floats, *, textured: bool, noise: float, smear: float) -> Floats:
+def _other(steps: Floats, *, textured: bool, noise: float, motion_blur: float) -> Floats:
     """An estimator that minds texture beside the edge more than the one in use.
 
     Where there is none, one that does not mind if the light changes across the edge, at twice the noise.
     """
-    model = _derivatives(steps, smear)
-    covariance = _covariance(steps, noise=noise, texture=0.0, smear=smear)
+    model = _derivatives(steps, motion_blur)
+    covariance = _covariance(steps, noise=noise, texture=0.0, motion_blur=motion_blur)
     if textured:
         return _solution(model, covariance, blur_error=KNOWN_BLUR)
     changing = steps * model[:, 1]
     return _solution(np.column_stack([model, changing]), covariance, blur_error=SHADED_BLUR)
 
 
-def _reach(smear: float) -> Floats:
+def _reach(motion_blur: float) -> Floats:
     """The places of a step for which the answer is known."""
-    return sqrt(1.0 + smear * smear / 12.0) * REACH
+    return sqrt(1.0 + motion_blur * motion_blur / 12.0) * REACH
 
 
 def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
@@ -246,44 +252,44 @@ def _table(seen: Floats, solve: Floats, reach: Floats) -> Table:
     return Table(answers[told] + rising, reach[told])
 
 
-def _widening(steps: Floats, contrast: Floats, blur: Floats, smear: float) -> float:
+def _widening(steps: Floats, contrast: Floats, blur: Floats, motion_blur: float) -> float:
     """The share by which a step seems wider to the estimator of the blur, by the square of how far away it lies."""
-    seen = [_step(steps - place, smear) for place in (-FAR, FAR)]
+    seen = [_step(steps - place, motion_blur) for place in (-FAR, FAR)]
     return float(np.mean([(step @ blur) / (step @ contrast) for step in seen])) / FAR**2
 
 
-def _bow(u: Floats, smear: float) -> Floats:
+def _bow(u: Floats, motion_blur: float) -> Floats:
     """Second derivative of a step at the pixels themselves, which are sharper than light that is read between them."""
-    if smear > 0.0:
-        late, early = (u + 0.5 * smear) / SHARPER, (u - 0.5 * smear) / SHARPER
-        return (normal.density(late) - normal.density(early)) / (SHARPER * smear)
+    if motion_blur > 0.0:
+        late, early = (u + 0.5 * motion_blur) / SHARPER, (u - 0.5 * motion_blur) / SHARPER
+        return (normal.density(late) - normal.density(early)) / (SHARPER * motion_blur)
     sharp = u / SHARPER
     return -sharp * normal.density(sharp) / SHARPER**2
 
 
-def _derivatives(u: Floats, smear: float) -> Floats:
+def _derivatives(u: Floats, motion_blur: float) -> Floats:
     """Derivatives (len(u), 4) of the blurred step by dark level, contrast, place and blur, at contrast 1."""
-    if smear == 0.0:
-        return np.stack([np.ones_like(u), _step(u, smear), -normal.density(u), -u * normal.density(u)], axis=1)
-    late, early = u + 0.5 * smear, u - 0.5 * smear
-    place = (normal.cumulative(early) - normal.cumulative(late)) / smear
-    blur = (normal.density(late) - normal.density(early)) / smear
-    return np.stack([np.ones_like(u), _step(u, smear), place, blur], axis=1)
+    if motion_blur == 0.0:
+        return np.stack([np.ones_like(u), _step(u, motion_blur), -normal.density(u), -u * normal.density(u)], axis=1)
+    late, early = u + 0.5 * motion_blur, u - 0.5 * motion_blur
+    place = (normal.cumulative(early) - normal.cumulative(late)) / motion_blur
+    blur = (normal.density(late) - normal.density(early)) / motion_blur
+    return np.stack([np.ones_like(u), _step(u, motion_blur), place, blur], axis=1)
 
 
-def _step(u: Floats, smear: float) -> Floats:
+def _step(u: Floats, motion_blur: float) -> Floats:
     """The blurred step from 0 to 1 at distances u outwards."""
-    if smear == 0.0:
+    if motion_blur == 0.0:
         return normal.cumulative(u)
-    return (normal.area(u + 0.5 * smear) - normal.area(u - 0.5 * smear)) / smear
+    return (normal.area(u + 0.5 * motion_blur) - normal.area(u - 0.5 * motion_blur)) / motion_blur
 
 
-def _by_smear(u: Floats, smear: float) -> Floats:
-    """Derivative (len(u),) of the blurred step by its smear."""
-    if smear == 0.0:
+def _by_motion_blur(u: Floats, motion_blur: float) -> Floats:
+    """Derivative (len(u),) of the blurred step by its motion blur."""
+    if motion_blur == 0.0:
         return np.zeros_like(u)
-    ends = 0.5 * (normal.cumulative(u + 0.5 * smear) + normal.cumulative(u - 0.5 * smear))
-    return (ends - _step(u, smear)) / smear
+    ends = 0.5 * (normal.cumulative(u + 0.5 * motion_blur) + normal.cumulative(u - 0.5 * motion_blur))
+    return (ends - _step(u, motion_blur)) / motion_blur
 
 
 def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats:
@@ -294,7 +300,7 @@ def _solution(model: Floats, covariance: Floats, *, blur_error: float) -> Floats
     return np.asarray(np.linalg.solve(information, model.T @ weight).T, dtype=np.float64)
 
 
-def _covariance(u: Floats, *, noise: float, texture: float, smear: float) -> Floats:
+def _covariance(u: Floats, *, noise: float, texture: float, motion_blur: float) -> Floats:
     """Covariance (m, m) of a profile's samples: pixel noise shared by interpolation, and texture beyond the edge.
 
     The texture of a place counts by the share of the exposure for which the moving mark leaves it uncovered.
@@ -302,8 +308,8 @@ def _covariance(u: Floats, *, noise: float, texture: float, smear: float) -> Flo
     shared = noise**2 * np.exp(-np.abs(u[:, None] - u) / 0.5)
     if texture == 0.0:
         return shared
-    outside = np.arange(0.05 - 0.5 * smear, 8.0 + 0.5 * smear, 0.1)
-    uncovered = np.clip(0.5 + outside / max(smear, 1e-9), 0.0, 1.0)
+    outside = np.arange(0.05 - 0.5 * motion_blur, 8.0 + 0.5 * motion_blur, 0.1)
+    uncovered = np.clip(0.5 + outside / max(motion_blur, 1e-9), 0.0, 1.0)
     spread = 0.1 * normal.density(u[:, None] - outside) * uncovered
     correlation = np.exp(-np.abs(outside[:, None] - outside) / TEXTURE_LENGTH)
     return shared + texture**2 * (spread @ correlation @ spread.T)

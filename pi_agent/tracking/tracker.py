@@ -9,16 +9,16 @@ from math import hypot, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import identity, judge
+from pi_agent.tracking import identity, validation_gate
+from pi_agent.tracking.acquisition import MOST_PASSES, MOVES, NO_MARK, Acquisition, Attempt, inside
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.memory import Memory
 from pi_agent.tracking.motion import Motion, Way, centre_of
+from pi_agent.tracking.motion_blur import MotionBlur
 from pi_agent.tracking.observation import Observation
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
 from pi_agent.tracking.refine import Fit, refine, search_edges
-from pi_agent.tracking.sight import MOST_PASSES, NO_MARK, SMEARED, Attempt, FirstSight, inside
-from pi_agent.tracking.smear import Smear
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
@@ -30,11 +30,11 @@ UNSEEN_TURN_RAD_S = 1.7  # deviation of the yaw rate of a sliding block before i
 OTHER_PATH_PX = 0.15  # a path within the exposure that differs so much from the expected one is fitted again
 MOST_PATH_PX = 20.0  # a longer one is another mark's, or the same put down elsewhere
 ON_THE_WAY_PX = 0.2  # sigma from which a fit has not come as far as the edges
-KINKED = 0.0105  # what an edge is off whose rows saw another speed each, in shares of what that makes of the outline
-STILL_PX = 0.3, 0.6  # a path within the exposure that is no smear: beside a textured plate, and beside a margin
+KINKED = 0.0105  # error of an edge whose rows saw another speed each, in shares of what that makes of the outline
+STILL_PX = 0.3, 0.6  # longest path within the exposure without motion blur: beside a textured plate, beside a margin
 UNSEEN_LEAN_RAD = 0.2  # a smaller lean is hardly told
 FASTEST_LEAN_RAD_S = 15.0  # a block that has just begun to tip is slower
-LEAVES = judge.Verdict("the mark leaves the frame")
+LEAVES = validation_gate.Verdict("the mark leaves the frame")
 
 
 class Tracker:
@@ -50,10 +50,10 @@ class Tracker:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets what was seen: the next frame is a first sight."""
+        """Forgets what was seen: the mark is acquired anew in the next frame."""
         self._motion = Motion()
         self._memory = Memory(self.config)
-        self._sight = FirstSight(self.config, self._reader, self._feature, self._task)
+        self._acquisition = Acquisition(self.config, self._reader, self._feature, self._task)
         self._identity = ""
         self._lean_rad = 0.0
 
@@ -63,19 +63,21 @@ class Tracker:
         time_s = capture_ns * 1e-9
         fit, verdict = self._follow(time_s)
         if _unusable(fit, verdict) and not verdict.rough:
-            fit, verdict = self._sight.look(frame, verdict, blur_px=self._memory.blur_px)
+            fit, verdict = self._acquisition.look(frame, verdict, blur_px=self._memory.blur_px)
             if fit is not None:
-                fit, verdict = self._sight.without_notch(self._named(fit, time_s), verdict)
+                fit, verdict = self._acquisition.without_notch(self._named(fit, time_s), verdict)
             if fit is not None:
-                fit, verdict = self._with_smear(fit, verdict, time_s)
+                fit, verdict = self._with_motion_blur(fit, verdict, time_s)
         elif fit is not None and self._doubtful(time_s):
             fit = self._named(fit, time_s)
         if fit is not None and not verdict.reason:
             verdict = self._memory.compared(fit, self._motion.way_to(fit.corners, time_s))
         if fit is not None and not verdict.reason and self._speed_unsure(fit):
-            verdict = SMEARED
+            verdict = MOVES
         if verdict.tip_rad > self._largest_lean(time_s):
-            verdict = judge.Verdict("outline changed: faster than anything tips, so covered or in uneven light")
+            verdict = validation_gate.Verdict(
+                "outline changed: faster than anything tips, so covered or in uneven light"
+            )
         if fit is not None and verdict.rough:
             self._motion.update(fit.corners, time_s)  # near enough to know the speed by in the next frame
             self._memory.learn_roughly(fit, self._known_way())
@@ -84,8 +86,8 @@ class Tracker:
         return self._accept(fit, verdict, capture_ns)
 
     def _speed_unsure(self, fit: Fit) -> bool:
-        """True if grain is read through a smear of which one step alone tells how long it is."""
-        return not self._task.even and not self._motion.has_velocity and fit.path_px > judge.SMEARED_PX
+        """True if texture is read through motion blur whose length only one step shows."""
+        return not self._task.even and not self._motion.has_velocity and fit.path_px > validation_gate.MOTION_BLUR_PX
 
     def _largest_lean(self, time_s: float) -> float:
         """The largest lean that a tipping block can have reached since the last frame."""
@@ -115,26 +117,26 @@ class Tracker:
         fit = self._fitted(corners, self._motion.expected_way(time_s), time_s)
         if fit is None:
             return None, NO_MARK
-        return self._with_smear(fit, self._judged(fit, time_s), time_s)
+        return self._with_motion_blur(fit, self._judged(fit, time_s), time_s)
 
-    def _with_smear(self, fit: Fit, verdict: judge.Verdict, time_s: float) -> Attempt:
+    def _with_motion_blur(self, fit: Fit, verdict: validation_gate.Verdict, time_s: float) -> Attempt:
         """The fit and its verdict, or new ones when the mark has another speed than was reckoned with."""
         way = self._motion.way_to(fit.corners, time_s)
-        path_px = self._smeared_px(abs(way.velocity_px_s) * self._exposure_s)
+        path_px = self._motion_blur_px(abs(way.velocity_px_s) * self._exposure_s)
         if abs(path_px - fit.path_px) < OTHER_PATH_PX or path_px > MOST_PATH_PX:
             return fit, verdict
         again = self._fitted(fit.corners, way, time_s)
         return (None, NO_MARK) if again is None else (again, self._judged(again, time_s))
 
-    def _judged(self, fit: Fit, time_s: float) -> judge.Verdict:
+    def _judged(self, fit: Fit, time_s: float) -> validation_gate.Verdict:
         way = self._motion.way_to(fit.corners, time_s)
-        return judge.judge(fit, config=self.config, shape=self._memory.shape, way=way)
+        return validation_gate.verdict_on(fit, config=self.config, shape=self._memory.shape, way=way)
 
     def _fitted(self, corners: Points, way: Way, time_s: float) -> Fit | None:
         path = way.velocity_px_s * self._exposure_s
-        smear = None
-        if self._smeared_px(abs(path)) > 0.0:
-            smear = Smear(centre_of(corners), path, way.yaw_rate_rad_s * self._exposure_s)
+        motion_blur = None
+        if self._motion_blur_px(abs(path)) > 0.0:
+            motion_blur = MotionBlur(centre_of(corners), path, way.yaw_rate_rad_s * self._exposure_s)
         fit = refine(
             self._reader,
             corners,
@@ -142,7 +144,7 @@ class Tracker:
             task=self._task,
             most_passes=MOST_PASSES,
             blur_known=self._memory.blur_known,
-            smear=smear,
+            motion_blur=motion_blur,
             turn_per_row_rad=self._turn_per_row_rad(corners, way),
         )
         return None if fit is None else self._memory.settled(fit, self._motion.way_to(fit.corners, time_s))
@@ -154,10 +156,10 @@ class Tracker:
         return turn if abs(turn) * diagonal**2 / 8 > LEAST_BEND_PX else 0.0
 
     def _path_px(self) -> float:
-        """The mark's path within the exposure, as far as it is a smear."""
-        return self._smeared_px(abs(self._motion.way.velocity_px_s) * self._exposure_s)
+        """The mark's path within the exposure, px; 0 where it is too short to blur."""
+        return self._motion_blur_px(abs(self._motion.way.velocity_px_s) * self._exposure_s)
 
-    def _smeared_px(self, path_px: float) -> float:
+    def _motion_blur_px(self, path_px: float) -> float:
         return path_px if path_px >= STILL_PX[self._task.even] else 0.0
 
     def _doubtful(self, time_s: float) -> bool:
@@ -180,11 +182,11 @@ class Tracker:
                 self._identity = "assumed"
         return fit if turn == 0 else _turned(fit, turn)
 
-    def _accept(self, fit: Fit, verdict: judge.Verdict, capture_ns: int) -> Observation:
+    def _accept(self, fit: Fit, verdict: validation_gate.Verdict, capture_ns: int) -> Observation:
         self._motion.update(fit.corners, capture_ns * 1e-9)
         self._lean_rad = verdict.tip_rad
         first = not self._motion.has_velocity
-        self._sight.found()
+        self._acquisition.found()
         if not verdict.reason:
             same_path = abs(fit.path_px - self._path_px()) < OTHER_PATH_PX
             self._memory.learn(fit, self._known_way(), same_path=same_path)
@@ -209,12 +211,12 @@ class Tracker:
         return self._motion.way if self._motion.has_velocity else None
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:
-        """The part of sigma, px, by the edges' bend under an unknown turn, when a mark is first seen smeared."""
+        """The part of sigma, px, by the edges' bend under an unknown turn, when a mark is acquired in motion."""
         line_s = self.config.shutter.line_s
         if (
             not first
             or line_s == 0
-            or self._sight.unknown_path_px(fit, blur_px=self._memory.blur_px) < judge.SMEARED_PX
+            or self._acquisition.unknown_path_px(fit, blur_px=self._memory.blur_px) < validation_gate.MOTION_BLUR_PX
         ):
             return 0.0
         # An edge of length L bows from its corners by a fourth of the turn from row to row, times L² and its slope; the
@@ -223,11 +225,11 @@ class Tracker:
         return UNSEEN_TURN_RAD_S * line_s * diagonal**2 / (12.0 * sqrt(2.0))
 
 
-def _unusable(fit: Fit | None, verdict: judge.Verdict) -> bool:
+def _unusable(fit: Fit | None, verdict: validation_gate.Verdict) -> bool:
     return fit is None or (verdict.reason != "" and not verdict.tip_rad)
 
 
-def _near(fit: Fit | None, verdict: judge.Verdict) -> bool:
+def _near(fit: Fit | None, verdict: validation_gate.Verdict) -> bool:
     """True if an attempt began near enough to the mark to have ended on it.
 
     From two blurs away, where a block that has just begun to slide may lie, a fit can settle on the way there: what it

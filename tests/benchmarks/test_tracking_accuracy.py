@@ -48,7 +48,7 @@ MISSED: set[tuple[str, str]] = {
     # In the frame of the blow a rolling shutter shows a part of the mark that moves and one that lies.
     *(("sliding struck", figure) for figure in ("missed", "wrong")),
     # An edge along the grain of wood or along the streaks of steel: of a thousand poses one or two are wrong. In a
-    # slide the smear lays more of the grain under every edge, and one frame of a hundred is refused for its sigma.
+    # slide motion blur lays more of the grain under every edge, and one frame of a hundred is refused for its sigma.
     *((name, "missed") for name in SLIDING_TAPE),
     *((name, "wrong") for name in (*ADVERSE_TAPE, "nominal tape", "tape, linear", "rectangle tape", *SLIDING_TAPE)),
 }

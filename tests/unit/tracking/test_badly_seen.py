@@ -1,4 +1,4 @@
-"""Marks that are partly covered, in a highlight, or smeared: found where they can be, and right or declared."""
+"""Marks that are partly covered, in a highlight, or blurred by motion: found where possible, right or declared."""
 
 import numpy as np
 import pytest
@@ -136,7 +136,7 @@ def test_bare_tape_in_dim_light_is_found_where_it_was_seen_before() -> None:
     assert max(errors) <= WRONG_PX
 
 
-def test_bare_tape_in_a_slide_is_declared_at_first_sight_and_then_read_through_its_smear() -> None:
+def test_bare_tape_in_a_slide_is_declared_at_first_sight_and_then_read_through_its_motion_blur() -> None:
     errors, found, normalised = [], 0, []
     for number in range(12):
         trial = sliding_tape(np.random.default_rng([31, number]))

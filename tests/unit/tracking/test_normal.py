@@ -29,6 +29,6 @@ def test_the_estimators_are_made_without_a_call_for_each_of_their_places(monkeyp
         return erf(x)
 
     monkeypatch.setattr(normal, "erf", counted)
-    steps.SmearedModels(textured=True)
-    steps.SmearedModels(textured=False)
+    steps.MovingModels(textured=True)
+    steps.MovingModels(textured=False)
     assert len(calls) <= 2 * normal.FARTHEST * normal.NODES + 1

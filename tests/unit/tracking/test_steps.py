@@ -1,4 +1,4 @@
-"""The estimators of an edge's place: what they answer to steps of known place, blur, smear and slope."""
+"""The estimators of an edge's place: what they answer to steps of known place, blur, motion blur and slope."""
 
 from math import erf
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pi_agent.tracking.steps import SMEAR_STEP, StepModel, smeared_models, step_model
+from pi_agent.tracking.steps import MOTION_BLUR_STEP, StepModel, moving_models, step_model
 
 Floats = NDArray[np.float64]
 
@@ -17,9 +17,9 @@ MODELS = {
 }
 
 
-def _step(u: Floats, *, place: float, blur: float = 1.0, smear: float = 0.0) -> Floats:
-    """A step from 0 to 1 by numbers: the mean of many blurred ones along the smear."""
-    way = smear * ((np.arange(400) + 0.5) / 400 - 0.5)
+def _step(u: Floats, *, place: float, blur: float = 1.0, motion_blur: float = 0.0) -> Floats:
+    """A step from 0 to 1 by numbers: the mean of many blurred ones along the way."""
+    way = motion_blur * ((np.arange(400) + 0.5) / 400 - 0.5)
     means = [np.mean([0.5 * (1 + erf((x - place - w) / blur / np.sqrt(2))) for w in way]) for x in u]
     return np.asarray(means, dtype=np.float64)
 
@@ -49,23 +49,23 @@ def test_a_wider_step_is_read_as_wider_and_in_the_same_place(name: str) -> None:
 
 
 @pytest.mark.parametrize("textured", [True, False])
-@pytest.mark.parametrize("smear", [0.3, 1.6 * SMEAR_STEP, 2.13, 4.9])
-def test_a_smeared_step_is_read_where_its_middle_lies(textured: bool, smear: float) -> None:
-    model, (made_for, *_) = smeared_models(textured=textured).at(np.full(4, smear))
-    light = np.stack([_step(model.steps[0], place=place, smear=smear) for place in (-0.4, 0.0, 0.3)])
+@pytest.mark.parametrize("motion_blur", [0.3, 1.6 * MOTION_BLUR_STEP, 2.13, 4.9])
+def test_a_step_in_motion_is_read_where_its_middle_lies(textured: bool, motion_blur: float) -> None:
+    model, (made_for, *_) = moving_models(textured=textured).at(np.full(4, motion_blur))
+    light = np.stack([_step(model.steps[0], place=place, motion_blur=motion_blur) for place in (-0.4, 0.0, 0.3)])
     answer = np.broadcast_to(light.astype(np.float32), (4, *light.shape)) @ model.solve
     read = model.table.place(answer[:, :, 1] / answer[:, :, 0])
-    longer = float(model.smear_gain[0]) * (smear - made_for)
+    longer = float(model.motion_blur_gain[0]) * (motion_blur - made_for)
     np.testing.assert_allclose(read[0] - longer, [-0.4, 0.0, 0.3], atol=0.01)
 
 
-def test_a_longer_smear_moves_the_foot_as_the_model_says() -> None:
-    model, _ = smeared_models(textured=True).at(np.full(4, 3.0))
-    light = _step(model.steps[0], place=0.0, smear=3.2).astype(np.float32)
+def test_a_longer_motion_blur_moves_the_foot_as_the_model_says() -> None:
+    model, _ = moving_models(textured=True).at(np.full(4, 3.0))
+    light = _step(model.steps[0], place=0.0, motion_blur=3.2).astype(np.float32)
     answer = np.broadcast_to(light, (4, 1, len(light))) @ model.solve
     read = float(model.table.place(answer[:, :, 1] / answer[:, :, 0])[0, 0])
     assert abs(read) > 0.02
-    assert read == pytest.approx(0.2 * float(model.smear_gain[0]), abs=0.01)
+    assert read == pytest.approx(0.2 * float(model.motion_blur_gain[0]), abs=0.01)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -88,18 +88,18 @@ def test_light_that_changes_across_an_edge_pulls_one_of_two_estimators() -> None
     assert other == pytest.approx(0.0, abs=0.004)
 
 
-@pytest.mark.parametrize("smear", [0.0, 0.25, 1.5, 4.0])
-def test_what_reading_between_the_pixels_adds_to_the_blur_of_a_smeared_edge_is_undone(smear: float) -> None:
+@pytest.mark.parametrize("motion_blur", [0.0, 0.25, 1.5, 4.0])
+def test_what_reading_between_the_pixels_adds_to_the_blur_of_an_edge_in_motion_is_undone(motion_blur: float) -> None:
     """A line between two pixels cuts a bow off: it adds half the second derivative times f (1 - f) to the light."""
-    model, (made_for, *_) = smeared_models(textured=True).at(np.full(4, smear))
+    model, (made_for, *_) = moving_models(textured=True).at(np.full(4, motion_blur))
     assert model.uneven is not None
     steps, sharp = model.steps[0], 0.86
     wider = 0.05  # of the blur's square, more than the mean
     fine = np.stack(
-        [_step(steps + shift, place=0.0, blur=sharp, smear=float(made_for)) for shift in (-0.05, 0.0, 0.05)]
+        [_step(steps + shift, place=0.0, blur=sharp, motion_blur=float(made_for)) for shift in (-0.05, 0.0, 0.05)]
     )
     bow = (fine[0] - 2.0 * fine[1] + fine[2]) / 0.05**2
-    plain = _step(steps, place=0.0, smear=float(made_for))
+    plain = _step(steps, place=0.0, motion_blur=float(made_for))
     light = np.stack([plain, plain + wider * bow]).astype(np.float32)
     answer = light @ model.solve[0] - np.outer([0.0, wider], np.ones(len(steps))).astype(np.float32) @ model.uneven[0]
     place = answer[:, 1] / answer[:, 0]

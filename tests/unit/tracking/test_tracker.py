@@ -362,7 +362,7 @@ def test_a_tag_without_an_outline_of_its_own_is_found_by_the_library_and_refined
     def no_outline(_frame: NDArray[np.uint8], **_options: object) -> list[NDArray[np.complex128]]:
         return []
 
-    monkeypatch.setattr("pi_agent.tracking.sight.candidates", no_outline)
+    monkeypatch.setattr("pi_agent.tracking.acquisition.candidates", no_outline)
     mark = Mark(side_mm=14.0, margin=0.16, feature="tag")
     frame, truth = ExactRenderer(Scene(wood, mark=mark)).render(Pose(0.0, 0.0, 2.2), rng=np.random.default_rng(1))
     seen = Tracker(TrackerConfig(mark=mark)).track(frame, capture_ns=0)

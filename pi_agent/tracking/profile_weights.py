@@ -1,4 +1,4 @@
-"""Weighs which profiles show the mark's edge, and reads those under a highlight."""
+"""Gives profiles their weights by how surely they show the mark's edge, and reads those under a highlight."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +10,23 @@ Floats = NDArray[np.float64]
 LIMIT_MISFIT = 0.16  # a profile that departs from a step by more than this share of the contrast is no edge
 LIT = 0.2, 5.0  # contrasts, in shares of the typical one, that light and shadow make of an edge
 SHADED = 0.08  # change of the contrast from one profile to the next but one that is no shadow's edge
-CROSSED, CROSSING = (
-    4,
-    0.05,
-)  # so many profiles and the next ones differ by this share of the contrast in a shadow's edge
-SLOPE_DOUBT = 0.1  # of what a highlight's slope moves an edge by, what is left when a straight slope is allowed for
-SLOPE_DOUBT_ON_GRAIN = 1.0  # the same beside texture
-BENT_GLOW, BENT_GLOW_ON_GRAIN = 0.02, 0.08  # departure from an edge in a straight slope, in contrasts, of a highlight
-GLOW = 0.05  # light on the dark side, in contrasts, that is no highlight, beside texture
-GLOW_BESIDE_MARGIN = 0.15  # beside an even margin, where the scatter tells of a slope in the light
-MOSTLY_LIT = 1.4  # the usual share of the dark in that of the least lit places, beyond what texture makes of it
-LEAST_LIT = 2  # so many groups of profiles seem less lit than any is, by chance or by what covers them
+CROSSED, CROSSING = 4, 0.05  # a shadow's edge lies where so many profiles and the next differ by this share of contrast
+SLOPE_DOUBT = 0.1  # share of an edge's shift by a highlight's slope that is left when a straight slope is allowed for
+SLOPE_DOUBT_ON_TEXTURE = 1.0  # the same beside texture
+BENT_GLOW, BENT_GLOW_ON_TEXTURE = 0.02, 0.08  # misfit, in contrasts, of an edge in a straight slope under a highlight
+GLOW = 0.05  # light on the dark side beside texture, in contrasts, that is no highlight yet
+GLOW_BESIDE_MARGIN = 0.15  # the same beside an even margin, where the scatter tells of a slope in the light
+LEAST_GLOW = 2.0  # the same in levels of 255, beside either
+MOSTLY_LIT = 1.4  # usual share of the dark over that of the least lit places: texture makes no more of it
+LEAST_LIT = 2  # number of groups of profiles that chance, or what covers them, makes seem less lit than any is
 GLOW_LIT = 0.65, 1.5  # contrasts, in shares of the typical one, of an edge that light was added to
-LEAST_GLOW = 2.0  # nor is this, of 255
-GROUP = 8  # neighbouring profiles of which the light is compared
-EVEN, UNEVEN = 0.025, 0.1  # difference of the light along the outline, in shares, below and above which it is called so
-OTHER_LIGHT = 0.1  # difference of the light on both sides of an edge, in shares, that neither light nor shadow makes
+GROUP = 8  # neighbouring profiles whose light is compared
+EVEN, UNEVEN = 0.025, 0.1  # relative difference of the light along the outline: it is even below, uneven above
+OTHER_LIGHT = 0.1  # relative difference of the light on both sides of an edge that neither light nor shadow makes
 OTHER_NOISE = 2.0  # the same in median deviations of single profiles
 
 
-def believed(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
+def weights_of(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
     """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
     good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
     good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
@@ -51,13 +48,13 @@ def level(
     if glowing is None:
         return found
     sloped = model.sloped()
-    bent = edges.misfits(found.light, sloped.misfit) > (BENT_GLOW if even else BENT_GLOW_ON_GRAIN) * typical + 2.0
+    bent = edges.misfits(found.light, sloped.misfit) > (BENT_GLOW if even else BENT_GLOW_ON_TEXTURE) * typical + 2.0
     contrast = found.sloped[:, :, 0]
     astray = (contrast < GLOW_LIT[0] * typical) | (contrast > GLOW_LIT[1] * typical)
     weight[glowing & (bent | astray)] = 0.0
     answer = found.sloped[:, :, 1] / np.maximum(contrast, 0.5)
     offset = sloped.table.place(answer) * blur[:, None]
-    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_GRAIN) * (offset - found.offset)
+    doubt = (SLOPE_DOUBT if even else SLOPE_DOUBT_ON_TEXTURE) * (offset - found.offset)
     return found._replace(
         offset=np.where(glowing, offset, found.offset),
         pull=np.where(glowing, doubt, found.pull),
@@ -97,7 +94,7 @@ def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
 
 
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
-    """The profiles where a shadow's soft edge crosses, as the estimator reads them that does not mind.
+    """The profiles, those that a shadow's soft edge crosses as the estimator reads them that does not mind it.
 
     Where it crosses sharply, `weight` is set to 0; beside what covers the edge the contrast changes as well.
     """
@@ -143,7 +140,7 @@ def _middle(values: Floats) -> float:
 
 
 def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
-    """Sets the weights (4, n) to 0 where a part of each edge is none (a notch): `gap` (4, 2), in sides.
+    """Sets the weights (4, n) to 0 where a part of each edge is missing (a notch): `gap` (4, 2), in sides.
 
     Returns how many profiles of each edge are left (4,).
     """

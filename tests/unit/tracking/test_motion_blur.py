@@ -8,8 +8,8 @@ from pi_agent.rendering import Pose, Scene, surface
 from pi_agent.rendering.projection import corners_px, project
 from pi_agent.tracking.lines import along, expected_edges, places
 from pi_agent.tracking.mark import Mark
+from pi_agent.tracking.motion_blur import MotionBlur, bend
 from pi_agent.tracking.shutter import Shutter
-from pi_agent.tracking.smear import Smear, bend
 
 CENTRE = 240.0 + 310.0j
 CORNERS = CENTRE + 60.0 * np.exp(0.4j) * np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
@@ -20,11 +20,11 @@ POINTS = EDGES.middle[:, None] + np.multiply.outer(EDGES.tangent * EDGES.free, p
 
 @pytest.mark.parametrize("turn_rad", [0.006, -0.006])
 def test_an_edge_of_a_turning_mark_moves_further_where_it_is_further_out(turn_rad: float) -> None:
-    smear = Smear(CENTRE, 3.0 - 1.0j, turn_rad)
+    motion_blur = MotionBlur(CENTRE, 3.0 - 1.0j, turn_rad)
     way = 3.0 - 1.0j + 1j * turn_rad * (POINTS - CENTRE)
     across = np.abs((EDGES.tangent[:, None].conj() * way).imag)
-    inwards = smear.inwards(EDGES)
-    longer = along(smear.longer(EDGES, inwards, than=np.abs(inwards)), count=COUNT)
+    inwards = motion_blur.inwards(EDGES)
+    longer = along(motion_blur.longer(EDGES, inwards, than=np.abs(inwards)), count=COUNT)
     np.testing.assert_allclose(longer, across - np.abs(inwards)[:, None])
     assert np.abs(inwards) == pytest.approx(across.mean(axis=1))
     assert np.ptp(across, axis=1).max() > 0.3

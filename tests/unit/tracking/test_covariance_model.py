@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pi_agent.tracking import belief, doubts, lines, passes
+from pi_agent.tracking import covariance_model, lines, passes, profile_weights
 from pi_agent.tracking.edges import Profiles
 from pi_agent.tracking.steps import step_model
 
@@ -27,7 +27,7 @@ def test_the_neighbours_of_what_covers_an_edge_are_spoiled_and_lone_outliers_are
     offset = _noise(1)
     offset[0, 20:26] += 1.0
     offset[2, 30] += 1.0
-    spoiled = doubts.beside_a_gap(_line(offset, np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0)
+    spoiled = covariance_model.beside_a_gap(_line(offset, np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0)
     assert spoiled is not None
     assert spoiled[0, 18:28].all()
     assert not spoiled[0, :16].any()
@@ -36,7 +36,7 @@ def test_the_neighbours_of_what_covers_an_edge_are_spoiled_and_lone_outliers_are
 
 
 def test_nothing_is_spoiled_beside_a_whole_edge() -> None:
-    assert doubts.beside_a_gap(_line(_noise(2), np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0) is None
+    assert covariance_model.beside_a_gap(_line(_noise(2), np.ones((4, COUNT))), blur_px=0.9, shortest_px=92.0) is None
 
 
 @pytest.mark.parametrize("seen", [COUNT, 18])
@@ -61,7 +61,7 @@ def test_an_edge_is_moved_by_what_a_shadow_pulls_where_the_light_differs(differs
     contrast = np.full((4, COUNT), 150.0, dtype=np.float32)
     if differs:
         contrast[1] = 90.0
-    moves, left, read = doubts.out_of_shadow(pull, line, EXPECTED, contrast=contrast)
+    moves, left, read = covariance_model.out_of_shadow(pull, line, EXPECTED, contrast=contrast)
     if not differs:
         assert moves is None
         assert float(np.abs(left).max()) > 0.05
@@ -90,7 +90,7 @@ def _lit(part: slice, *, dark: float, contrast: float) -> tuple[Floats, Floats]:
 @pytest.mark.parametrize("contrast", [0.8, 1.2, 2.5])
 def test_what_is_not_the_margin_beside_an_unchanged_dark_is_left_out(contrast: float) -> None:
     weight = np.ones((4, COUNT))
-    light = belief.beside_another(_profiles(*_lit(slice(16), dark=1.0, contrast=contrast)), weight)
+    light = profile_weights.beside_another(_profiles(*_lit(slice(16), dark=1.0, contrast=contrast)), weight)
     assert light == pytest.approx(abs(contrast - 1.0))
     assert not weight[2, :16].any()
     assert weight[2, 16:].all()
@@ -102,7 +102,7 @@ def test_a_shadow_a_highlight_and_even_light_leave_the_margin_what_it_is(
     dark: float, contrast: float, uneven: float
 ) -> None:
     weight = np.ones((4, COUNT))
-    light = belief.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight)
+    light = profile_weights.beside_another(_profiles(*_lit(slice(24), dark=dark, contrast=contrast)), weight)
     assert light == pytest.approx(uneven)
     assert weight.all()
 
@@ -122,7 +122,7 @@ def test_an_edge_seen_in_part_is_a_covers_if_its_contrast_is_another_and_no_shad
     levels[0, 2], levels[1, 2] = contrast, dark
     shown, below = (90.0 * levels[0] + noise).astype(np.float32), (13.5 * levels[1] + noise).astype(np.float32)
     agreeing = np.array([COUNT, COUNT, COUNT - 12, COUNT])
-    assert doubts.another(line, agreeing, contrast=shown, dark=below) is another
+    assert covariance_model.another(line, agreeing, contrast=shown, dark=below) is another
 
 
 def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
@@ -130,7 +130,7 @@ def test_a_whole_edge_is_not_suspected_for_its_contrast() -> None:
     contrast = np.full((4, COUNT), 90.0, dtype=np.float32)
     contrast[1] = 50.0
     dark = np.full((4, COUNT), 13.5, dtype=np.float32)
-    assert not doubts.another(line, np.full(4, COUNT), contrast=contrast, dark=dark)
+    assert not covariance_model.another(line, np.full(4, COUNT), contrast=contrast, dark=dark)
 
 
 @pytest.mark.parametrize("seen", [8, 10, 14])
@@ -143,7 +143,7 @@ def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_ot
         line = _line(offset, weight)
         weight[1, np.argsort(np.abs(line.residual[1]) + (weight[1] == 0) * 9.0)[seen:]] = 0.0
         line = _line(offset, weight)
-        own, taken = lines.point_variance(line), doubts.margin_variance(line, profiles=WHOLE)
+        own, taken = lines.point_variance(line), covariance_model.margin_variance(line, profiles=WHOLE)
         told.append((own[1], taken[1], own[[0, 2, 3]].mean()))
         np.testing.assert_array_equal(np.delete(taken, 1), np.delete(own, 1))
     own_px2, taken_px2, others_px2 = np.mean(told, axis=0)
@@ -153,17 +153,17 @@ def test_few_points_that_agree_by_choice_are_taken_to_scatter_as_those_of_the_ot
 
 def test_a_whole_edges_points_scatter_as_they_do() -> None:
     line = _line(_noise(9) * np.array([[1.0], [3.0], [1.0], [1.0]]), np.ones((4, COUNT)))
-    np.testing.assert_array_equal(doubts.margin_variance(line, profiles=WHOLE), lines.point_variance(line))
+    np.testing.assert_array_equal(covariance_model.margin_variance(line, profiles=WHOLE), lines.point_variance(line))
 
 
 def test_an_edge_with_a_notch_is_not_seen_in_part() -> None:
     weight, gap = np.ones((4, COUNT)), np.array([[0.3, 0.7]] * 4)
-    left = belief.leave_out(weight, EXPECTED, gap)
+    left = profile_weights.leave_out(weight, EXPECTED, gap)
     np.testing.assert_array_equal(left, np.add.reduce(weight, axis=1))
     assert left.max() < 0.7 * COUNT
     line = _line(_noise(10), weight)
-    np.testing.assert_array_equal(doubts.margin_variance(line, profiles=left), lines.point_variance(line))
-    assert (doubts.margin_variance(line, profiles=WHOLE) > lines.point_variance(line)).all()
+    np.testing.assert_array_equal(covariance_model.margin_variance(line, profiles=left), lines.point_variance(line))
+    assert (covariance_model.margin_variance(line, profiles=WHOLE) > lines.point_variance(line)).all()
 
 
 def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
@@ -173,7 +173,7 @@ def _glowing(dark: Floats, contrast: Floats) -> NDArray[np.bool_]:
     found = found._replace(
         light=np.repeat(found.dark[:, :, None], size, axis=2), sloped=np.zeros((4, COUNT, 2), np.float32)
     )
-    read = belief.level(
+    read = profile_weights.level(
         found, np.ones((4, COUNT)), step_model(textured=True), blur=np.full(4, 0.8), typical=90.0, even=False
     )
     return np.zeros((4, COUNT), dtype=np.bool_) if read.glowing is None else read.glowing
@@ -216,14 +216,14 @@ def test_a_blur_that_only_this_frame_tells_adds_its_noise_to_sigma_and_light_tha
     line, nothing = _line(_noise(8), np.ones((4, COUNT))), np.zeros((4, COUNT))
 
     def variance(*, blur_known: bool, contrast: float) -> float:
-        sigma = doubts.grain_sigma(
+        sigma = covariance_model.texture_sigma(
             nothing, line, EXPECTED, blur_off_px=np.zeros(4), blur_known=blur_known, contrast=contrast, path_px=0.0
         )
         return sigma.mean_px**2
 
     points = float(np.mean(lines.point_variance(line) / line.moments[:, 0]))
     gained = variance(blur_known=False, contrast=100.0) - variance(blur_known=True, contrast=100.0)
-    assert gained == pytest.approx(doubts.GRAIN_BLUR_NOISE * points)
+    assert gained == pytest.approx(covariance_model.TEXTURE_BLUR_NOISE * points)
     # A level of 255 is the twelfth part of a dim edge: that shows. Of a bright one it is the noise that counts.
     dim = variance(blur_known=True, contrast=12.0) - variance(blur_known=True, contrast=1e6)
     bright = variance(blur_known=True, contrast=100.0) - variance(blur_known=True, contrast=1e6)
@@ -232,23 +232,23 @@ def test_a_blur_that_only_this_frame_tells_adds_its_noise_to_sigma_and_light_tha
 
 
 @pytest.mark.parametrize(
-    ("place", "offset_px", "grain_px", "bent"),
+    ("place", "offset_px", "texture_px", "bent"),
     [
         ("middle", 0.25, 0.0, True),  # beside an even margin nothing bends an edge but another edge
         ("middle", 0.25, 0.86, False),  # a streak or a pore of a textured plate
         ("middle", 0.25, 4.5, False),
-        ("middle", 1.0, 4.5, False),  # the same under a smear
+        ("middle", 1.0, 4.5, False),  # the same under a motion blur
         ("middle", 1.0, 0.86, True),
         ("end", 0.25, 0.86, True),  # what covers an edge leaves its end to be seen
         ("end", 1.0, 4.5, True),
     ],
 )
 def test_neighbours_that_disagree_alike_show_another_edge_unless_grain_explains_it(
-    place: str, offset_px: float, grain_px: float, bent: bool
+    place: str, offset_px: float, texture_px: float, bent: bool
 ) -> None:
     offset = _noise(6)
     offset[1, slice(20, 27) if place == "middle" else slice(COUNT - 7, COUNT)] += offset_px
     start = np.zeros(4), np.zeros(4)
     line = lines.fit_lines(offset, np.ones((4, COUNT)), start=start, floor_px=0.012, rounds=3)
-    found = doubts.bent(line, np.ones((4, COUNT)), shortest_px=92.0, grain_px=np.full(4, grain_px))
+    found = covariance_model.bent(line, np.ones((4, COUNT)), shortest_px=92.0, texture_px=np.full(4, texture_px))
     assert found == bent

@@ -1,4 +1,4 @@
-"""Describes what motion does to a picture: the smear of the exposure, and the bend by a rolling shutter."""
+"""Describes what motion does to a picture: the blur within the exposure, and the bend by a rolling shutter."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ Points = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
-class Smear:
+class MotionBlur:
     """The way of a moving mark within the exposure: that of its centre (px), and its turn (rad) about it."""
 
     centre: complex
@@ -23,7 +23,7 @@ class Smear:
         """The way (px) of the edges across themselves beyond `than` (4,): terms (4, 2) by the place.
 
         `ways`: those of their middles, see `inwards`. An edge that turns about a place on itself moves both ways; there
-        its smear is next to nothing.
+        its motion blur is next to nothing.
         """
         terms = []
         for way, expected, free in zip(ways, than.tolist(), edges.free.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""Judges if what was fitted can be the mark, lying flat: the last word before corners are believed."""
+"""The validation gate: decides if a fit can be the mark, lying flat, before its corners are used."""
 
 from dataclasses import dataclass
 from math import acos, degrees, sqrt
@@ -15,19 +15,19 @@ Points = NDArray[np.complex128]
 Shape = tuple[float, float, float]
 
 LEAST_MEAN_AGREEMENT = 0.55
-LEAST_AGREEMENT = 0.4, 0.27  # of every edge: at first sight, and once the mark's shape confirms what is seen
+LEAST_AGREEMENT = 0.4, 0.27  # share of each edge's profiles: in acquisition, and once the mark's shape is known
 
 
 class Demand(NamedTuple):
-    """The largest sigma (px) of the worst corner in dim, in bright light, and when part of the outline is covered.
+    """The largest sigma (px) of the worst corner in dim and in bright light, of a partly covered and a moving mark.
 
-    And of a smeared mark whose shape is not known yet, so that nothing else speaks for it.
+    The limit of a moving one holds while its shape is not known yet, so that nothing else speaks for it.
     """
 
     dim_sigma_px: float
     bright_sigma_px: float
     partly_sigma_px: float
-    smeared_sigma_px: float
+    moving_sigma_px: float
 
     def limit_px(self, fit: Fit) -> float:
         """The largest sigma of the worst corner."""
@@ -35,22 +35,22 @@ class Demand(NamedTuple):
         limit = self.bright_sigma_px + (self.dim_sigma_px - self.bright_sigma_px) * share
         if fit.whole <= WHOLE:
             limit = min(limit, self.partly_sigma_px)
-        if fit.path_px > SMEARED_PX and fit.alone is None:
-            limit = min(limit, self.smeared_sigma_px)
-        # Edges that would be believed by themselves are not doubted for agreeing with how they were seen before.
+        if fit.path_px > MOTION_BLUR_PX and fit.alone is None:
+            limit = min(limit, self.moving_sigma_px)
+        # Edges that pass by themselves do not fail for agreeing with how they were seen before.
         badly_seen = fit.recalled and fit.by_edges.worst_px > max(limit, self.partly_sigma_px)
         return min(limit, RECALLED_PX) if badly_seen else limit
 
 
 DIM = 16.0  # contrast (of 255) below which the light is called dim
 WHOLE = 0.85  # share of its profiles that agree from which an edge is called whole
-RECALLED_PX = 0.031  # the same where badly seen edges are led by how they were seen before: not all errors are Gaussian
-SMEARED_PX = 0.9  # a path within the exposure that shows in the blur, and lays other grain under an edge
+RECALLED_PX = 0.031  # largest sigma where badly seen edges follow how they were seen before: errors are not Gaussian
+MOTION_BLUR_PX = 0.9  # path within the exposure that shows in the blur, and lays other texture under an edge
 BESIDE_MARGIN = Demand(0.042, 0.045, 0.04, 0.045)  # even surfaces: anything else at the edge is a disturbance
 BESIDE_PLATE = Demand(0.037, 0.055, 0.04, 0.035)  # texture disturbs every frame; noise beside it leaves less room
-SHAPE_FIRST = 0.04  # relative departure from its shape, cut askew or seen by a tilted camera, that a first sight allows
-ROLLED = 0.03  # what a rolling shutter may add to it at a speed that is not known yet
-CONVERGENCE = 0.02  # of opposite sides, relative, that a lens may cause
+SHAPE_FIRST = 0.04  # relative departure from the mark's shape (cut askew, tilted camera) that acquisition allows
+ROLLED = 0.03  # further departure that a rolling shutter may cause at a speed that is not known yet
+CONVERGENCE = 0.02  # relative convergence of opposite sides that a lens may cause
 PERSPECTIVE = 1.0 / 1200.0  # one over the shortest focal length (px) of a camera that looks at a plate
 LONGER = 0.04  # change of a leaning mark's longer stretch, by which no perspective lengthens it
 TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
@@ -58,9 +58,9 @@ TIPPED = 0.02  # foreshortening that is called tipping: a lean of 11°
 
 @dataclass(frozen=True)
 class Verdict:
-    """`reason` is empty when the fit is believed.
+    """The gate's answer on a fit: `reason` says why it is refused, and is empty when it passes.
 
-    `tip_rad`: lean told by foreshortening; `rough`: the mark is there, but its edges are not told exactly enough.
+    `tip_rad`: lean by foreshortening; `rough`: the mark is there, but its edges are not known exactly enough.
     """
 
     reason: str = ""
@@ -68,10 +68,10 @@ class Verdict:
     rough: bool = False
 
 
-def judge(fit: Fit, *, config: TrackerConfig, shape: Shape | None, way: Way) -> Verdict:
+def verdict_on(fit: Fit, *, config: TrackerConfig, shape: Shape | None, way: Way) -> Verdict:
     """The verdict on a fit.
 
-    `shape`: the mark when it lay flat (see `flat_shape`), None at first sight; `way`: how it moves, by which a rolling
+    `shape`: the mark when it lay flat (see `flat_shape`), None in acquisition; `way`: its motion, by which a rolling
     shutter makes it another shape.
     """
     at_once = unsheared(fit.by_edges.corners, way=way, line_s=config.shutter.line_s)
@@ -101,7 +101,7 @@ def _first_shape_reason(fit: Fit, sides: tuple[complex, complex], config: Tracke
 
 
 def _lying(sides: tuple[complex, complex], shape: Shape, *, unsteady: float) -> Verdict:
-    """True if a mark of known shape lies flat or leans; `unsteady`: the shear by a speed that may be another one."""
+    """The verdict on a mark of known shape, flat or leaning; `unsteady`: the shear by a speed that may be wrong."""
     flat = 1.0 - TIPPED - unsteady
     # A mark that was first seen leaning, and one that was cut askew, are each told by one of the two comparisons.
     stretch = foreshortening(sides, None)
@@ -123,7 +123,7 @@ def _askew(corners: Points, *, stretch: float) -> bool:
 
 
 def _allowed(config: TrackerConfig) -> float:
-    """The relative departure from the mark's shape that is allowed at first sight."""
+    """The relative departure from the mark's shape that acquisition allows."""
     return SHAPE_FIRST + (ROLLED if config.shutter.line_ns else 0.0)
 
 

@@ -1,31 +1,31 @@
-"""The first sight of a mark: nothing is known of where it is, how it moves, or how sharp the lens is."""
+"""Acquisition: finds the mark without knowing where it is, how it moves, or how sharp the lens is."""
 
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pi_agent.tracking import identity, judge
-from pi_agent.tracking.acquire import candidates
+from pi_agent.tracking import identity, validation_gate
 from pi_agent.tracking.config import TrackerConfig
 from pi_agent.tracking.motion import STILL
 from pi_agent.tracking.passes import Task
 from pi_agent.tracking.pixels import PixelReader
+from pi_agent.tracking.quadrilaterals import candidates
 from pi_agent.tracking.refine import Fit, refine, search_edges
 
 Points = NDArray[np.complex128]
 Frame = NDArray[np.uint8]
-Attempt = tuple[Fit | None, judge.Verdict]
-Seen = tuple[Fit, judge.Verdict]
+Attempt = tuple[Fit | None, validation_gate.Verdict]
+Seen = tuple[Fit, validation_gate.Verdict]
 
 MOST_PASSES = 5
-SEARCHED_PX = 5  # how far from a candidate its edges are searched for
+SEARCHED_PX = 5  # distance from a candidate within which its edges are searched for
 DETECT_EVERY = 10  # frames without an outline from one call of OpenCV's tag detector to the next
-NO_MARK = judge.Verdict("no mark in this frame")
-SMEARED = judge.Verdict("smeared: the mark moves, and how fast is not known at first sight", rough=True)
+NO_MARK = validation_gate.Verdict("no mark in this frame")
+MOVES = validation_gate.Verdict("motion blur: the mark moves, and its speed is not known yet", rough=True)
 
 
-class FirstSight:
+class Acquisition:
     """Looks for a mark in the whole frame (or the region)."""
 
     def __init__(self, config: TrackerConfig, reader: PixelReader, feature: identity.FeatureReader, task: Task) -> None:
@@ -37,7 +37,7 @@ class FirstSight:
         """There is a mark: a dropout ends."""
         self._dropout = 0
 
-    def look(self, frame: Frame, why: judge.Verdict, *, blur_px: float) -> Attempt:
+    def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:
         """The candidate that is believed, when it is the only one; else none, and why (`why` when there is none).
 
         Its corners are named by its shape alone.
@@ -71,9 +71,13 @@ class FirstSight:
         fit = refine(self._reader, near, blur_px=np.full(4, blur_px), task=self._whole_task, most_passes=MOST_PASSES)
         if fit is None:
             return None, NO_MARK
-        verdict = judge.judge(fit, config=self._config, shape=None, way=STILL)
-        if not verdict.reason and not self._task.even and self.unknown_path_px(fit, blur_px=blur_px) > judge.SMEARED_PX:
-            verdict = SMEARED
+        verdict = validation_gate.verdict_on(fit, config=self._config, shape=None, way=STILL)
+        if (
+            not verdict.reason
+            and not self._task.even
+            and self.unknown_path_px(fit, blur_px=blur_px) > validation_gate.MOTION_BLUR_PX
+        ):
+            verdict = MOVES
         return fit, verdict
 
     def _only_one(self, believed: list[Seen]) -> Attempt:
@@ -82,17 +86,17 @@ class FirstSight:
         if len(believed) == 1:
             return believed[0]
         if not believed:
-            return None, judge.Verdict("a mark, but its feature cannot be read")
-        return None, judge.Verdict("two marks in this frame: cover one, or set the mark's size")
+            return None, validation_gate.Verdict("a mark, but its feature cannot be read")
+        return None, validation_gate.Verdict("two marks in this frame: cover one, or set the mark's size")
 
-    def without_notch(self, named: Fit, verdict: judge.Verdict) -> Attempt:
+    def without_notch(self, named: Fit, verdict: validation_gate.Verdict) -> Attempt:
         """The first sight once more when it has told where the notch is: no edge is seen in part for that."""
         if self._task.left_out is None or verdict.reason:
             return named, verdict
         again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)
         if again is None:
             return None, NO_MARK
-        return again, judge.judge(again, config=self._config, shape=None, way=STILL)
+        return again, validation_gate.verdict_on(again, config=self._config, shape=None, way=STILL)
 
     def unknown_path_px(self, fit: Fit, *, blur_px: float) -> float:
         """The path within the exposure that would make the lens's blur the one that was found."""

@@ -1,4 +1,7 @@
-"""Finds what the scatter of an edge's points does not show: uneven light along it, and the edge of something else."""
+"""The covariance model of a fit: the errors of corners and edges, with those that the points' scatter does not show.
+
+Uneven light along an edge, and the edge of something else beside it, move many points alike.
+"""
 
 from functools import lru_cache
 from math import ceil, sqrt
@@ -15,40 +18,36 @@ Matrix = NDArray[np.float32]
 Integers = NDArray[np.intp]
 Points = NDArray[np.complex128]
 
-# Beside a textured plate: the variance of an edge's points by what varies slowly along it and by the scatter of all,
-# that of the corners by the disagreement of two estimators that mind texture unlike each other, by a blur that is
-# not the other edges', and by the noise of a blur that only this frame tells. Found by maximum likelihood from rendered
-# frames of all kinds, other ones than the benchmark's.
-GRAIN_SLOW, GRAIN_SCATTER, GRAIN_PULL, GRAIN_BLUR, GRAIN_BLUR_NOISE = 0.59, 0.44, 0.088, 1.07, 0.45
-SEEN_IN_PART = 1.4  # what the variance of its points is times then
+# These are the shares, beside a textured plate, that make up the variance of an edge's points (what varies slowly
+# along it, and the scatter of all points) and that of the corners (the disagreement of two estimators that mind texture
+# unlike each other, a blur that is not the other edges', and the noise of a blur that only this frame tells). They were
+# found by maximum likelihood from rendered frames of all kinds, other ones than the benchmark's.
+TEXTURE_SLOW, TEXTURE_SCATTER, TEXTURE_PULL, TEXTURE_BLUR, TEXTURE_BLUR_NOISE = 0.59, 0.44, 0.088, 1.07, 0.45
+SEEN_IN_PART = 1.4  # factor on the variance of the points of an edge that is seen in part
+IN_PART = 0.7  # share of the profiles: an edge with a smaller sum of weights is seen in part
 WHOLE_EDGE = 0.85  # share of its profiles that agree, beyond which nothing covers an edge
-OTHER_CONTRAST = 0.25  # difference from the other edges', in shares, of one that the plate's own shades do not make
+OTHER_CONTRAST = 0.25  # relative difference from the other edges' contrast that the plate's own shades do not make
 LIGHTER = 0.04  # excess of an edge's dark, in contrasts, that is not the mark's
-IN_PART = 0.7  # sum of the weights, in profiles, below which an edge is seen in part
 WHOLE = 0.75  # share of an edge that must be seen for a disagreement along it to be a shadow's
-IN_SHADOW = 0.1  # difference of the light on two halves of edges, in shares, that a shadow makes
-SHADED = 16.0  # square of the deviations from which a disagreement along an edge is a shadow's
-PULL_NOISE = 3.3  # disagreement by noise, in shares of the scatter
-SHADOW_SHARE = 0.47  # beside an even margin: error by a shadow along an edge, in shares of the disagreement
-HIDDEN = 1.5  # what a shadow hides in the noise, with the scatter itself
-SYSTEMATIC_PX = 0.003  # left over from sampling and from a blur that is not quite Gaussian
-SYSTEMATIC_ON_GRAIN_PX = 0.0025  # the same beside a textured plate
-ROUNDING_PX = 0.2  # times the contrast (of 255): whole levels of light, alike for neighbours, that no scatter shows
-ROUNDING_ON_GRAIN_PX = (
-    0.34  # the same beside a textured plate, where dim light's noise is not all in the scatter either
-)
-NOISY = (
-    20.0  # contrast (of 255) above which light's own noise spreads the levels there, so that rounding is in the scatter
-)
-SMEARED = 0.001  # what a path within the exposure adds to a corner's sigma, in shares of the path
-SMEARED_ON_GRAIN = 0.004  # the same beside a textured plate, where a smeared edge is no Gaussian one
+IN_SHADOW = 0.1  # relative difference of the light on two halves of edges that a shadow makes
+SHADED = 16.0  # squared deviations from which a disagreement along an edge is a shadow's
+PULL_NOISE = 3.3  # disagreement that noise makes, in shares of the scatter
+SHADOW_SHARE = 0.47  # error by a shadow along an edge beside an even margin, in shares of the disagreement
+HIDDEN = 1.5  # factor on the scatter for what a shadow hides in the noise
+SYSTEMATIC_PX = 0.003  # error that is left of sampling and of a blur that is not quite Gaussian
+SYSTEMATIC_ON_TEXTURE_PX = 0.0025  # the same beside a textured plate
+ROUNDING_PX = 0.2  # error by rounding to whole levels of light, times the contrast (of 255): no scatter shows it
+ROUNDING_ON_TEXTURE_PX = 0.34  # the same beside a textured plate, where the scatter lacks some of dim light's noise
+NOISY = 20.0  # contrast (of 255) above which light's own noise spreads the levels: rounding is then in the scatter
+MOTION_BLUR = 0.001  # error of a corner by a path within the exposure, in shares of the path
+MOTION_BLUR_ON_TEXTURE = 0.004  # the same beside a textured plate, where motion blurs an edge in another form
 AGREES = 0.3  # weight from which a profile agrees with its line
-BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that disagree alike by no chance
+BENT = 5, 6.0  # neighbouring profiles, and the length of edge (px), that never disagree alike by chance
 BENT_END_PX = 0.1  # an edge whose last three profiles all lie so far beside its line has another one's direction,
-BENT_END = 6.0  # if that is so many deviations of its points, for texture bends the ends of a textured plate's edges
-BENT_LEAST_PX = 0.06  # what a profile must lie beside its line to count as another edge's
-BENT_BY_GRAIN = 0.3  # and this share of blur and smear: as far a streak or a pore of the plate moves an edge
-COVERED_BLURS = 2.5  # how far, in blur deviations, a thing's own blurred edge spoils the profiles beside it
+BENT_END = 6.0  # if that is also so many deviations of its points: texture bends the ends of edges
+BENT_LEAST_PX = 0.06  # a profile that lies so far beside its line may show another edge,
+BENT_BY_TEXTURE = 0.3  # if it is also this share of the blur away: a streak or a pore of the plate moves an edge as far
+COVERED_BLURS = 2.5  # blur deviations by which a thing's own blurred edge spoils the profiles beside it
 _OPPOSITE = np.array([2, 3, 0, 1])
 _ENDS = np.array([[0, 1, 2], [-1, -2, -3]])
 
@@ -85,10 +84,10 @@ def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return marked[:, 2:] & marked[:, 1:-1] & marked[:, :-2]
 
 
-def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, grain_px: Floats) -> bool:
+def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
     """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
 
-    `grain_px` (4,): how wide each edge is by blur and smear beside a textured plate, else 0.
+    `texture_px` (4,): the width of each edge by all blur beside a textured plate, else 0.
     """
     beside_line = line.weight < AGREES
     if max(np.add.reduce(beside_line, axis=1).tolist()) < _ENDS.shape[1]:
@@ -99,7 +98,7 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, grain_px:
         return False
     least_px = np.full(line.weight.shape, BENT_LEAST_PX)
     # What covers an edge leaves some of it to be seen at an end; in between, streaks and pores disagree more often.
-    least_px[:, run:-run] += BENT_BY_GRAIN * grain_px[:, None]
+    least_px[:, run:-run] += BENT_BY_TEXTURE * texture_px[:, None]
     # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
     disagree = (believed > 0) & beside_line & (np.abs(line.residual) > least_px)
     if not _three_on_end(disagree).any():
@@ -228,18 +227,18 @@ def margin_sigma(pull: Points, scatter: Floats, *, contrast: float, path_px: flo
     """
     excess = float(np.vdot(pull, pull).real) - PULL_NOISE**2 * float(np.add.reduce(scatter))
     shadow = SHADOW_SHARE**2 * max(excess, 0.0) / 4.0
-    always = SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2 + (SMEARED * path_px) ** 2
+    always = SYSTEMATIC_PX**2 + (ROUNDING_PX / contrast) ** 2 + (MOTION_BLUR * path_px) ** 2
     sigmas = _sigmas((HIDDEN * scatter if uneven else scatter) + (shadow + always))
     return sigmas._replace(pulled=excess > 0)
 
 
 def _sigmas(variance: Floats) -> Sigmas:
-    """From the variances (4,) of a coordinate of each corner."""
+    """Sums up the variances (4,) of a coordinate of each corner."""
     each = variance.tolist()
     return Sigmas(sqrt(sum(each) / 4), sqrt(max(each)))
 
 
-def grain_sigma(
+def texture_sigma(
     pull: Floats,
     line: lines.LineFit,
     expected: lines.Edges,
@@ -251,21 +250,21 @@ def grain_sigma(
 ) -> Sigmas:
     """Sigma beside a textured plate; `pull` (4, n): how far two estimators disagree.
 
-    Grain that runs along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
+    Texture along an edge moves many of its points alike, so their scatter tells too little. `blur_off_px`: (4,)
     how much each edge's own blur differs from the one in use; `blur_known`: from earlier frames. One that was found in
     this frame is that of its own edges, whose difference from it shows no error that they share.
     """
     slow, own = _slow(line), lines.point_variance(line)
-    points = (0.5 * GRAIN_SLOW) * (slow + slow[_OPPOSITE]) + GRAIN_SCATTER * float(np.add.reduce(own)) / 4
+    points = (0.5 * TEXTURE_SLOW) * (slow + slow[_OPPOSITE]) + TEXTURE_SCATTER * float(np.add.reduce(own)) / 4
     in_part = line.moments[:, 0] < IN_PART * line.weight.shape[1]
     if any(in_part.tolist()):
         points = np.where(in_part, SEEN_IN_PART * np.maximum(points, own), points)
-    blurred = GRAIN_BLUR * float(np.vdot(blur_off_px, blur_off_px)) / 4
+    blurred = TEXTURE_BLUR * float(np.vdot(blur_off_px, blur_off_px)) / 4
     if not blur_known:
-        blurred += GRAIN_BLUR_NOISE * float(np.add.reduce(own / line.moments[:, 0])) / 4
-    rounded = (ROUNDING_ON_GRAIN_PX / contrast) ** 2 / (1.0 + (contrast / NOISY) ** 2)
-    always = SYSTEMATIC_ON_GRAIN_PX**2 + rounded + (SMEARED_ON_GRAIN * path_px) ** 2
-    everywhere = GRAIN_PULL * pulled_px2(pull, line, expected) + blurred + always
+        blurred += TEXTURE_BLUR_NOISE * float(np.add.reduce(own / line.moments[:, 0])) / 4
+    rounded = (ROUNDING_ON_TEXTURE_PX / contrast) ** 2 / (1.0 + (contrast / NOISY) ** 2)
+    always = SYSTEMATIC_ON_TEXTURE_PX**2 + rounded + (MOTION_BLUR_ON_TEXTURE * path_px) ** 2
+    everywhere = TEXTURE_PULL * pulled_px2(pull, line, expected) + blurred + always
     corners, edges = lines.at_corners_and_edges(points, line, expected, everywhere=everywhere)
     return Sigmas(sqrt(sum(corners) / 4), sqrt(max(corners)), edges=edges)
 
