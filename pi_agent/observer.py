@@ -1,4 +1,4 @@
-"""From a frame to the messages about it: pure, without clock, thread or bus, so that it runs in lockstep too."""
+"""Makes the messages about a frame: pure, without clock, thread or bus, so that it runs in lockstep too."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Mode:
 
     @staticmethod
     def of(entry: dict[str, Any]) -> Mode | None:
-        """From an entry of picamera2's `sensor_modes`; None for an entry without size (a sensor that is not raw)."""
+        """Reads an entry of picamera2's `sensor_modes`; None for an entry without size (a sensor that is not raw)."""
         if "size" not in entry or "fps" not in entry:
             return None
         left, top, width, height = (int(value) for value in entry["crop_limits"])

@@ -123,7 +123,7 @@ def seen_pose(scene: TwinScene, capture_ns: int, *, before: Scenes = (), block_h
     earlier = _velocity(before[-2], before[-1], block_height_m) if len(before) > 1 else None
     velocity, gain = STILL if velocity is None else velocity, np.zeros(3)
     if earlier is not None and velocity.any():
-        # From the middle of one step to that of the next; what is gained in half a step does not turn a block back.
+        # Speeds are from the middle of one step to that of the next; the gain of half a step turns no block back.
         gain = (velocity - earlier) * 2e9 / (scene.stamp_ns - before[-2].stamp_ns)
         half_s = 0.5e-9 * (scene.stamp_ns - before[-1].stamp_ns)
         gain *= min(1.0, float(np.hypot(*velocity[:2]) / max(half_s * np.hypot(*gain[:2]), 1e-9)))

@@ -26,7 +26,7 @@ _SEND = ("put", "delete", "reply")
 _BE_THERE = ("declare_queryable", "liveliness_token")
 _ALL = (*_LISTEN, *_SEND, *_BE_THERE, "query")
 _CACHE = "@adv/**"
-"""Below a topic's key: what Zenoh's advanced publisher keeps and announces. `**` alone does not reach it."""
+"""The part below a topic's key that Zenoh's advanced publisher keeps and announces. `**` alone does not reach it."""
 
 
 def access_control(rig_id: str, members: Members) -> dict[str, Any]:

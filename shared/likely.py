@@ -15,7 +15,7 @@ PLATE_M = (0.01, 3.0)
 """Sides of a plate and of its opening, m: from a slide of a microscope to a table."""
 
 DENSITY_KG_M3 = (100.0, 25_000.0)
-"""From balsa and foam (some 100 kg/m³) to osmium (22 590 kg/m³)."""
+"""Densities of solids: balsa and foam have some 100 kg/m³, osmium 22 590 kg/m³."""
 
 LEAST_MARK_MM = 1.0
 """Side of a mark, mm: at 6 px/mm a smaller one has fewer pixels than its corners need."""

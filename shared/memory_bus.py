@@ -37,7 +37,9 @@ class MemoryBus:
         if isinstance(message, Recipe):
             received = Received(topic, receive_ns, recipe=message)
         else:
-            received = Received(topic, receive_ns, message)  # by position: it is made hundreds of times a second
+            received = Received(
+                topic, receive_ns, message
+            )  # fields are given by position: it is made hundreds of times a second
         for handler in route:
             handler(received)
 

@@ -35,7 +35,9 @@ def main(arguments: list[str] | None = None) -> int:
     # contact_aging,wear` took 10.7 s of processor time with it and 5.7 s without, and as long on two cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     print_all_letters(sys.stdout, sys.stderr)
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # else it warns of a home in which it can keep no cache
+    logging.getLogger("matplotlib").setLevel(
+        logging.ERROR
+    )  # otherwise it warns of a home in which it can keep no cache
     if follow_parent() or sys.stdout.isatty():
         outlive_terminal()
     words = sys.argv[1:] if arguments is None else arguments

@@ -18,7 +18,7 @@ TIMEOUT_S = 10.0
 
 
 def cluster(named: str) -> AbstractContextManager[None]:
-    """Within the block, `spread` uses that cluster; with an empty text this machine.
+    """Makes `spread` use that cluster within the block, or this machine with an empty text.
 
     Raises:
         UserError: for another name, or if the cluster does not answer.

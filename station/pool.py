@@ -62,7 +62,7 @@ def spread(
 
 @contextmanager
 def on_backend(name: str, **settings: Any) -> Generator[None]:
-    """Within the block, `spread` uses this backend of joblib's."""
+    """Makes `spread` use this backend of joblib's within the block."""
     with parallel_config(name, **settings):
         yield
 

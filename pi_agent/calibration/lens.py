@@ -49,7 +49,7 @@ class BoardSpec:
 
     @staticmethod
     def parse(text: str) -> BoardSpec:
-        """From words like `9x7x6` (columns, rows, millimetres a square).
+        """Reads words like `9x7x6` (columns, rows, millimetres a square).
 
         Raises:
             UserError: if they are not that.

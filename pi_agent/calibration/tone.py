@@ -134,7 +134,7 @@ def _solve(values: Floats, times: Floats, usable: NDArray[np.bool_]) -> tuple[Fl
     rows[-1] = count * mean
     target = np.zeros(len(rows))
     target[-1] = count * float(position.mean()) / (KNOTS - 1)
-    wanted = rows[:, 1:]  # without g(0), which is 0
+    wanted = rows[:, 1:]  # g(0) is 0 and no unknown
     solution = np.linalg.solve(wanted.T @ wanted, wanted.T @ target)
     full = float(solution[KNOTS - 2])
     residual = float(np.sqrt(np.mean((wanted[:count] @ solution) ** 2))) / full

@@ -1,4 +1,4 @@
-"""From reflectance to pixel values: illumination, noise and tone curve."""
+"""Turns reflectance into pixel values: illumination, noise and tone curve."""
 
 import numpy as np
 from numpy.typing import NDArray

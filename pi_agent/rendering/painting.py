@@ -89,7 +89,7 @@ class Quality:
 EXACT = Quality()
 FAST = Quality(fine=1, instants=4, step_px=1.2)
 FAST_AT_REST = Quality(fine=2, instants=1)
-"""Without sub-pixels an edge along the rows is no blurred step: its corners come out 0.03 px off."""
+"""Sub-pixels of a picture: with none an edge along the rows is no blurred step, and its corners are 0.03 px off."""
 
 
 def patch_around(points: Floats, *, margin: int) -> Patch:

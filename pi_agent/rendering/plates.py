@@ -13,7 +13,7 @@ PAD_PX = 64
 """Surface beyond the frame on every side, so that a sagging camera still sees it."""
 
 SCRATCHES = 12 / 728**2
-"""On brushed steel, for each square pixel."""
+"""Scratches on brushed steel, for each square pixel."""
 
 
 def surface(kind: Surface, *, rng: np.random.Generator, size: int = 600) -> Plate:

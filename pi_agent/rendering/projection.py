@@ -1,4 +1,4 @@
-"""From the mark's frame to pixels: pose, perspective, camera rotation, radial distortion, rolling shutter."""
+"""Projects the mark's frame to pixels: pose, perspective, camera rotation, radial distortion, rolling shutter."""
 
 from dataclasses import dataclass
 

@@ -97,7 +97,7 @@ def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, texture_p
     if run >= line.weight.shape[1]:
         return False
     least_px = np.full(line.weight.shape, BENT_LEAST_PX)
-    # What covers an edge leaves some of it to be seen at an end; in between, streaks and pores disagree more often.
+    # A thing that covers an edge leaves some of it to be seen at an end; in between, streaks disagree more often.
     least_px[:, run:-run] += BENT_BY_TEXTURE * texture_px[:, None]
     # Beside a sharp edge a compressed video's blocks disagree by hundredths of a pixel, which harms nobody.
     disagree = (believed > 0) & beside_line & (np.abs(line.residual) > least_px)

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Points = NDArray[np.complex128]
 Matrix = NDArray[np.float32]
 
-MEAN_BOW = np.float32(1.0 / 6.0)  # of f (1 − f)
+MEAN_BOW = np.float32(1.0 / 6.0)  # the mean of f (1 − f), f even between 0 and 1
 SATURATED = 252.0  # light at which a pixel says no more than "at least this"
 
 

@@ -111,7 +111,7 @@ def fit_lines(
     count = offset.shape[1]
     basis = powers(count)
     slopes = basis[:, :2].T
-    # Above the weights, below their products with the offsets: all are summed by one product of matrices.
+    # Weights are above, their products with the offsets below: one product of matrices sums them all.
     both = np.empty((8, count))
     current, product = both[:4], both[4:]
     current[:], product[:] = weight, weight * offset
@@ -203,7 +203,7 @@ def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
 def at_corners_and_edges(
     variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float
 ) -> tuple[list[float], EdgeVariance]:
-    """As `at_corners`, and the variances of each edge's offset at its middle and of its rise from corner to corner.
+    """The variances of `at_corners`, and those of each edge's offset at its middle and rise from corner to corner.
 
     A corner moves with the ends of the two lines that meet there, each across itself. `everywhere`: what is added to
     the variance of every corner.

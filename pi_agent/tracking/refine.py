@@ -137,7 +137,7 @@ def refine(
             path_px = 0.0 if motion_blur is None else abs(motion_blur.path_px)
             fit = _fit(step, look, even=task.even, path_px=path_px, blur_doubt_px=doubt_px, blur_known=blur_known)
             fit = fit._replace(astray=True) if step.moved > still[0] else fit
-            # From further away an edge seems to lie in uneven light that does not.
+            # An edge that is further away seems to lie in uneven light although it does not.
             if left == 0 or not fit.pulled or step.moved < SETTLED[0]:
                 return fit
     return None

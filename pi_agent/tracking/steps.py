@@ -179,7 +179,7 @@ def _tables_between(tables: list[list[Table]]) -> Floats:
     fenced = [[table.fenced() for table in row] for row in tables]
     answers = _between(np.array([[table.answers for table in row] for row in fenced])).swapaxes(0, 1)
     reach = _between(np.array([[table.reach for table in row] for row in fenced])).swapaxes(0, 1)
-    return np.ascontiguousarray(np.stack([answers, reach]))  # else `take` copies all of them
+    return np.ascontiguousarray(np.stack([answers, reach]))  # otherwise `take` copies all of them
 
 
 def _tables_at(tables: Floats, places: NDArray[np.intp]) -> list[Table]:

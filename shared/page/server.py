@@ -181,7 +181,7 @@ class Handler(BaseHTTPRequestHandler):
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length", "")
         if not length.isdigit() or int(length) > _MOST_BYTES:
-            self.close_connection = True  # what follows is no request
+            self.close_connection = True  # the bytes that follow are no request
             return b""
         return self.rfile.read(int(length))
 

@@ -72,7 +72,7 @@ def inclination(message: AngleReading, *, azimuth_rad: float) -> float:
 
 
 def turn_between(first: Reading, second: Reading) -> float:
-    """By how much the plate turned between two readings of one sensor, in radians, as far as the sensor can know."""
+    """The angle, rad, by which the plate turned between two readings of one sensor, as far as the sensor can know."""
     if first.gravity is None or second.gravity is None:
         return abs(second.angle_rad - first.angle_rad)
     (ax, ay, az), (bx, by, bz) = first.gravity, second.gravity

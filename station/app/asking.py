@@ -9,7 +9,7 @@ from shared.bus import Bus
 from shared.messages import Message
 
 _AGAIN_S = 0.3
-"""After which the request is repeated: an answer takes milliseconds on a link that stands."""
+"""The time after which the request is repeated: an answer takes milliseconds on a link that stands."""
 
 
 def asked(bus: Bus, service: str, request: Message, *, within_s: float) -> Message | None:

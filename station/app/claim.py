@@ -13,7 +13,7 @@ from shared.errors import UserError
 from shared.messages import ArmReply, LeaseRequest, Message
 
 ANSWER_S = 5.0
-"""In which the arm agent has to answer: it takes milliseconds when it is there, and seconds while it starts."""
+"""The time in which the arm agent has to answer: milliseconds when it is there, and seconds while it starts."""
 
 
 def session_name() -> str:

@@ -18,7 +18,7 @@ PING_NS = 50_000_000
 REPORT_NS = 1_000_000_000
 WINDOW = 200
 LEAST_TRIPS = 6
-"""So many round trips come before the first report: a single one may be milliseconds off."""
+"""Round trips before the first report: a single one may be milliseconds off."""
 STEP_NS = 2_000_000
 """Clocks of different machines drift by less than this within the window; a larger step is another clock."""
 

@@ -80,7 +80,7 @@ class CornersAgain:
 
 
 def allowed_px(derived: MarkerCorners) -> float:
-    """By how much a recorded coordinate may differ from the one that was read again."""
+    """The largest difference, px, of a recorded coordinate from the one that was read again."""
     return max(FLOOR_PX, SIGMAS * derived.sigma_px)
 
 

@@ -18,7 +18,7 @@ from station.export.from_model import NamedModel, named_model
 
 DEFAULT = "numpy"
 _DIRECTIONS = np.radians([0.0, 45.0, 150.0, 250.0])
-"""Along a grain and beside it, and not its mirror images alone."""
+"""Directions along a grain and beside it, and not its mirror images alone."""
 
 
 def known_formats() -> list[str]:

@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from rich.console import Console
 
 EVERY_S = 10.0
-"""Between two lines, in a log or a pipe: as long as one waits without wondering."""
+"""Seconds between two lines, in a log or a pipe: as long as one waits without wondering."""
 
 MINUTES_FROM_S = 120.0
-"""From here on a time is told in minutes."""
+"""Seconds from which on a time is told in minutes."""
 
 
 class Told:

@@ -17,7 +17,7 @@ from station.recording.reader import open_recording
 from station.recording.tables import read_samples
 
 _WORTH_A_PROCESS_BYTES = 400_000_000
-"""Below this (some two seconds of reading) starting processes takes longer than they save."""
+"""Bytes below which starting processes takes longer than they save: some two seconds of reading."""
 
 
 def read_session(path: Path, *, spare: CameraGeometry | None = None) -> Session:

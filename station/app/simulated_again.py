@@ -72,7 +72,7 @@ def _against_the_users(
     if isinstance(simulation.engine, Refinable):
         progress(f"checking what the settings of {simulation.name} do")
         found, cured = simulation.engine.numerics(recorded, rig=rig)
-        if cured is not simulation.engine:  # what changes with its settings is no physics
+        if cured is not simulation.engine:  # a difference that changes with its settings is no physics
             simulation = replace(simulation, engine=cured, name=f"{simulation.name}, cured")
     progress(f"simulating the recorded commands with {simulation.name}")
     simulated = simulation.engine.repeat(recorded, AS_IT_IS, rig=rig)
@@ -88,7 +88,7 @@ def _against_the_users(
         progress=progress,
     )  # fmt: skip
     told = _rerun(given.diagnosis, recorded, given.parts, rig=rig, simulation=simulation, progress=progress)
-    for more in (artefacts(simulated, mu_s=given.mu_s), told.numerics):  # what shows it less plainly comes later
+    for more in (artefacts(simulated, mu_s=given.mu_s), told.numerics):  # the others show it less plainly
         known_of = {one["id"] for one in found}
         found += [dict(one) for one in more if one["id"] not in known_of]
     return replace(told, numerics=tuple(found))

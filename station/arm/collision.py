@@ -1,4 +1,4 @@
-"""Does the arm touch itself, the table or the camera's mount? MuJoCo answers, on the capsules and hulls of the links.
+"""Finds what the arm touches: itself, the table or the camera's mount, by MuJoCo on its links' capsules and hulls.
 
 The same model gives the torques that hold the arm against gravity. Parts that meet at a joint may touch.
 """

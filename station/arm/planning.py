@@ -160,7 +160,7 @@ def _deg(angle_rad: float) -> str:
 _DISTANCES = np.arange(0.2, 0.65, 0.04)
 _HEIGHTS = np.arange(0.3, 0.95, 0.04)
 _FINE = np.array([-0.02, 0.0, 0.02])
-_LOOKED_AT = 20  # so many candidates are looked at for each that is assessed
+_LOOKED_AT = 20  # candidates that are looked at for each that is assessed
 
 
 def search(

@@ -26,7 +26,7 @@ from station.diagnosis.likelihood.systematic import keeping
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold
 from station.diagnosis.result import Differs, Side, Value
-from station.diagnosis.search.belief import Belief, called, sure
+from station.diagnosis.search.posterior import Posteriors, called, probability_of
 from station.diagnosis.search.search import Search
 from station.diagnosis.search.unnamed import change
 from station.physics.contact import Array
@@ -44,7 +44,7 @@ class Found:
 
     evidence: Evidence
     search: Search
-    belief: Belief
+    posteriors: Posteriors
     folds: tuple[Fold, ...] = ()
     friction: float = 1.0
 
@@ -53,7 +53,7 @@ class Found:
 class Beside:
     """One effect, or the level of friction (`effect` None), in the recording and in the simulation.
 
-    `gain` is in twice the log likelihood, `odds` is twice the log odds that the numbers differ; `side` says who has it.
+    `gain` is in twice the log likelihood, `twice_log_odds` are those that the numbers differ; `side` says who has it.
     `told` is what is said of the numbers: a smooth term's coefficients say little, the change that they make does.
     """
 
@@ -61,13 +61,13 @@ class Beside:
     side: Side
     numbers: tuple[Differs, ...]
     gain: float
-    odds: float
+    twice_log_odds: float
     told: tuple[Differs, ...]
 
     @property
     def probability(self) -> float:
         """Posterior probability that the two differ."""
-        return sure(self.odds)
+        return probability_of(self.twice_log_odds)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,7 +88,7 @@ class Against:
     @property
     def differs(self) -> tuple[Differs, ...]:
         """The numbers that both have and set differently, the level's first."""
-        both = (one for one in (self.level, *self.effects) if one.side == "both" and one.odds > 0)
+        both = (one for one in (self.level, *self.effects) if one.side == "both" and one.twice_log_odds > 0)
         return tuple(number for one in both for number in one.told)
 
 
@@ -115,7 +115,7 @@ def against(recorded: Found, simulated: Found) -> Against:
     beside = tuple(_beside(effect, recorded, simulated, fits) for effect in effects)
     gain = level.gain + sum(one.gain for one in beside)
     differ_p = float(chi2.sf(gain, 1 + sum(len(one.numbers) for one in beside)))
-    alike = [one.effect for one in beside if one.effect is not None and one.odds <= 0]
+    alike = [one.effect for one in beside if one.effect is not None and one.twice_log_odds <= 0]
     return Against(
         level=level,
         effects=beside,
@@ -134,9 +134,9 @@ def _refit(evidence: Evidence, fitted: Fit, effects: Sequence[Effect]) -> Fit:
 def _joint(recorded: Found, simulated: Found) -> list[Effect]:
     """The effects of both; where two cannot be told from each other, only the recording's is kept."""
     mine = list(recorded.search.found)
-    known = {name for classes in recorded.belief.classes.values() for name in classes} | {one.id for one in mine}
+    known = {name for classes in recorded.posteriors.classes.values() for name in classes} | {one.id for one in mine}
     for effect in simulated.search.found:
-        alike = {called(effect.id), effect.id, *simulated.belief.classes.get(effect.id, ())}
+        alike = {called(effect.id), effect.id, *simulated.posteriors.classes.get(effect.id, ())}
         if not alike & known:
             mine.append(effect)
     return mine
@@ -172,7 +172,7 @@ def _level(recorded: Found, simulated: Found, fits: Sequence[Fit]) -> Beside:
     number = Differs(name="mu_s", recording=each[0], simulation=each[1])
     gain = _gain((number,), sum((np.array([[value.sd**2]]) for value in each), np.zeros((1, 1))))
     odds = gain - _price(recorded, 1)
-    return Beside(effect=None, side="both", numbers=(number,), gain=gain, odds=odds, told=(number,))
+    return Beside(effect=None, side="both", numbers=(number,), gain=gain, twice_log_odds=odds, told=(number,))
 
 
 def _level_of(found: Found, fitted: Fit) -> Value:
@@ -201,7 +201,7 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
     odds = gain - _price(recorded, len(numbers))
     side: Side = "both" if all(has) or odds <= 0 else "recording" if has[0] else "simulation"
     told = _changes(recorded.evidence, fits, terms) or numbers
-    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, odds=odds, told=told)
+    return Beside(effect=effect, side=side, numbers=numbers, gain=gain, twice_log_odds=odds, told=told)
 
 
 def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:

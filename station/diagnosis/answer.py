@@ -16,8 +16,8 @@ from station.diagnosis.likelihood.systematic import without_nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Candidates, Diagnosis, EffectFound, FitQuality, Own, Verdict
 from station.diagnosis.search.advised import advice
-from station.diagnosis.search.belief import Belief, called
 from station.diagnosis.search.locate import located, summary_of
+from station.diagnosis.search.posterior import Posteriors, called
 from station.diagnosis.search.search import Search
 from station.diagnosis.search.toppled import Toppled, shows_toppling, toppled
 from station.diagnosis.search.unnamed import change, depends_on, told_of_smooth
@@ -52,7 +52,7 @@ def _slid(evidence: Evidence) -> int:
 class Judged:
     """The beliefs of a search, what each name adds for unseen runs, and the model of those names with its quality."""
 
-    belief: Belief
+    posteriors: Posteriors
     own: Mapping[str, Own]
     model: Fit
     quality: FitQuality
@@ -68,7 +68,7 @@ def answered(
     rng: np.random.Generator,
 ) -> Diagnosis:
     """The answer, with the runs in which the block toppled looked at beside the channels."""
-    belief, quality = judged.belief, judged.quality
+    posteriors, quality = judged.posteriors, judged.quality
     claimed = bool(found.found or found.places)
     effects = _effects(evidence, found, judged)
     prior = thresholds.SINGLE / max(len(catalogue), 1)
@@ -93,8 +93,8 @@ def answered(
         verdict=verdict,
         located=(*(() if tips is None else (tips.place,)), *located(evidence, found.stages)),
         effects=effects,
-        other_probability=belief.other,
-        none_probability=belief.none * (1.0 if tips is None else tips.none_probability),
+        other_probability=posteriors.other,
+        none_probability=posteriors.none * (1.0 if tips is None else tips.none_probability),
         fit=quality,
         candidates_tried=sum(stage.tried for stage in stages),
         candidates=tuple(
@@ -128,7 +128,7 @@ def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectF
     kept = {term.effect.id: (judged.model, term) for term in without_nuisances(judged.model.model).terms}
     every = {term.effect.id: (found.model, term) for term in without_nuisances(found.model.model).terms} | kept
     listed = [_effect(evidence, found, fitted, term, judged) for fitted, term in every.values()]
-    for candidate, believed in zip(found.places, judged.belief.places, strict=True):
+    for candidate, believed in zip(found.places, judged.posteriors.places, strict=True):
         place = candidate.place
         where = "" if place is None else f": {summary_of(found.model, place)}"
         listed.append(
@@ -145,16 +145,16 @@ def _effects(evidence: Evidence, found: Search, judged: Judged) -> tuple[EffectF
 
 
 def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, judged: Judged) -> EffectFound:
-    effect, belief, own = term.effect, judged.belief, judged.own[term.effect.id]
-    near = belief.classes[effect.id]
+    effect, posteriors, own = term.effect, judged.posteriors, judged.own[term.effect.id]
+    near = posteriors.classes[effect.id]
     verdict: Verdict = "indistinguishable" if len(near) > 1 else "supported"
     changed = change(evidence, fitted, term)
     return EffectFound(
         id=called(effect.id),
         title=effect.title if not is_smooth(effect) else told_of_smooth(evidence, fitted.model, term),
         class_ids=near,
-        probability=belief.effects[effect.id],
-        verdict=verdict if own.real and belief.effects[effect.id] > thresholds.EVEN else "not supported",
+        probability=posteriors.effects[effect.id],
+        verdict=verdict if own.real and posteriors.effects[effect.id] > thresholds.EVEN else "not supported",
         parameters=values_of(fitted, term),
         determined=determined(evidence, fitted, term) if changed is None else (changed,),
         own=own,

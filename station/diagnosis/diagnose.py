@@ -1,4 +1,4 @@
-"""The diagnosis of one recording from signals or samples: evidence, search, folds, belief, quality, answer.
+"""The diagnosis of one recording from signals or samples: evidence, search, folds, posteriors, quality, answer.
 
 `examined` tells the story from top to bottom: each line is a step, and each step is a folder of this package. The next
 experiment is recommended apart, see `next_experiment.recommended`.
@@ -23,7 +23,7 @@ from station.diagnosis.predict.folds import Folding, assigned, less, named
 from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Counted, Diagnosis, Own
-from station.diagnosis.search.belief import beliefs
+from station.diagnosis.search.posterior import posteriors_of
 from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
@@ -94,13 +94,13 @@ def examined(
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
-    belief = beliefs(found)
-    sift = sifted(evidence, folds, belief.classes)
+    posteriors = posteriors_of(found)
+    sift = sifted(evidence, folds, posteriors.classes)
     model = _kept(evidence, found, sift.own)
     quality = compared(evidence, sift, model)
-    answer = answered(evidence, found, Judged(belief, sift.own, model, quality), catalogue, name=name, rng=rng)
+    answer = answered(evidence, found, Judged(posteriors, sift.own, model, quality), catalogue, name=name, rng=rng)
     pictures = picture_data(evidence, found, (sift.before, sift.after), opening_radius_m=chosen.opening_radius_m)
-    judged = Found(evidence=evidence, search=found, belief=belief, folds=sift.folds)
+    judged = Found(evidence=evidence, search=found, posteriors=posteriors, folds=sift.folds)
     return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=judged)
 
 

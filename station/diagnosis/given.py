@@ -19,8 +19,8 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.simulated import parts_of_given, quality_of_given
 from station.diagnosis.result import Diagnosis, EffectFound, NextExperiment
-from station.diagnosis.search.belief import beliefs, called
 from station.diagnosis.search.locate import located
+from station.diagnosis.search.posterior import called, posteriors_of
 from station.diagnosis.search.search import Progress, in_stages, looked_at, search
 from station.diagnosis.search.unnamed import change, told_of_smooth
 from station.physics.catalogue import Catalogue
@@ -104,7 +104,7 @@ def against_given(
         numerics=True,
     )
     found = search(staged, rng, progress)
-    theirs = Found(evidence=evidence, search=found, belief=beliefs(found), friction=friction)
+    theirs = Found(evidence=evidence, search=found, posteriors=posteriors_of(found), friction=friction)
     progress("comparing recording and simulation")
     compared = against(recorded, theirs)
     # What remains in the recording is tested with all that the recording can show, also where the simulation cannot.
@@ -127,7 +127,9 @@ def against_given(
     )
     return Given(
         diagnosis=diagnosis,
-        parts=parts_of_given(recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.odds > 0),
+        parts=parts_of_given(
+            recorded, theirs, compared, physics, changed=bool(told.names) or compared.level.twice_log_odds > 0
+        ),
         mu_s=compared.level.numbers[0].simulation.value,
     )
 
@@ -214,10 +216,10 @@ def _of_simulation(beside: Beside, simulated: Found) -> EffectFound:
     """An effect that was found in the simulation alone."""
     effect = beside.effect
     assert effect is not None
-    classes: Mapping[str, tuple[str, ...]] = simulated.belief.classes
+    classes: Mapping[str, tuple[str, ...]] = simulated.posteriors.classes
     fitted = simulated.search.model
     near = classes.get(effect.id, (called(effect.id),))
-    probability = simulated.belief.effects.get(effect.id, 0.0) * beside.probability
+    probability = simulated.posteriors.effects.get(effect.id, 0.0) * beside.probability
     likely = "indistinguishable" if len(near) > 1 else "supported"
     term = next(term for term in fitted.model.terms if term.effect.id == effect.id)
     changed = change(simulated.evidence, fitted, term)

@@ -56,7 +56,7 @@ with open("paths.json", "w") as out:  # an engine may print what it likes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """By how much the engine's onset is late (degrees), its path (mm) and its turn (degrees) are off, in a direction.
+    """The engine's errors in a direction: its onset is late (degrees), its path (mm) and turn (degrees) are off.
 
     `gone_mm` and `turned_deg` are how far our own block has gone and turned, `speed_mm_s` is how fast it is then.
     """

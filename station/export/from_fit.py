@@ -1,4 +1,4 @@
-"""From a fitted limit curve to what simulators can say of it."""
+"""Turns a fitted limit curve into what simulators can say of it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def pair_of_fit(
 
 
 def _carrier(curve: LimitCurve) -> tuple[FixedIn, float]:
-    """In which body the ellipse is fixed, and the ratio of axes of the other body's."""
+    """The body in which the ellipse is fixed, and the ratio of axes of the other body's."""
     if curve.frame != "both":
         return curve.frame, 1.0
     by_object, by_plate = (math.exp(math.hypot(*shape.stretch)) for shape in (curve.object, curve.plate))

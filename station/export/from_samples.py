@@ -1,4 +1,4 @@
-"""From samples to what simulators can say of them: the limit curve, or one number where there is none."""
+"""Turns samples into what simulators can say of them: the limit curve, or one number where there is none."""
 
 from __future__ import annotations
 

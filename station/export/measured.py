@@ -91,7 +91,7 @@ class MeasuredPair:
 
     @property
     def name(self) -> str:
-        """As the paper writes it: 'steel on wood'."""
+        """The name as the paper writes it: 'steel on wood'."""
         return f"{self.object} on {self.plate}"
 
     @property

@@ -37,7 +37,7 @@ def always_unsaid(pair: MeasuredPair) -> list[str]:
 
 
 def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:
-    """That an engine has one coefficient for rest and sliding."""
+    """The sentence that an engine has one coefficient for rest and sliding."""
     if math.isnan(pair.kinetic_ratio):
         return f"{engine} has one coefficient for rest and sliding; kinetic friction was not measured."
     return (
@@ -47,7 +47,7 @@ def no_kinetic(pair: MeasuredPair, *, engine: str) -> str:
 
 
 def no_anisotropy(pair: MeasuredPair, *, engine: str) -> list[str]:
-    """That an engine knows one number for all directions; nothing where one number is all there is."""
+    """The sentence that an engine knows one number for all directions; empty where one number is all there is."""
     if pair.isotropic:
         return []
     high, low = (math.degrees(math.atan(mu) - math.atan(pair.mu)) for mu in (pair.mu_1, pair.mu_2))

@@ -1,4 +1,4 @@
-"""Does friction depend on the direction? A test with a p-value, an effect size and the size that chance alone gives.
+"""Tests if friction depends on the direction: p-value, effect size, and the size that chance alone gives.
 
 The logarithm of mu is regressed on harmonics of the sliding direction phi (Fisher's F test of nested linear models):
 
@@ -144,7 +144,7 @@ def fit_harmonics(slides: Slides, relation: Relation, *, given_other: bool = Fal
         df=int(strong.sum()),
         df_rest=count - basis.shape[1] - int(strong.sum()),
         explained=explained,
-        # Without any scatter only rounding is left, which no ratio may be formed of.
+        # If there is no scatter only rounding is left, of which no ratio may be formed.
         rest=max(float(residuals @ residuals) - explained, 1e-20 * count),
         residuals=residuals,
         scores=scores,

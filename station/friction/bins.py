@@ -16,7 +16,7 @@ PATCH_PX = 10
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Per bin (k): its middle (rad), how many values, their mean and standard deviation (NaN below 1 and 2 values)."""
+    """Values in bins (k,): middle (rad), number, mean and standard deviation (NaN below 1 and 2 values)."""
 
     middle_rad: Array
     count: NDArray[np.int64]

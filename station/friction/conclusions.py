@@ -16,7 +16,7 @@ from station.friction.results import PairResult
 LEVEL = 0.05
 _SAME_MASS = 0.01
 _NAMED = 3
-"""At most so many files are named in a sentence."""
+"""The largest number of files that a sentence names."""
 
 
 @dataclass(frozen=True, slots=True)

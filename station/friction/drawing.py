@@ -59,7 +59,7 @@ def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
         figure.set_layout_engine("none")
         try:
             (folder / f"{stem}.png").write_bytes(png)
-            # Without the date, so that equal data give equal files.
+            # The date is left out, so that equal data give equal files.
             figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
             figure.savefig(folder / f"{stem}.pdf", metadata={"CreationDate": None})
         except OSError as error:

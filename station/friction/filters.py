@@ -99,7 +99,7 @@ def filter_slides(slides: Slides, *, opening: Opening | None = None) -> Flags:
 
 
 def _far(values: Array, counted: NDArray[np.bool_]) -> Bools:
-    """Those that differ by more than three standard deviations from the mean of the counted ones."""
+    """True (n,) for values more than three standard deviations from the mean of the counted ones."""
     counted = np.broadcast_to(counted, values.shape)
     if counted.sum() < 2:
         return np.zeros(values.shape, dtype=bool)

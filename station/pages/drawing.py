@@ -55,7 +55,7 @@ def new_figure(*, width_in: float = 9.0, height_in: float = 3.2) -> Any:
 
 @contextmanager
 def kept_in(folder: Path | None) -> Generator[None]:
-    """Within it, every figure of a page is also written into the folder, as NAME.svg and NAME.pdf; None: nowhere."""
+    """Has every figure of a page written into the folder as well, as NAME.svg and NAME.pdf; None: nowhere."""
     before = _folder.set(folder)
     try:
         yield

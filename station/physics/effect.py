@@ -91,7 +91,7 @@ class Effect(ABC):
         return 0.0
 
     def lead(self, contact: Contact, values: Values) -> Array | float:
-        """By how much the pressure on a sliding block leads its mass (n,), in widths of the sole; see `sole`."""
+        """The lead (n,) of the pressure on a sliding block over its mass, in widths of the sole; see `sole`."""
         del contact, values
         return 0.0
 

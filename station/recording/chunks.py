@@ -17,7 +17,7 @@ from mcap.records import Channel, Chunk, Schema
 MAX_CHUNK_BYTES = 256 * 1024 * 1024
 """No writer makes chunks as large as this: a larger number is damage, or meant to exhaust the memory."""
 MAX_MESSAGES = 1_000_000
-"""In one chunk. Ours hold some thousands; a million takes some 300 MB beside its bytes."""
+"""The largest number of messages in a chunk. Ours hold thousands; a million takes some 300 MB beside its bytes."""
 HELD_BYTES = 256
 """The memory of a message beside its payload: a tuple and its numbers."""
 

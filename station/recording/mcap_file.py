@@ -42,7 +42,7 @@ COMPRESSIONS: dict[str, Callable[[bytes], bytes]] = {
     "": bytes,
 }
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
-_FIXED_BYTES = _MESSAGE.size - 9  # of a message record, without opcode and length
+_FIXED_BYTES = _MESSAGE.size - 9  # bytes of a message record, without opcode and length
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
 

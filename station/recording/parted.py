@@ -63,7 +63,7 @@ class PartedReader(RecordingReader):
         *,
         truth: bool = False,
     ) -> Iterator[Recorded]:
-        """As of one file. A part holds what was received a moment before the end of the one before it: all is in order.
+        """The messages as of one file, all in order: a part may hold what came just before the end of the one before.
 
         Raises:
             UserError: as of one file; or if the parts overlap in time by more than fits into memory.
@@ -87,7 +87,7 @@ class PartedReader(RecordingReader):
     def batches(
         self, topics: Collection[str], from_ns: int | None = None, to_ns: int | None = None
     ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
-        """As of one file, part after part; a topic's number is another one in each."""
+        """The batches as of one file, part after part; a topic's number is another one in each."""
         for part in self._within(from_ns, to_ns):
             yield from part.batches(topics, from_ns, to_ns)
 

@@ -81,7 +81,7 @@ class Recorded:
 
     @property
     def received(self) -> Received:
-        """As it came over the bus: what a replay hands to the live pipeline."""
+        """The message as it came over the bus: what a replay hands to the live pipeline."""
         return Received(self.topic, self.log_ns, self.message, payload=self.payload)
 
 
@@ -170,7 +170,7 @@ def _check_summary(file: BinaryIO) -> None:
 
 
 def _read(file: BinaryIO, length: int) -> bytes:
-    """So many bytes as far as the file goes: an index may claim any length, for which memory would be taken first."""
+    """Reads so many bytes, as far as the file goes: an index may claim any length, and memory would be taken first."""
     here = file.tell()
     end = file.seek(0, 2)
     file.seek(here)
@@ -234,7 +234,7 @@ class RecordingReader:
 
     @property
     def duration_s(self) -> float:
-        """From the first to the last log time."""
+        """The time from the first to the last log time, s."""
         return (self.end_ns - self.start_ns) * 1e-9
 
     def messages(
@@ -299,7 +299,7 @@ class RecordingReader:
     def batches(
         self, topics: Collection[str], from_ns: int | None = None, to_ns: int | None = None
     ) -> Iterator[tuple[dict[int, TopicInfo], Batch]]:
-        """As `messages`, many at a time in the order of the file: what the channels' numbers mean, and the messages.
+        """Yields the messages many at a time, in the order of the file, with what the channels' numbers mean.
 
         Raises:
             UserError: as `messages` does, but for payloads, which are not looked at.

@@ -40,7 +40,7 @@ INPUTS = (
 )
 """The topics that the machine listens to; nothing else may influence it."""
 
-_PAUSE_S = 1.0  # after a fault, before the next run
+_PAUSE_S = 1.0  # wait after a fault, before the next run
 _STALE_NS = 500_000_000
 OWN_ORDER = -1
 """The run number of motions that the arm makes on its own order."""

@@ -84,7 +84,7 @@ def replay(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]])
 
 
 def replay_whole(machine: SamplingMachine, stream: Iterable[tuple[str, Message, int]]) -> dict[str, Verdict]:
-    """As `replay`, for a recording that was closed and that may have been forged: a verdict for each topic.
+    """Replays a recording that was closed and that may have been forged; gives a verdict for each topic.
 
     Nothing may be missing but what was decided in the last `UNRECORDED_S`, and no sample may follow a stop.
     """

@@ -23,7 +23,7 @@ from station.simulators.recorded_runs import Poses, RecordedRun, poses_of, recor
 LEAST_DEG, LEAST_MM = 0.1, 0.1
 SIGNIFICANT = 3.0
 LEAST_RUNS = 8
-"""With fewer onsets a wave of four periods is not sought."""
+"""The least number of onsets in which a wave of four periods is sought."""
 MOST_OF_WAVE = 0.5 * (1.0 - math.sqrt(0.5))
 """The amplitude of a pyramid's wave over its friction: at 45° it holds 1 / √2 of what it holds along the axes."""
 _NEAR = 0.9

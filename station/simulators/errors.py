@@ -85,7 +85,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
 
 
 STEP_NS = 200_000_000
-"""Between simulated places farther apart in time the block is not looked for: a camera of 5 Hz shows no slide."""
+"""The longest time between simulated places in which the block is looked for: a camera of 5 Hz shows no slide."""
 
 
 def _apart_mm(seen: Poses, told: Poses, *, later_ns: int) -> float:

@@ -111,7 +111,7 @@ def rerun_in_parts(
     runs: int = RUNS,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Rerun:
-    """As `rerun`, each part of the session with its own two models: those of a fold may know nothing of its runs.
+    """Does the same as `rerun` with two models for each part of the session: those of a fold know nothing of its runs.
 
     A simulator with a friction of its own (`OwnFriction`) that cannot be told what was found is tried before it alone.
     `name` is the simulator's in the result.
@@ -213,7 +213,7 @@ def _step(simulated: Signals, run: RecordedRun) -> float:
     told = next((sample for sample in simulated.samples if sample.run == run.run), None)
     if told is None or run.sample is None:
         return 1.0
-    # Of a block that held in the simulation, friction is known to be above the steepest tilt; the onset says so then.
+    # The friction of a block that held in the simulation is above the steepest tilt, which is its onset then.
     return math.tan(run.sample.onset_angle_rad) / max(math.tan(told.onset_angle_rad), 1e-3)
 
 

@@ -30,7 +30,7 @@ FLOATS = NDArray[np.float64]
 GRAVITY = 9.81
 START_SPEED = 1e-8
 CREEP_SPEED = 1e-5
-"""Below this (m/s) the direction is held back from turning ever faster; the block moves some nanometres meanwhile."""
+"""Speed (m/s) below which the direction is held back from turning ever faster, for some nanometres of the way."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -83,7 +83,7 @@ def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) ->
 
 
 def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    """Above the slip threshold nothing more is decided: the axis ends where the threshold does at the largest tilt."""
+    """The curves of the displacement; above the slip threshold nothing more is decided, so the axis ends there."""
     return rrb.TimeSeriesView(
         origin="plots/displacement",
         name="Corners from their reference (px): three above the red line are a slip",

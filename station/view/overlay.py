@@ -140,7 +140,7 @@ def _draw_ghost(clock: _Clock, ghost: Ghost, overlay: Overlay, *, setup: Setup) 
 
 
 def _thinned(path: Path) -> tuple[Times, Array]:
-    """Without the frames in which nothing moves: a change keeps its frame and the one before it."""
+    """Leaves out the frames in which nothing moves: a change keeps its frame and the one before it."""
     if len(path.time_ns) < 2:
         return path.time_ns, path.pose
     moved = np.abs(np.diff(path.pose, axis=0)).max(axis=1) > 1e-7
@@ -173,7 +173,7 @@ def joined(stretches: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _draw_places(clock: _Clock, overlay: Overlay) -> None:
-    """On the plate, where the recorded block was in each stretch; cleared when the stretch is over."""
+    """Marks on the plate where the recorded block was in each stretch; cleared when the stretch is over."""
     for from_ns, to_ns in joined([(one.from_ns, one.to_ns) for one in overlay.stretches]):
         pose = overlay.recorded.between(from_ns, to_ns)
         if not len(pose):

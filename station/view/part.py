@@ -15,7 +15,7 @@ Handler = Callable[[Any], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Rates:
-    """At most so many a second (None: all): images, and whatever else is drawn anew; curves have every point."""
+    """The largest numbers a second (None: all) of images and of what else is drawn anew; curves have every point."""
 
     image_hz: float | None = None
     drawing_hz: float | None = 25.0

@@ -23,7 +23,7 @@ class Recorded(Protocol):
 
     @property
     def topic(self) -> str:
-        """As on the bus."""
+        """The topic's name, as on the bus."""
         ...
 
     @property
@@ -59,7 +59,7 @@ def endpoints_of(config: BusConfig, *, stand_ins: Collection[str]) -> Endpoints:
 
 
 def topics_of(names: Iterable[str], *, stand_ins: Collection[str]) -> frozenset[str]:
-    """Those of a recording's topics that the processes stood in for (or anybody) would send.
+    """The topics of a recording that the processes stood in for (or anybody) would send.
 
     Unknown ones are not, nor what only simulators tell each other: nobody who measures may hear the truth.
     """

@@ -35,8 +35,8 @@ NOT_SHOWN = frozenset(
         "camera/image/overlay",  # the corners are drawn from the measurement itself
         "arm/lease",  # which session has the arm: it says nothing of block or plate
         "session/pause",  # the log has a line of it
-        "session/status",  # how far a session is, for those who look on while it runs
-        "twin/target",  # what the twin is told and does: arm/joints shows it as any arm's
+        "session/status",  # the progress of a session, for those who look on while it runs
+        "twin/target",  # the twin's own wire: arm/joints shows its motion as any arm's
         "twin/joints",
         "truth/scene",  # a view shows what was measured, never the truth
     }

@@ -85,7 +85,7 @@ def test_the_law_of_one_half_leads_the_other_halfs_paths(tmp_path: Path) -> None
         half = np.random.default_rng([20261123, split]).permutation(np.arange(evidence.runs) % 2).astype(np.bool_)
         for unseen in (half, ~half):
             found = found_in(evidence, unseen)
-            paths = [path_errors(evidence, one.model, unseen, drawn=none) for one in (found.null, found.model)]
+            paths = [path_errors(evidence, one.model, unseen, run_effects=none) for one in (found.null, found.model)]
             figures = [(trimmed(each), median(each)) for each in paths]
             lowered.append((1.0 - figures[1][0] / figures[0][0], 1.0 - figures[1][1] / figures[0][1]))
             slope = slope_of(evidence.without(unseen), found)

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import ast
+import io
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-HALVES = frozenset({"Of", "Whether", "How"})
-"""The first words of sentences without a main verb: "Of the mean theta", "Whether it fits", "How far it went"."""
+HALVES = frozenset(
+    {
+        *("Of", "Whether", "How", "From", "By", "As", "After", "Below", "Above", "Between", "Within", "So", "About"),
+        *("Not", "And", "But", "Than", "Per", "Against", "Both", "Those", "That", "In", "On", "At", "Or", "Because"),
+    }
+)
+"""The first words of sentences without a main verb: "Of the mean theta", "Whether it fits", "From words to a mark"."""
+HALF_COMMENTS = frozenset({"of", "what", "whether", "how", "nor", "else", "so"})
+"""The first words of comments that must be read together with the code, or twice: "of f (1 - f)", "nor is this"."""
 CLAUSES = frozenset({"What", "Where", "When", "Which", "Who", "Why"})
 """The first words of clauses that stand for a noun; they are on their way out, and none may come in."""
 MOST_CLAUSES = {"pi_agent": 0, "shared": 0, "station": 10}
@@ -49,6 +58,24 @@ def test_no_docstring_begins_with_half_a_question(folder: str) -> None:
     assert beginning_with(folder, HALVES) == []
 
 
+def comments(folder: str) -> Iterator[Told]:
+    """Every comment of a folder: where it begins, and its first line."""
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        before = -1
+        for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline):
+            if token.type == tokenize.COMMENT:
+                alone = not token.line[: token.start[1]].strip()
+                if not (alone and token.start[0] == before + 1):
+                    yield f"{path.relative_to(ROOT)}:{token.start[0]}", token.string.lstrip("# ")
+                before = token.start[0] if alone else -1
+
+
+@pytest.mark.parametrize("folder", MOST_CLAUSES)
+def test_no_comment_begins_in_the_middle_of_a_thought(folder: str) -> None:
+    begun = ((where, line, line.lower().replace(",", " ").split()) for where, line in comments(folder))
+    assert [f"{where}: {line}" for where, line, words in begun if words and words[0] in HALF_COMMENTS] == []
+
+
 @pytest.mark.parametrize(("folder", "most"), MOST_CLAUSES.items())
 def test_clauses_in_the_place_of_sentences_only_become_fewer(folder: str, most: int) -> None:
     found = beginning_with(folder, CLAUSES)
@@ -58,5 +85,6 @@ def test_clauses_in_the_place_of_sentences_only_become_fewer(folder: str, most: 
 @pytest.mark.parametrize("folder", MOST_CLAUSES)
 def test_no_docstring_only_points_elsewhere(folder: str) -> None:
     """A reader of "See the module" has learnt nothing; a method that repeats its protocol's may name that."""
-    found = [f"{where}: {line}" for where, line in docstrings(folder) if line.lower().startswith("see the module")]
+    told = ((where, line.lower()) for where, line in docstrings(folder))
+    found = [f"{where}: {line}" for where, line in told if line.startswith(("see the module", "see the base"))]
     assert found == []

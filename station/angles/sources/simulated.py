@@ -81,7 +81,7 @@ class SimulatedSource:
             self._waiting.append(self._reading(tilt, now_ns))
 
     def _follow(self, tilt_rad: float) -> None:
-        """From which side the plate came: it has turned when it has moved from its turning point by more than noise."""
+        """Follows from which side the plate comes: it has turned once it left its turning point by more than noise."""
         if self._turning_rad is None:
             self._turning_rad = tilt_rad
         moved = tilt_rad - self._turning_rad

@@ -102,7 +102,7 @@ def _search(settings: ArmSettings, *, four: bool) -> list[Pose]:
 
 
 def _different(poses: Sequence[Pose]) -> list[Pose]:
-    """Without mirror images: those that differ in nothing but the branch of the joints."""
+    """Leaves out mirror images: poses that differ in nothing but the branch of the joints."""
     seen: dict[tuple[float, ...], Pose] = {}
     for pose in poses:
         seen.setdefault((round(pose.worst_rad, 3), round(pose.comfort, 3), *pose.stage.pivot_m.round(3)), pose)

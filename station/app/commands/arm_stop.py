@@ -19,7 +19,7 @@ HELP = "emergency stop of the arm, over the bus"
 EXAMPLE = "station arm stop --rig rig.toml"
 ONE = "the arm agent did not answer: press the red button"
 _ANSWER_S = 3.0
-"""In which the agent has to be found and to answer: it takes milliseconds when it is there."""
+"""The time in which the agent has to be found and to answer: it takes milliseconds when it is there."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -31,6 +31,6 @@ def run(options: argparse.Namespace) -> int:
     keys = keys_folder(options.keys)
     if keys is None:
         raise UserError("Expected the folder of the rig's keys: give --keys FOLDER, or set REPOSE_KEYS")
-    open_recording(options.file)  # what cannot be read is not worth a signature
+    open_recording(options.file)  # a recording that cannot be read is not worth a signature
     print(f"Signed: {sign(options.file, keys, now_ns=time.time_ns())}")
     return 0

@@ -183,7 +183,7 @@ def _play(reader: RecordingReader, args: argparse.Namespace) -> int:
         ZenohBus(rig.id, listen=at.listen, connect=at.connect, clock=clock, process=stand_ins[0]) as bus,
     ):
         player = playback.Playback(bus, clock=clock, stand_ins=stand_ins, commands=_commands(reader))
-        bus.poll(_CONNECT_S)  # so that whoever listens is connected before the first message
+        bus.poll(_CONNECT_S)  # whoever listens is then connected before the first message
         print(f"Playing {reader.path} ({reader.duration_s:.1f} s) on the bus of rig '{rig.id}'", flush=True)
         items = (item for item in reader.messages(names) if not stopped.is_set())
         count = player.play(items, speed=args.speed)

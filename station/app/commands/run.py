@@ -146,7 +146,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
 
 def sign_session(path: Path, *, where: Console) -> None:
     """Signs the recording of a session on a rig with keys; a session is not lost because its keys are not in order."""
-    signature_path(path).unlink(missing_ok=True)  # of the recording that this one replaces
+    signature_path(path).unlink(missing_ok=True)  # a signature of the recording that this one replaces
     keys = keys_folder(None)
     if keys is None or not path.exists():
         return

@@ -1,4 +1,4 @@
-"""Do corners arrive? Listens on the bus as the station would, and measures rate and latency."""
+"""Verifies that corners arrive: listens on the bus as the station would, and measures rate and latency."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class _Listener:
             self.found += message.found
 
     def _fresh(self, message: MarkerCorners) -> bool:
-        """Not from the cache of an agent that ran before, nor from before anybody listened; a slow agent's are."""
+        """True if it is neither of an earlier agent's cache nor from before anybody listened, however slow it came."""
         if not self.trips or self.status is None or message.boot_id != self.status.boot_id:
             return False
         return message.capture_ns + best_of(self.trips)[0].offset_ns > self.since_ns

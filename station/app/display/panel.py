@@ -15,7 +15,7 @@ from station.app.display.watched import Watched
 from station.app.progress import told_time
 
 REFRESH_HZ = 4
-"""As often as one can read it; each time takes some 5 ms."""
+"""Drawings a second: as many as one can read; each takes some 5 ms."""
 _BAR = 40
 
 

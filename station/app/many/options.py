@@ -22,7 +22,7 @@ from station.app.work import bar
 from station.cluster import cluster
 
 _WORTH_A_PROCESS_BYTES = 400_000_000
-"""Below this (some two seconds of reading) starting processes takes longer than they save."""
+"""Bytes below which starting processes takes longer than they save: some two seconds of reading."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -126,7 +126,7 @@ def _yes(value: bool | None) -> str:
 
 
 def as_json(rows: Sequence[Row], verdicts: Sequence[Verdict]) -> Mapping[str, Any]:
-    """Both tables with all digits; what is not a number is null."""
+    """The two tables with all digits; what is not a number is null."""
     told = {
         "rows": [
             asdict(row)

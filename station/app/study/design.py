@@ -24,11 +24,11 @@ from station.app.study.paper import PAIRS, PaperPair
 from station.sampling.plan import Plan, TiltPlan
 
 SESSION_SAMPLES = 400
-"""At most so many in a session."""
+"""The largest number of samples in a session."""
 START_WITHIN_M = 0.01
 """A hand lays the block down this near to the middle of the plate."""
 HOLD_S = 0.52
-"""After each step: with it a sample takes the paper's 22 s on average over the four pairs (`study.json` says)."""
+"""The pause after each step: with it a sample takes the paper's 22 s on average (`study.json` says how long)."""
 
 
 @dataclass(frozen=True, kw_only=True)

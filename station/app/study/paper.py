@@ -9,7 +9,7 @@ SAMPLES = 6330
 """All samples. How they are divided among the pairs the paper does not say: we give each a quarter."""
 FILTERED = 552
 SECONDS_PER_SAMPLE = 22.0
-"""On average (section V): how slowly the paper's arm tilts, which it does not say otherwise."""
+"""Seconds for a sample on average (section V), which is all that the paper says of its arm's speed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +35,7 @@ class PaperPair:
 
     @property
     def name(self) -> str:
-        """As the paper writes it."""
+        """The name as the paper writes it."""
         return f"{self.object} on {self.plate}"
 
 

@@ -108,7 +108,7 @@ def main() -> None:
     """Run until stdin ends; the one argument is the options as JSON."""
     options: dict[str, Any] = json.loads(sys.argv[1])
     out = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # what ROS prints must not get between the lines
+    os.dup2(2, 1)  # ROS's own prints must not get between the lines
     sys.path.append(options["ros_path"])
     bridge = Bridge(options, out)
     try:

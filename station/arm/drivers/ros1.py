@@ -48,7 +48,7 @@ _REFUSED = {"REJECTED": "rejected the motion", "ABORTED": "aborted the motion", 
 
 @dataclass(frozen=True, kw_only=True)
 class Ros1Options:
-    """The `[arm.options]` table for this driver; see the module."""
+    """The `[arm.options]` table for this driver."""
 
     master_uri: str = ""
     address: str = ""
@@ -130,7 +130,7 @@ class Ros1Arm:
     def halt(self, *, now_ns: int) -> None:
         """See `Driver.halt`: cancel every goal, also those of an earlier life of this program."""
         self._now_ns = max(self._now_ns, now_ns)
-        self._goal += 1  # what is still said about the halted goal is of no interest
+        self._goal += 1  # later news of the halted goal are of no interest
         self._asked_ns = None
         self._send(cancel=True)
 

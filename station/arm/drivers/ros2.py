@@ -37,7 +37,7 @@ _HALT_NS = 100_000_000
 
 @dataclass(frozen=True, kw_only=True)
 class Ros2Options:
-    """The `[arm.options]` table for this driver; see the module."""
+    """The `[arm.options]` table for this driver."""
 
     router: str = "tcp/127.0.0.1:7447"
     domain: int = 0

@@ -1,4 +1,4 @@
-"""The smallest capsule round a cloud of points: all of them lie within its radius of its line."""
+"""Finds the smallest capsule round a cloud of points: all of them lie within its radius of its line."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _hull(points: Array) -> Array:
 
 
 def _along(hull: Array, axis: Array) -> Array:
-    """Both ends (6,) of a capsule along an axis through the middle of the cloud."""
+    """The two ends (6,) of a capsule along an axis through the middle of the cloud."""
     along = hull @ axis
     across = hull - np.outer(along, axis)
     middle = (across.max(axis=0) + across.min(axis=0)) / 2

@@ -15,7 +15,7 @@ _GRAIN_M = 1e-4
 """Corners are written to a tenth of a millimetre, and the faces lie that much farther out."""
 _MOST_OUT_M = 2e-3
 _MOST_FACES = 40
-"""About 70 corners, for a link whose every face is curved."""
+"""The largest number of faces: about 70 corners, for a link whose every face is curved."""
 
 
 def enclosing_hull(points_m: Array) -> tuple[Vector, ...]:

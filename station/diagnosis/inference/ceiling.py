@@ -36,7 +36,7 @@ def expected_log_run(evidence: Evidence, fitted: Fit) -> Array:
 
 
 def _calmer(evidence: Evidence, whitening: Whitening, surplus: Array) -> Array:
-    """By how much more than expected the rows of each channel (channels,) score, at least 0: they scatter less.
+    """The score (channels,) of each channel's rows beyond what is expected, at least 0: they scatter less.
 
     `surplus` (rows,) is that of each row. It is read from the runs that were fitted; a channel whose rows score less
     than expected has what the model lacks, and its ceiling stays.

@@ -11,7 +11,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.fit import fit as fit_model
-from station.diagnosis.inference.parameters import Free, told
+from station.diagnosis.inference.parameters import Free, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import pulls
@@ -72,7 +72,7 @@ def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Eff
     """
     found: list[tuple[Effect, Term]] = []
     for effect in effects:
-        shapes = [parameter for parameter in told(evidence, effect) if parameter.is_shape]
+        shapes = [parameter for parameter in identifiable(evidence, effect) if parameter.is_shape]
         sized = [parameter for parameter in effect.parameters if parameter.sizes]
         grids = [_grid(shapes), *([_grid([*shapes, *sized])] if sized else [])]
         for values in itertools.islice(itertools.chain(*grids), MOST_VARIANTS):
@@ -121,7 +121,7 @@ def looked(evidence: Evidence, model: Model, effects: Iterable[Effect]) -> Looke
             null = Term(effect, {**start.values, **_null_sizes(effect)})
             parts.append(by_channel(evidence, differences(evidence, model.with_term(null), free, at), len(free)))
             columns = tuple(range(len(low), len(low) + len(free)))
-            variants.append(Variant(effect, start, columns, len(told(evidence, effect))))
+            variants.append(Variant(effect, start, columns, len(identifiable(evidence, effect))))
             begin = [null.values[number.parameter.name] / number.scale for number in free if number.parameter]
             low += [number.low - value for number, value in zip(free, begin, strict=True)]
             high += [number.high - value for number, value in zip(free, begin, strict=True)]

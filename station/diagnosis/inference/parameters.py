@@ -50,11 +50,11 @@ class Free:
 
 def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, ...]:
     """ln mu_s, then the effects' parameters in their order, without the shapes that are not identifiable here."""
-    numbers = (Free(effect, parameter) for effect in effects for parameter in told(evidence, effect))
+    numbers = (Free(effect, parameter) for effect in effects for parameter in identifiable(evidence, effect))
     return (Free(None, None), *numbers)
 
 
-def told(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
+def identifiable(evidence: Evidence, effect: Effect) -> tuple[Parameter, ...]:
     """The effect's parameters without the shapes that are not identifiable in these runs."""
     contact = evidence.contact()
     idle = effect.idle(contact) if contact is not None else frozenset[str]()

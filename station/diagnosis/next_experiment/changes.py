@@ -1,4 +1,4 @@
-"""What a plan can change about a session: dwell, direction, rate of tilt, load, place and heading, each at random.
+"""The changes that a plan can make: dwell, direction, rate of tilt, load, place and heading, each at random.
 
 A change draws its numbers anew for every run, so they are independent of the order and of everything else: what
 coincided in the recording no longer does.

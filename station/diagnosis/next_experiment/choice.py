@@ -32,7 +32,7 @@ LENGTHS = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 720, 1000)
 WORTH = 0.9
 """A change has to save a tenth of the time: the session that was done is the one that is known to work."""
 SETTINGS = ("dwell_s", "rate", "mass_kg", "mount", "yaw")
-"""What a protocol sets: it is done again in random order, whatever the order was."""
+"""The quantities that a protocol sets: they come again in random order, whatever the order was."""
 TRIAL_RUNS = 60
 """The runs of a session that is done again on paper: of 4 values each has 15."""
 SEED = 7

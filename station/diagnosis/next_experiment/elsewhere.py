@@ -32,7 +32,7 @@ AFRESH = (
     "a fresh specimen after half of the rows, at the same settings: wear begins anew, a drift of the apparatus goes on"
 )
 TIMES = 4
-"""So many times the rows halve a standard error."""
+"""The factor on the number of rows that halves a standard error."""
 
 
 @dataclass(frozen=True, eq=False)

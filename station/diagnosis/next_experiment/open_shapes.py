@@ -58,6 +58,6 @@ def _scaled(term: Term, times: float) -> Term:
 
 
 def _change(evidence: Evidence, beside: Model, term: Term) -> Array:
-    """By how much the term changes the residuals of all rows (n,)."""
+    """The change of the residuals of all rows (n,) by the term."""
     one, other = (stack(evidence, residuals(evidence, model)) for model in (beside.with_term(term), beside))
     return np.asarray(one - other)

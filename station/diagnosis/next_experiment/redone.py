@@ -203,7 +203,7 @@ class _Rows:
             motion.moments.again(changed),
             turned(motion.acceleration_m_s2[rows], way),
             motion.yaw_acceleration_rad_s2[rows],
-            lambda model: _of_rows(onsets.drawn(model, count), run),
+            lambda model: _of_rows(onsets.run_effects(model, count), run),
             rate[nodes] if isinstance(rate, np.ndarray) else rate,
             turned(motion.between[rows], way),
             None if motion.view is None else _seen_again(motion.view, changed),

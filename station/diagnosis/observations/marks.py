@@ -129,7 +129,7 @@ class Shape(Channel):
 
 
 def common(values: Array, sigma: Array) -> Array:
-    """What the rows of values (n, k) have in common (k,): the maximum likelihood of Student's t with 3 degrees.
+    """The values (k,) that the rows (n, k) have in common: the maximum likelihood of Student's t with 3 degrees.
 
     `sigma` (n,) are the rows' standard deviations up to a factor: where the noise grows during a session, the mean of
     all rows is off by more than the best of them are, which then seem to share a strain.

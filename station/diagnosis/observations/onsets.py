@@ -18,7 +18,7 @@ LEAST_M_S2 = 1e-6
 LEAST_TILT_RAD, MOST_TILT_RAD = 0.02, 1.4
 """The bounds of an expected onset's tilt."""
 
-MOST_DRAWN = math.log(math.tan(MOST_TILT_RAD) / math.tan(LEAST_TILT_RAD))
+MOST_RUN_EFFECT = math.log(math.tan(MOST_TILT_RAD) / math.tan(LEAST_TILT_RAD))
 """The bound of a run's log friction over the model's: no two tilts lie farther apart. It keeps a model that is far off
 from overflowing. A bound that a run can reach puts a kink into the likelihood: at 1 one run in a hundred sat on it,
 and no fit converged (`pytest tests/recovery/test_rig_as_it_comes.py -k 40109`)."""
@@ -50,7 +50,7 @@ class Onsets(Channel):
         plain = moments.plain
         self._log_recorded = np.log(_size(plain) / plain.normal)
         self._last: tuple[Model, Array] | None = None
-        self._last_drawn: tuple[Model, Array] | None = None
+        self._last_run_effect: tuple[Model, Array] | None = None
         self._typically, self._expecting, self._recording = self._ways = (_Way(), _Way(), _Way())
 
     @property
@@ -65,7 +65,7 @@ class Onsets(Channel):
         if model is None:
             return
         if any(way.of is not model for way in self._ways):
-            self._last = self._last_drawn = None
+            self._last = self._last_run_effect = None
             self.residual(model)
             self._own(model)
         for way in self._ways:
@@ -80,7 +80,7 @@ class Onsets(Channel):
             self._last = (model, self._log_recorded + self._log_moved(model) - np.log(expected))
         return self._last[1]
 
-    def drawn(self, model: Model, runs: int) -> tuple[Array, Array]:
+    def run_effects(self, model: Model, runs: int) -> tuple[Array, Array]:
         """Each run's (r,) own log friction over the model's by its onset, and the onset's residual; 0 where unknown."""
         known = ~self.rows.limit
         found = np.zeros((2, runs))
@@ -89,11 +89,11 @@ class Onsets(Channel):
         return found[0], found[1]
 
     def _own(self, model: Model) -> Array:
-        if self._last_drawn is None or self._last_drawn[0] is not model:
+        if self._last_run_effect is None or self._last_run_effect[0] is not model:
             load, held = self._recording.held(self._recorded, model)
             own = np.log(_size(load) / held) + self._log_moved(model)
-            self._last_drawn = (model, np.clip(own, -MOST_DRAWN, MOST_DRAWN))
-        return self._last_drawn[1]
+            self._last_run_effect = (model, np.clip(own, -MOST_RUN_EFFECT, MOST_RUN_EFFECT))
+        return self._last_run_effect[1]
 
     def _log_moved(self, model: Model) -> Array | float:
         return 0.0 if self._released is None else self._released.log_moved(model)

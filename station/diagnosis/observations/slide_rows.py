@@ -58,7 +58,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         moments,
         windows["acceleration_m_s2"],
         windows["yaw_acceleration_rad_s2"],
-        None if onsets is None else lambda model: _of_runs(onsets.drawn(model, count), runs),
+        None if onsets is None else lambda model: _of_runs(onsets.run_effects(model, count), runs),
         windows["node_yaw_rate_rad_s"].ravel(),
         _between(windows, plate, uneven),
         _seen(recorded, contact),

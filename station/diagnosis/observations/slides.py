@@ -28,7 +28,7 @@ LEAST_SLOPE_RAD = 0.05
 class Motion:
     """The windows' accelerations (n, 2), m/s², and (n,), rad/s², and their states at the nodes (3 n moments).
 
-    `drawn` gives for a model the log friction of the windows' runs (n,) over the model's by their onsets, and those
+    `run_effects` gives for a model the log friction of the windows' runs (n,) over its own by their onsets, and those
     onsets' residuals; `yaw_rate_rad_s` (3 n) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
     three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
     `view` is the camera's view of the nodes.
@@ -37,7 +37,7 @@ class Motion:
     moments: Moments
     acceleration_m_s2: Array
     yaw_acceleration_rad_s2: Array
-    drawn: Callable[[Model], tuple[Array, Array]] | None = None
+    run_effects: Callable[[Model], tuple[Array, Array]] | None = None
     yaw_rate_rad_s: Array | float = 0.0
     between_m_s2: Array | None = None
     view: View | None = None
@@ -112,9 +112,9 @@ class _Slides(Channel):
         """The mean over each window's nodes with the weak form's weights: (3 n,) to (n,)."""
         return values.reshape(len(self), len(WEIGHTS)) @ WEIGHTS
 
-    def _drawn(self, model: Model) -> tuple[Array | float, Array | float]:
+    def _run_effects(self, model: Model) -> tuple[Array | float, Array | float]:
         """The runs' log friction and residuals, see `Motion`; 0 without onsets."""
-        return (0.0, 0.0) if self.motion.drawn is None else self.motion.drawn(model)
+        return (0.0, 0.0) if self.motion.run_effects is None else self.motion.run_effects(model)
 
     def _middle(self, toward: Array) -> Array:
         """The windows' mean unit vectors (n, 2) of directions (3 n, 2)."""
@@ -171,10 +171,10 @@ class Along(_Slides):
     def residual(self, model: Model) -> Array:
         """Log of recorded over predicted friction (n,), plus the residual of the run's onset."""
         load = self.motion.moments.loads(model)
-        drawn, onset = self._drawn(model)
+        run_effects, onset = self._run_effects(model)
         friction = model.friction(load.contact) * self._sliding
         held = self._mean(load.normal * friction) + self.motion.between[:, 2] * self._mean(friction)
-        held = held * np.exp(drawn)
+        held = held * np.exp(run_effects)
         predicted = (held - self._changed(model, load, self._way, self._middle_way)) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
 
@@ -214,7 +214,7 @@ class Across(_Slides):
         slope = support_slope(model, load.contact, load.contact.way_rad)
         if model.acting("lead"):
             slope = slope + model.friction(load.contact) * self._carried(model)
-        held = self._mean(load.normal * slope) * np.exp(self._drawn(model)[0])
+        held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
         return self._recorded - (held - changed) / self._unit_force
 

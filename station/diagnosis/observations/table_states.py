@@ -1,4 +1,4 @@
-"""What a table's rows say of the contact: place, tilt, direction, moment, and the dwell before it."""
+"""Reads the contact from a table's rows: place, tilt, direction, moment, and the dwell before it."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ FLAG = "tipped"
 """The flag of a sample whose run was given up because the block toppled."""
 
 LEAST_FRAMES = 5
-"""So many toppled frames in succession are a block that topples; single ones are bad pictures."""
+"""Toppled frames in succession that make a block that topples; single ones are bad pictures."""
 
 FALL_NS = 400_000_000
 """A block that begins to topple is seen to topple within this time."""

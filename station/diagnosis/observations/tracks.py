@@ -66,7 +66,7 @@ class RunTrack:
 
     @property
     def held_until_ns(self) -> int:
-        """When the block began to move in the tilt, else the run's end: also of a slide that the rig did not notice.
+        """The time at which the block began to move in the tilt, else the run's end; slides that the rig missed count.
 
         A block that slides a little way to the foam is held there to any tilt. A wrong corner is no motion: places are
         running medians.

@@ -82,7 +82,7 @@ def with_paths(evidence: Evidence, held: HeldOut, parts: Parts) -> HeldOut:
     """The predictions with the slides simulated again by fits that have not seen them."""
     path = np.full(evidence.runs, np.nan)
     for left_out, part in parts:
-        path[left_out] = path_errors(evidence, part.model, left_out, drawn=_drawn(evidence, part))[left_out]
+        path[left_out] = path_errors(evidence, part.model, left_out, run_effects=_run_effects(evidence, part))[left_out]
     return replace(held, path_m=path)
 
 
@@ -99,7 +99,7 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
     rank[rows.run[chosen]] = law.cdf(pull)[chosen]
 
 
-def _drawn(evidence: Evidence, part: Fit) -> Array:
+def _run_effects(evidence: Evidence, part: Fit) -> Array:
     """Expected log friction (r,) of each run's slide, given its onset; nan where the onset is unknown."""
     channel = evidence.onsets
     expected = np.full(evidence.runs, 0.0 if channel is None else np.nan)

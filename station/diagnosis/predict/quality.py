@@ -15,7 +15,7 @@ from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import Fold, dropped
 from station.diagnosis.predict.held_out import HeldOut, Parts, predicted, with_paths
 from station.diagnosis.result import FitQuality, Own, Quality, Value
-from station.diagnosis.search.belief import called
+from station.diagnosis.search.posterior import called
 from station.physics.contact import Array
 from station.simulators import figures
 

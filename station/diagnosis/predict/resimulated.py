@@ -35,22 +35,22 @@ BEGIN = FRAMES // 2
 """The frame of a ride at which its simulation begins: the middle of its first window."""
 
 
-def path_errors(evidence: Evidence, model: Model, runs: Bools, *, drawn: Array) -> Array:
+def path_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: Array) -> Array:
     """Root mean square distances (r,), m, of the chosen runs' simulated slides from the recorded ones; else nan.
 
     Args:
         evidence: must have `rides`; without them every error is nan.
         model: friction and effects.
         runs: (r,) True for the runs that are wanted.
-        drawn: (r,) expected log of each run's own friction over the model's; nan where nothing is expected.
+        run_effects: (r,) expected log of each run's own friction over the model's; nan where nothing is expected.
     """
     errors = np.full(evidence.runs, np.nan)
     rides = evidence.rides
-    chosen = () if rides is None else rides.of_runs(runs & np.isfinite(drawn))
+    chosen = () if rides is None else rides.of_runs(runs & np.isfinite(run_effects))
     if not chosen:
         return errors
     seen = [_unbent(ride, model) for ride in chosen]
-    own = np.exp(drawn[[ride.run for ride in chosen]])
+    own = np.exp(run_effects[[ride.run for ride in chosen]])
     for ride, pose, again in zip(chosen, seen, _simulated(evidence, chosen, seen, model, own=own), strict=True):
         apart = (again[: len(pose) - BEGIN, :2] - pose[BEGIN:, :2])[FRAMES - BEGIN :]
         errors[ride.run] = math.sqrt(float(np.mean(np.sum(apart * apart, axis=1))))

@@ -29,7 +29,7 @@ def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None =
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
         if diagnosis.verdict != "untestable":
             told = [where(diagnosis, pictures), what(diagnosis)]
-            # What the user's own simulation does by its numerics comes after what it leaves out; ours is cured first.
+            # Numerics of the user's own simulation come after the physics that it leaves out; ours is cured first.
             parts += [*told, numerics(diagnosis)] if diagnosis.given else [numerics(diagnosis), *told]
             parts += [fit(diagnosis, pictures), motion]
         else:

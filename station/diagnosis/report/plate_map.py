@@ -14,7 +14,7 @@ from station.physics.contact import Array
 
 _CHANNELS = ("onset", "along")
 _NEAR = 0.6
-"""If blocks came beyond this share of the opening's radius, the map shows the opening's edge."""
+"""Share of the opening's radius: if blocks came beyond it, the map shows the opening's edge."""
 
 
 def channels_on_plate(pictures: PictureData) -> tuple[ChannelPicture, ...]:

@@ -129,7 +129,7 @@ def _effects(diagnosis: Diagnosis) -> Table:
 
 
 def _how_much(effect: EffectFound) -> str:
-    """What is determined, then the single numbers; a number at its bound is only said to be there if more is known."""
+    """The combinations that are identifiable, then the single numbers; of one at its bound only that is said."""
     known = [f"{one.expression}: {one.known}" for one in effect.determined]
     if known and effect.id == "other":  # its coefficients say nothing else
         return "; ".join(known)
@@ -142,7 +142,7 @@ def _how_much(effect: EffectFound) -> str:
 
 
 def _fit(diagnosis: Diagnosis) -> Text:
-    """Before and after on unseen runs, in robust figures with standard errors; what the recording lacks is left out."""
+    """The fit to unseen runs before and after, in robust figures with standard errors, as far as there are any."""
     fit = diagnosis.fit
     parts = [
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),

@@ -57,8 +57,8 @@ def _against(fitter: Fitter, members: Sequence[Candidate]) -> dict[tuple[str, ..
 
     A member that is too far behind to come to the front is not tested.
     """
-    top = max(member.odds for member in members)
-    near = {member.key: member for member in members if member.odds > top - 2 * thresholds.PATHS_MOST}
+    top = max(member.twice_log_odds for member in members)
+    near = {member.key: member for member in members if member.twice_log_odds > top - 2 * thresholds.PATHS_MOST}
     if len(near) < 2:
         return dict.fromkeys(near, 0.0)
     twice = {key: _twice(fitter, member) for key, member in near.items()}

@@ -15,7 +15,7 @@ from station.diagnosis.inference.columns import Scores, Variant, at_sizes, score
 from station.diagnosis.inference.errors import UNIFORM
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.gain import estimate, gain, overdispersion, p_value
-from station.diagnosis.inference.parameters import told
+from station.diagnosis.inference.parameters import identifiable
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.systematic import claimable
 from station.diagnosis.observations.evidence import Evidence
@@ -41,7 +41,7 @@ HARDLY = 0.003
 class Candidate:
     """Effects (one or two) or a place, with their gain in twice the log likelihood, BIC, and uncorrected p.
 
-    `odds` is twice the log posterior odds against nothing: the BIC with the prior. `against` is what the blocks' paths
+    `twice_log_odds` are against nothing, the BIC with the prior. `against` is what the blocks' paths
     have against a law of sliding, see `by_paths`.
     """
 
@@ -90,7 +90,7 @@ class Candidate:
         return all(_inside(effect, known[effect.id]) for effect in self.effects)
 
     @property
-    def odds(self) -> float:
+    def twice_log_odds(self) -> float:
         """Twice the log posterior odds against nothing."""
         return self.bic + 2.0 * math.log(self.prior / thresholds.NONE) - self.against
 
@@ -257,7 +257,9 @@ class Fitter:
         return replace(candidate, twice_gain=twice, bic=twice - cost, fitted=found)
 
     def _numbers(self, candidate: Candidate) -> list[tuple[Effect, Parameter]]:
-        return [(effect, parameter) for effect in candidate.effects for parameter in told(self.evidence, effect)]
+        return [
+            (effect, parameter) for effect in candidate.effects for parameter in identifiable(self.evidence, effect)
+        ]
 
     def _cost(self, found: Fit, effect: Effect, parameter: Parameter) -> float:
         """The cost of a number in twice the log likelihood: ln of the runs (BIC), or less for a shape.

@@ -45,18 +45,18 @@ class Comparison:
     @property
     def needless(self) -> bool:
         """True if nothing is likelier than the best candidate."""
-        return self.candidates[0].odds < 0
+        return self.candidates[0].twice_log_odds < 0
 
     def shares(self) -> dict[str, float]:
         """Posterior by id, with all smooth terms as `other` and nothing as `none`; the shares add up to 1."""
-        top = max((0.0, *(candidate.odds for candidate in self.candidates)))
+        top = max((0.0, *(candidate.twice_log_odds for candidate in self.candidates)))
         heat = temperature(candidate.twice_gain for candidate in self.candidates)
         weights = {"none": math.exp(-0.5 * top / heat)}
         for candidate in self.candidates:
             (name,) = candidate.ids
             # What nobody expects has no law whose misspecification could be excused.
             excused = 1.0 if candidate.unexpected else heat
-            weight = math.exp(0.5 * (candidate.odds - top) / excused)
+            weight = math.exp(0.5 * (candidate.twice_log_odds - top) / excused)
             weights[name] = weights.get(name, 0.0) + weight
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
@@ -103,7 +103,11 @@ def _round(
         if comparison.needless or comparison.is_further or is_trifle(fitter.evidence, comparison.without, current):
             current, changed = comparison.without, True
             continue
-        if best is not mine and best.fitted and (mine is None or best.odds > mine.odds + thresholds.SWAP):
+        if (
+            best is not mine
+            and best.fitted
+            and (mine is None or best.twice_log_odds > mine.twice_log_odds + thresholds.SWAP)
+        ):
             current, changed, mine = best.fitted, True, best
         if mine is not None:
             compared[mine.effects[0].id] = comparison
@@ -118,7 +122,7 @@ def _comparison(
     rest = [one for one in offered if one.id not in known and not fitter.coinciding.repeats(one, known)]
     ranked, null = tested_alone(fitter.evidence, without, rest, rng)
     by_chance = null.corrected(min(one.p for one in ranked))
-    ranked.sort(key=lambda candidate: -candidate.odds)
+    ranked.sort(key=lambda candidate: -candidate.twice_log_odds)
     named = [one for one in ranked if not one.smooth and one.key != (effect.id,)][:NAMED_FITS]
     smooth = [one for one in ranked if one.smooth and one.key != (effect.id,)][:SMOOTH_FITS]
     own = [one for one in ranked if one.key == (effect.id,)]
@@ -126,7 +130,7 @@ def _comparison(
     full = [fitter.fitted(without, one) for one in [*own, *named, *smooth, *twins]]
     good = judged(fitter, [one for one in full if one.credible or one.key == (effect.id,)])
     good = excused(fitter, without, good)
-    good.sort(key=lambda candidate: -candidate.odds)
+    good.sort(key=lambda candidate: -candidate.twice_log_odds)
     return Comparison(without, tuple(good), by_chance)
 
 

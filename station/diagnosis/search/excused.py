@@ -72,7 +72,7 @@ def _field(fitter: Fitter, candidate: Candidate) -> str:
 
 
 def between(evidence: Evidence, one: Model, other: Model) -> Array:
-    """By how much two models' predicted friction differs (rows,), less the mean."""
+    """The difference (rows,) of two models' predicted friction, less the mean."""
     channels = [channel for channel in evidence.channels if channel.shares_friction]
     apart = np.concatenate([channel.residual(one) - channel.residual(other) for channel in channels])
     return apart - apart.mean()

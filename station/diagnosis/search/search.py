@@ -201,7 +201,7 @@ def looked_at(
         before=current,
         global_p=calibration.corrected(min((one.p for one in [*candidates, *spots]), default=1.0)),
         calibration=calibration,
-        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.odds)),
+        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.twice_log_odds)),
         places=tuple(sorted(spots, key=lambda spot: spot.p)),
         chosen=None,
         tried=len(candidates) + len(spots),
@@ -237,7 +237,7 @@ def _in_full(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], offered:
     good = judged(fitter, [candidate for candidate in full.values() if candidate.credible])
     good = excused(fitter, current, good)
     rest = [candidate for candidate in ranked if candidate.key not in full]
-    return [*sorted(good, key=lambda candidate: -candidate.odds), *rest]
+    return [*sorted(good, key=lambda candidate: -candidate.twice_log_odds), *rest]
 
 
 def _partnered(
@@ -248,8 +248,8 @@ def _partnered(
     Where an effect is strong, the scatter before it is fitted is too large to rank anything beside it by its score.
     """
     known = {pair.key: pair for pair in pairs}
-    alone = [one for one in full if _kind(one) == "single" and one.credible and one.odds > 0]
-    for one in sorted(alone, key=lambda single: -single.odds)[:LEADING]:
+    alone = [one for one in full if _kind(one) == "single" and one.credible and one.twice_log_odds > 0]
+    for one in sorted(alone, key=lambda single: -single.twice_log_odds)[:LEADING]:
         for partner in _partners(fitter, one, offered)[:PARTNERS]:
             pair = known.get(tuple(sorted((*one.key, *partner.key))))
             if pair is not None and partner.twice_gain > thresholds.PROMISING:
@@ -261,7 +261,7 @@ def _partners(fitter: Fitter, single: Candidate, offered: Sequence[Effect]) -> l
     if single.fitted is None:
         return []
     rest = [effect for effect in offered if effect not in single.effects and not is_smooth(effect)]
-    return sorted(single_candidates(fitter.evidence, single.fitted, rest), key=lambda partner: -partner.odds)
+    return sorted(single_candidates(fitter.evidence, single.fitted, rest), key=lambda partner: -partner.twice_log_odds)
 
 
 def _kind(candidate: Candidate) -> str:
@@ -275,8 +275,8 @@ def _chosen(fitter: Fitter, current: Fit, ranked: Sequence[Candidate], spots: Se
     """
     full = [candidate for candidate in ranked if candidate.fitted is not None]
     alone = [spot for spot in spots if spot.place is not None and not spot.place.channel.frictional]
-    for one in sorted([*full, *alone], key=lambda candidate: -candidate.odds):
+    for one in sorted([*full, *alone], key=lambda candidate: -candidate.twice_log_odds):
         trifle = one.fitted is not None and is_trifle(fitter.evidence, current, one.fitted)
-        if one.odds > 0 and not trifle and not is_misfit_of_law(fitter, current, one):
+        if one.twice_log_odds > 0 and not trifle and not is_misfit_of_law(fitter, current, one):
             return one
     return None

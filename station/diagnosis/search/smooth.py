@@ -126,7 +126,7 @@ def _angle_forms(values: Array) -> Iterator[Form]:
         kept: tuple[tuple[Wave, int], ...] = tuple(
             (wave, k) for k in chosen for wave in WAVES if np.std(WAVES[wave](k * values)) > thresholds.LEAST_WAVE
         )
-        if {k for _, k in kept} == set(chosen):  # else it would be a smaller set once more
+        if {k for _, k in kept} == set(chosen):  # otherwise it would be a smaller set once more
             yield Harmonics(waves=kept)
 
 

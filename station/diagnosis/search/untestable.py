@@ -53,7 +53,7 @@ def _left(channel: Channel, null: Fit, places: Sequence[Place]) -> Array:
     columns = np.column_stack([np.ones(len(rows)), *bases])
     numbers = np.linalg.matrix_rank(columns[known])
     free = len(np.unique(rows.run[known])) - numbers
-    if free < numbers:  # as many runs again as numbers, or what is left would be too little to tell
+    if free < numbers:  # needs twice as many runs as numbers: with fewer the rest says too little
         return residual
     fitted = columns @ np.linalg.lstsq(columns[known], residual[known], rcond=None)[0]
     return (residual - fitted) * math.sqrt(1.0 + numbers / free)

@@ -54,7 +54,7 @@ class Law:
     corners_below_m: float = math.nan
 
     def __post_init__(self) -> None:
-        """At rest the moment of what turns a block acts by itself: its factor on friction is left out there."""
+        """Leaves the factor on friction of what turns a block out at rest, where its moment acts by itself."""
         turning = (*self.model.acting("spin"), *self.model.acting("lever"))
         others = tuple(term for term in self.model.terms if term not in turning)
         self._still = replace(self.model, terms=others) if turning else self.model
@@ -105,7 +105,7 @@ class Law:
         return math.atan2(now.velocity[1], now.velocity[0]) if now.speed_m_s > GOES_M_S else self._way
 
     def _excess(self, load: Array, normal: float, gravity: Array) -> float:
-        """By how much the load exceeds friction, m/s²: of a block at rest, or along the way of one that slides."""
+        """The excess of the load over friction, m/s²: of a block at rest, or along the way of one that slides."""
         way = self._way_of(gravity)
         state = self.watch.contact(way_rad=way, gravity=gravity)
         if self.watch.moving:

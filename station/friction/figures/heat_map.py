@@ -32,7 +32,7 @@ def draw(pair: Pair) -> Figure:
     colours = mpl.colormaps["inferno"].with_extremes(bad="black")
     rows, columns = patches.shape
     extent = (-0.5, columns * PATCH_PX - 0.5, rows * PATCH_PX - 0.5, -0.5)
-    # From below the lowest value, so that no patch with samples is as black as one without.
+    # The scale begins below the lowest value, so that no patch with samples is as black as one without.
     low, high = float(patches[patches > 0].min()), float(patches[patches > 0].max())
     floor = low - 0.25 * max(high - low, 0.01)
     drawn = axes.imshow(patches, cmap=colours, vmin=floor, vmax=high, extent=extent, interpolation="nearest")

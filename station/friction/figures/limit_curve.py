@@ -55,7 +55,7 @@ def draw(pair: Pair) -> Figure:
 def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> None:
     band, plate = band_of(choice.best), choice.best.layout.frame == "plate"
     turn = runs.orientation_rad if plate else 0.0
-    # What friction does along the slide: the pull's part there.
+    # The pull's part along the slide is what friction does there.
     mu = np.exp(runs.pull) * np.cos(runs.slide_rad - runs.towards_object_rad)
     mu = np.minimum(mu, _rim(choice))
     axes.scatter(runs.slide_rad + turn, mu, s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)

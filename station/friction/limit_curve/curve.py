@@ -133,7 +133,7 @@ class LimitCurveFit:
 
     @property
     def frame(self) -> Frame:
-        """Against what the directions are."""
+        """The body against which the directions are."""
         return self.curve.frame
 
     @property

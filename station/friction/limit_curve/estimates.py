@@ -16,7 +16,7 @@ from station.friction.limit_curve.series import Evaluator
 from station.friction.limit_curve.shape import LimitCurve
 
 QUANTILE = NormalDist().inv_cdf((1 + LEVEL) / 2)
-"""So many standard errors to either side hold 90 % of a normal distribution."""
+"""Standard errors to either side that hold 90 % of a normal distribution."""
 _CIRCLE: Array = np.linspace(0, 2 * math.pi, 72, endpoint=False)
 _FINE = 720
 _STEP = 1e-4

@@ -242,7 +242,7 @@ def _between(low: Array, high: Array, tail: float) -> _Between:
 
 
 def _log_probability(low: Array, high: Array, tail: float) -> Array:
-    # From whichever end is nearer to the interval, so that small probabilities keep their digits.
+    # The end nearer to the interval is taken, so that small probabilities keep their digits.
     flip = low > 0
     first, second = np.where(flip, -high, low), np.where(flip, -low, high)
     chance = _below(second, tail) - _below(first, tail)

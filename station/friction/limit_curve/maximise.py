@@ -92,7 +92,7 @@ def _bounds(layout: Layout) -> tuple[Array, Array]:
 
 
 def _scales(layout: Layout, start: Array, count: int) -> Array:
-    """About the standard error of each parameter, so that the climb goes as fast along each."""
+    """The scale (k,) of each parameter, about its standard error, so that the climb goes as fast along each."""
     scatter, spread = math.exp(start[2]), math.exp(start[4])
     root = math.sqrt(max(count, 1))
     fixed = {"log_scatter": 0.8, "log_direction_scatter": 0.8, "tail": 0.7, "direction_tail": 0.7, "turn": spread}

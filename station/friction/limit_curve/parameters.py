@@ -92,7 +92,7 @@ class Layout:
         )
 
     def slopes(self, values: Array, frame: str) -> list[tuple[int, Complex]]:
-        """For each shape parameter of a frame its place and the derivative (ORDER + 1) of the series by it."""
+        """The place of each shape parameter of a frame, and the derivative (ORDER + 1) of the series by it."""
         found: list[tuple[int, Complex]] = []
         stretch = self.shape(values, frame).stretch
         for place, name in enumerate(self.names):

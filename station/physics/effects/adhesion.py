@@ -39,7 +39,7 @@ class Adhesion(Effect):
         return np.column_stack([np.zeros(len(contact)), np.zeros(len(contact)), pressed])
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """See the base class."""
+        """Runs with one mass cannot show it: an extra normal force is then another mu."""
         if np.ptp(contact.mass_kg) > SAME * np.mean(contact.mass_kg):
             return None
         return "All runs have one mass, and then an extra normal force is the same as a larger mu; add a second mass."

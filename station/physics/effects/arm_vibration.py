@@ -69,12 +69,12 @@ class ArmVibration(Effect):
     separated_by: ClassVar[str] = "the same tilts from other poses of the arm, or an IMU on the plate"
 
     def push(self, contact: Contact, values: Values) -> Array | None:
-        """The mean push (n, 3), m/s², in P; see the module."""
+        """The mean push (n, 3), m/s², in P, down the slope."""
         mean = EARLY * np.broadcast_to(self.shaking(contact, values), contact.down_rad.shape)
         return np.column_stack([mean[:, None] * unit(contact.down_rad), np.zeros(len(contact))])
 
     def creep(self, contact: Contact, values: Values) -> Array | None:
-        """The mean velocity (n, 2), m/s, of a block that slips at crests and is stopped in troughs; see the module."""
+        """The mean velocity (n, 2), m/s, of a block that slips at crests and is stopped in troughs."""
         sd = np.broadcast_to(self.shaking(contact, values), contact.down_rad.shape)
         apart = np.maximum(contact.spare_m_s2, 0.0) / np.maximum(sd, LEAST_M_S2)
         slips = 9.0 * np.exp(-0.5 * apart**2) / ((1.0 + apart) * (1.0 + apart + apart**2)) / (2.0 * np.pi)

@@ -60,7 +60,7 @@ class ComOffset(Effect):
         return np.array([[values["x_m"], values["y_m"], 0.0]]) / np.sqrt(contact.area_m2)[:, None]
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """See the base class."""
+        """Runs that were not tilted so far that a block topples cannot show it."""
         steepest = float(np.max(contact.tilt_rad, initial=0.0))
         margin = 1.0 - 2.0 * FARTHEST_M / float(np.sqrt(np.min(contact.area_m2, initial=1.0)))
         if margin <= 0.0 or np.tan(min(steepest, 1.5)) * TALLEST > margin:

@@ -72,7 +72,7 @@ class LoadDependence(Effect):
         return {f"fall of ln friction per e-fold of the load, {low:.3g} to {high:.3g} N": (fall, "1")}
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """See the base class."""
+        """Runs with one mass cannot show it: the load's exponent is then another mu."""
         if np.ptp(contact.mass_kg) > SAME * np.mean(contact.mass_kg):
             return None
         return "All runs have one mass, and then the load's exponent is the same as another mu; add a second mass."

@@ -45,7 +45,7 @@ class Tipping(Effect):
         return np.array([0.0, 0.0, values["slenderness"] / 2.0]) * np.ones((len(contact), 1))
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """See the base class."""
+        """Runs that were not tilted so far that a tall block topples cannot show it."""
         steepest = float(np.max(contact.tilt_rad, initial=0.0))
         if np.tan(min(steepest, 1.5)) * TALLEST > 1.0:
             return None

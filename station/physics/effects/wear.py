@@ -37,7 +37,7 @@ class Wear(Effect):
         return 1.0 + values["fall"] * np.expm1(-contact.run / values["runs"])
 
     def why_untestable(self, contact: Contact) -> str | None:
-        """See the base class."""
+        """Runs whose order is unknown cannot show it."""
         if len(contact) and np.ptp(contact.run) > 0:
             return None
         return "The order of the runs is unknown; add their numbers or times."

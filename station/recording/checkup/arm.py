@@ -1,4 +1,4 @@
-"""From command to motion: how long the arm takes to begin, and until its joints are seen to turn the plate."""
+"""Measures the delays from command to motion: until the arm begins, and until its joints are seen to turn the plate."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from station.recording.checkup.quantiles import Quantiles
 from station.recording.reader import Recorded
 
 SEEN_RAD = math.radians(0.02)
-"""A turn of the plate that counts as motion: several times the noise of joint encoders, passed within milliseconds."""
+"""The turn of the plate that counts as motion: several times joint encoders' noise, passed within milliseconds."""
 
 
 @dataclass(frozen=True, kw_only=True)

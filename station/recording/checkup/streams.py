@@ -11,7 +11,7 @@ from station.recording.checkup.quantiles import Quantiles
 from station.recording.reader import Recorded
 
 LATE_NS = 1_000_000_000
-"""As the plan's `silence_s` is unless a plan says otherwise."""
+"""Nanoseconds after which a message is late: the plan's `silence_s`, unless a plan says otherwise."""
 GAP_PERIODS = 3.5
 """An interval of more than this many nominal periods is a gap: three messages in a row are missing."""
 

@@ -26,7 +26,7 @@ from station.simulators.planar.simulate import ONSET_M, Chances, Motions
 
 SHARE = 0.95
 SHARE_CREEPING = 0.5
-"""With settings under which a block creeps every step is taken from this share on; creep below it is left out."""
+"""The share from which on every step is taken where settings let a block creep; creep below it is left out."""
 CHUNK = 256
 """The number of runs that are followed together: each has a block of its own in memory."""
 _FOAM_STEP = 0.5
@@ -216,7 +216,7 @@ def _spread(values: Array, row: Index, n: int) -> Array:
 
 
 def _joined(first: Followed, second: Followed) -> Followed:
-    """Both batches joined, the first one's runs first."""
+    """The motions of two batches as one, the first one's runs first."""
     if not len(second.row):
         return first
     names = [spec.name for spec in fields(Followed) if spec.name != "bodies"]

@@ -23,7 +23,7 @@ from station.simulators.planar.rest import Rest
 GOES_M_S, STOPS_M_S = 3e-6, 2e-5
 """A block that accelerates above the first speed begins to slide, and one that slows below the second stops."""
 SETTLES_S, UNSETTLED = 0.02, 20.0
-"""For this long after it is laid down, a block slides only above so many times that speed."""
+"""The time after a block is laid down in which it slides only above so many times that speed."""
 LATEST_S = 0.03
 """The start of a slide is set at most this long before its detection, s."""
 QUIET_S = 0.03
@@ -120,7 +120,7 @@ class Follower:
         at = Motion(runs.place[:, 0], runs.place[:, 1], runs.place[:, 2], speed, way)
         x, y, normal, contact = self._world.pull(blocks, now, at)
         if contact is not None and self._shakes:
-            # As in a slide of the planar simulator: a push that sets a block off lasts as long as the slide.
+            # The planar simulator does the same: a push that sets a block off lasts as long as the slide.
             push = np.where(moving, np.maximum(blocks.shake, 0.0), blocks.shake) * self._world.model.shaking(contact)
             x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
         turn, held = np.zeros(len(way)), None

@@ -34,7 +34,7 @@ class PlateMotion:
     """
 
     def __init__(self, *, ahead_s: float) -> None:
-        """By `ahead_s` the poses that are taken are those of later than the stretch's end."""
+        """`ahead_s` is how much later than the stretch's end the poses are that it takes."""
         self._ahead_s = ahead_s
         self._newest = self._pose = _LEVEL
         """The newest pose, and that at the stretch's end: the rotation row by row, and the place."""

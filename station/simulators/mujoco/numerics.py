@@ -225,7 +225,7 @@ def _sliding_deg(commands: Commands, mu_s: float, settings: Tried) -> Array:
     """The friction angle that slows blocks on the level plate in each of DIRECTIONS_RAD."""
     way = np.array(DIRECTIONS_RAD)
     velocity = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
-    # So fast that none stops within the time looked at, at which the feet have settled.
+    # The speed is so high that none stops within the time looked at, at which the feet have settled.
     velocity *= 1.5 * mu_s * GRAVITY_M_S2 * _LOOKED_S[-1]
     level = ramps(
         (0.0, _LOOKED_S[-1] + 0.02),

@@ -12,7 +12,7 @@ KEPT_M_S2, SPENT_M_S2, MOST_LEFT_OUT = 0.5, 0.1, 9
 """The acceleration that a block could take beyond the plate's, less what is kept, says how many looks are
 left out while the arm moves: one for each time that much, which a plate that turns by 1 rad/s takes meanwhile."""
 PRESSED_M_S2, DOZES = 0.3, 4
-"""From this push of the foam per mass on, a block that lies still is left alone for so many looks at a time."""
+"""The foam's push per mass from which on a block that lies still is left alone, and for how many looks at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,7 @@ from station.simulators.mujoco.specimen import FrictionDraw
 STEP_NS = 2_000_000
 STEP_S = STEP_NS * 1e-9
 SETTLING, GRIPPED = 25, 10.0
-"""So many steps (50 ms), with so many times its friction, a block sinks into its place before it is let go:
+"""Steps (50 ms), and factor on the friction, with which a block sinks into its place before it is let go:
 without them it slips by 15 µm as its feet sink in, which is more than the camera's noise."""
 
 

@@ -114,7 +114,7 @@ class Slide:
         self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,
         yaw_rate: Array | None = None,
     ) -> tuple[Nodes, Stop]:  # fmt: skip
-        """From times (a,) and places (a, 3) on in directions (a,); from rest unless speeds (a,) are given."""
+        """Follows the blocks from times (a,) and places (a, 3) on in directions (a,); from rest without speeds (a,)."""
         zero = np.zeros(len(time_s))
         at = Motion(
             place[:, 0],

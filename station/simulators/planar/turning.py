@@ -21,7 +21,7 @@ from station.physics.contact import Array, Bools
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS
 
 _BOUND_M_S = 1e-3
-"""Below this D, ω is the rate at which drive and friction balance."""
+"""The least D, m/s, at which ω is integrated: below it drive and friction balance."""
 _MOST = 0.98
 """The largest q for which there is such a balance."""
 _SMALL = 0.02

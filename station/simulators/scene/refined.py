@@ -74,7 +74,7 @@ class SceneSimulator(Called, Refinable):
         super().__init__(self._driver, name=str(path), tells=True)
 
     def numerics(self, recorded: Signals, *, rig: RigConfig) -> tuple[list[dict[str, Any]], Simulator]:
-        """As `Refinable.numerics` says."""
+        """See `Refinable.numerics`."""
         every = changes()
         tried = [_tried(change, _driver(self._path, change)) for change in every]
         pyramid = self._driver.scene.model.opt.cone == mj.mjtCone.mjCONE_PYRAMIDAL

@@ -25,7 +25,7 @@ def draw(recording: rr.RecordingStream, root: str, pair: Pair) -> None:
     """Logs the tensor below `root`."""
     patches = patches_of(pair)
     low, high = _range(patches)
-    # From below the lowest value, so that no patch with samples is as black as one without.
+    # The scale begins below the lowest value, so that no patch with samples is as black as one without.
     floor = low - 0.25 * max(high - low, 0.01)
     names = [f"y / {PATCH_PX} px", f"x / {PATCH_PX} px"]
     tensor = rr.Tensor(patches.astype(np.float32), dim_names=names, value_range=(floor, max(high, floor + 1e-6)))

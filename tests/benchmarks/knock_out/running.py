@@ -16,7 +16,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold, assigned, named
 from station.diagnosis.predict.quality import sifted
-from station.diagnosis.search.belief import beliefs, called
+from station.diagnosis.search.posterior import called, posteriors_of
 from station.diagnosis.search.search import Search, in_stages, search, with_wander
 from station.physics.catalogue import catalogue
 from station.physics.model import Model
@@ -87,13 +87,13 @@ def searched(evidence: Evidence, like: Found | None = None) -> Found:
 def weighed(found: Found) -> tuple[list[Claim], list[Claim]]:
     """The names that are claimed, and those that are listed beside them."""
     evidence, search_, folds = found
-    belief = beliefs(search_)
-    own = sifted(evidence, folds, belief.classes).own
+    posteriors = posteriors_of(search_)
+    own = sifted(evidence, folds, posteriors.classes).own
     listed = [
-        (Claim(name=called(name), alike=belief.classes[name], probability=float(chance)), own[name].real)
-        for name, chance in belief.effects.items()
+        (Claim(name=called(name), alike=posteriors.classes[name], probability=float(chance)), own[name].real)
+        for name, chance in posteriors.effects.items()
     ]
-    listed += [(Claim(name="other", alike=("other",), probability=float(chance)), True) for chance in belief.places]
+    listed += [(Claim(name="other", alike=("other",), probability=float(chance)), True) for chance in posteriors.places]
     claims = [claim for claim, real in listed if real and claim.probability > thresholds.EVEN]
     return claims, [claim for claim, real in listed if not (real and claim.probability > thresholds.EVEN)]
 

@@ -39,8 +39,8 @@ def test_a_right_model_leads_blocks_where_they_were_seen() -> None:
     evidence, plain = plain_fit()
     everyone = np.ones(evidence.runs, dtype=np.bool_)
     own = np.nan_to_num(evidence.channels[0].residual(plain.model))
-    right = path_errors(evidence, plain.model, everyone, drawn=own)
-    slippery = path_errors(evidence, replace(plain.model, mu_s=0.95 * plain.model.mu_s), everyone, drawn=own)
+    right = path_errors(evidence, plain.model, everyone, run_effects=own)
+    slippery = path_errors(evidence, replace(plain.model, mu_s=0.95 * plain.model.mu_s), everyone, run_effects=own)
     assert np.isfinite(right).sum() > 0.8 * evidence.runs
     assert np.nanmedian(right) < 0.2e-3
     assert np.nanmedian(slippery) > 3.0 * np.nanmedian(right)

@@ -35,9 +35,9 @@ def test_a_slide_is_that_of_a_block_that_rested_until_it_slid(seed: int) -> None
     onset, along = seen.channel("onset"), seen.channel("along")
     assert isinstance(onset, Onsets)
     assert along is not None
-    drawn, over = onset.drawn(truth, seen.runs)
+    run_effects, over = onset.run_effects(truth, seen.runs)
     apart = along.residual(truth) - over[along.rows.run]
-    known = drawn[along.rows.run] != 0.0
-    slope = np.polyfit(drawn[along.rows.run][known], apart[known], 1)[0]
+    known = run_effects[along.rows.run] != 0.0
+    slope = np.polyfit(run_effects[along.rows.run][known], apart[known], 1)[0]
     assert abs(slope) < 0.03, slope
-    assert np.polyfit(drawn[drawn != 0.0], over[drawn != 0.0], 1)[0] > 1.05
+    assert np.polyfit(run_effects[run_effects != 0.0], over[run_effects != 0.0], 1)[0] > 1.05

@@ -78,7 +78,7 @@ def slip_of(run: Motion, *, onset: Traced | None) -> Slip:
     rest = np.asarray(np.median(run.place_m[seen[:lying]], axis=0))
     tilt_ns = int(run.time_ns[begin])
     slid = np.flatnonzero(np.hypot(*(run.place_m[seen] - rest).T) > MOVED_M)
-    if not len(slid) or not tilted[seen[slid[0]]]:  # what moves a block on a level plate is no slip
+    if not len(slid) or not tilted[seen[slid[0]]]:  # a block that moves on a level plate has not slipped
         steepest = int(np.argmax(tilt))
         return Slip(tilt_ns=tilt_ns, angle_rad=float(tilt[steepest]), place=steepest)
     detected = int(seen[slid[0]])

@@ -14,7 +14,7 @@ from station.physics.smooth import PREFIX
 
 
 @dataclass(frozen=True, kw_only=True)
-class Belief:
+class Posteriors:
     """Posteriors of each term's class (by term id), of the places, of `other` and of `none`; `classes` by term id."""
 
     effects: Mapping[str, float]
@@ -24,15 +24,15 @@ class Belief:
     none: float
 
 
-def beliefs(found: Search) -> Belief:
+def posteriors_of(found: Search) -> Posteriors:
     """The posteriors from the comparisons of the model's terms with what could stand in their places."""
     shares = {name: comparison.shares() for name, comparison in found.compared.items()}
     classes = {name: comparison.class_of(called(name)) for name, comparison in found.compared.items()}
     effects = {name: sum(shares[name].get(member, 0.0) for member in members) for name, members in classes.items()}
     other = max((share.get("other", 0.0) for share in shares.values()), default=0.0)
-    places = [sure(place.odds) for place in found.places]
+    places = [probability_of(place.twice_log_odds) for place in found.places]
     other = max([other, *places])
-    return Belief(effects=effects, classes=classes, places=places, other=other, none=_none(found.stages[0]))
+    return Posteriors(effects=effects, classes=classes, places=places, other=other, none=_none(found.stages[0]))
 
 
 def called(effect_id: str) -> str:
@@ -40,9 +40,9 @@ def called(effect_id: str) -> str:
     return "other" if effect_id.startswith(PREFIX) else effect_id
 
 
-def sure(odds: float) -> float:
-    """The probability that belongs to twice the log odds."""
-    return 1.0 / (1.0 + math.exp(-0.5 * max(min(odds, 700.0), -700.0)))
+def probability_of(twice_log_odds: float) -> float:
+    """The probability that has these log odds, given as twice their value."""
+    return 1.0 / (1.0 + math.exp(-0.5 * max(min(twice_log_odds, 700.0), -700.0)))
 
 
 def _none(stage: Stage) -> float:
@@ -50,7 +50,7 @@ def _none(stage: Stage) -> float:
 
     The calibration multiplies the odds of nothing by the global p over NOMINAL.
     """
-    odds = [candidate.odds for candidate in (*stage.candidates, *stage.places)]
+    odds = [candidate.twice_log_odds for candidate in (*stage.candidates, *stage.places)]
     top = max([0.0, *odds])
     something = sum(math.exp(0.5 * (one - top)) for one in odds)
     nothing = math.exp(-0.5 * top) * float(np.clip(stage.global_p / thresholds.NOMINAL, 1e-9, 1e3))
