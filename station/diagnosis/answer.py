@@ -50,7 +50,7 @@ def _slid(evidence: Evidence) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """The beliefs of a search, what each name adds for unseen runs, and the model of those names with its quality."""
+    """The posteriors of a search, the gain of each name in unseen runs, and the model of these names and its quality."""
 
     posteriors: Posteriors
     own: Mapping[str, Own]
