@@ -50,7 +50,7 @@ def _slid(evidence: Evidence) -> int:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """The posteriors of a search, the gain of each name in unseen runs, and the model of these names and its quality."""
+    """A search's posteriors, the gain of each name in unseen runs, and the model of these names with its quality."""
 
     posteriors: Posteriors
     own: Mapping[str, Own]
