@@ -49,6 +49,13 @@ def unlikely(
     yield from _mark(mark_mm, sorted(1e3 * side for side in block_m[:2]))
 
 
+def sides_meant(side: float) -> str:
+    """The question whether a cube with such sides was meant, in the likeliest unit, for a size that is one number."""
+    near = (side * slip for slip in (1.0, *SLIPS))
+    found = next((one for one in near if BLOCK_M[0] <= one <= BLOCK_M[1]), None)
+    return "" if found is None else f"; did you mean [{found:.6g}, {found:.6g}, {found:.6g}]?"
+
+
 def _density(block_m: tuple[float, float, float], mass_kg: float) -> Iterator[str]:
     volume = math.prod(block_m)
     likely = (DENSITY_KG_M3[0] * volume, DENSITY_KG_M3[1] * volume)

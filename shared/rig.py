@@ -10,7 +10,7 @@ from typing import Literal
 
 from shared.config import Table, load_table, parse
 from shared.errors import UserError
-from shared.likely import unlikely
+from shared.likely import sides_meant, unlikely
 from shared.notify import NAME as NOTIFY
 from shared.notify import NotifyConfig, without_notify
 
@@ -187,6 +187,7 @@ def load_rig(path: Path) -> RigConfig:
         UserError: naming file, line and key of what is wrong, or of what was probably meant in another unit.
     """
     table = load_table(path)
+    _require_three_sides(table.child("block"))
     notify = parse(NotifyConfig, table.child(NOTIFY))
     rig = replace(rig_of_table(table), notify=notify, text=without_notify(table))
     mark = (rig.mark.side_mm, rig.mark.side_mm * rig.mark.aspect)
@@ -217,6 +218,12 @@ def rig_of_table(table: Table) -> RigConfig:
     """
     values = {key: value for key, value in table.values.items() if key != NOTIFY}
     return parse(RigConfig, Table({**values, "text": table.text}, table.file, table.text))
+
+
+def _require_three_sides(block: Table) -> None:
+    side = block.values.get("size_m")
+    if isinstance(side, int | float) and not isinstance(side, bool):
+        raise block.error("size_m", "a list of length, width and height (m)", f"{side!r}{sides_meant(side)}")
 
 
 def _positive(config: object, *names: str) -> None:

@@ -141,16 +141,20 @@ def _planted(term: Term) -> str:
 
 
 def _found(effect: EffectFound, known: Catalogue) -> str:
-    """The name, or those that cannot be told apart, with the sizes that are known to differ from nothing."""
+    """The name, or those that cannot be told apart, with its probability and its sizes."""
     titles = [known[name].title if name in known else OUTSIDE for name in effect.class_ids]
-    title = effect.title if len(titles) < 2 else " or ".join(titles)
-    shapes = (
-        {one.name for one in known[effect.id].parameters if one.is_shape} if effect.id in known else effect.parameters
-    )
-    sizes = {name: one for name, one in effect.parameters.items() if name not in shapes}
-    sure = {name: one for name, one in sizes.items() if abs(one.value) > SURE * one.sd}
-    numbers = _numbers(sure or sizes)
-    return f"{title}, probability {effect.probability:.2f}{f': {numbers}' if numbers else ''}"
+    title = " or ".join(titles) if len(titles) > 1 else effect.title
+    numbers = _numbers(_sizes(effect, known))
+    return f"{title}, probability {effect.probability:.2f}" + (f": {numbers}" if numbers else "")
+
+
+def _sizes(effect: EffectFound, known: Catalogue) -> Mapping[str, Value]:
+    """The effect's sizes without its shapes: those that surely differ from nothing, or all if none does."""
+    if effect.id not in known:
+        return {}
+    names = [one.name for one in known[effect.id].parameters if not one.is_shape]
+    sizes = {name: effect.parameters[name] for name in names if name in effect.parameters}
+    return {name: one for name, one in sizes.items() if abs(one.value) > SURE * one.sd} or sizes
 
 
 def _numbers(values: Mapping[str, Value]) -> str:

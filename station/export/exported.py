@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from station.export.measured import MASS_KG, SIDE_M, MeasuredPair
+from station.friction.slides import counted
 
 _WIDTH = 110
 
@@ -84,7 +85,7 @@ def number(value: float) -> str:
 
 
 def _count(pair: MeasuredPair) -> str:
-    return f"{pair.samples} slides" if pair.samples else "number of slides not stated"
+    return counted(pair.samples) if pair.samples else "number of slides not stated"
 
 
 def _interval(ends: tuple[float, float]) -> str:

@@ -12,6 +12,7 @@ from station.friction.anisotropy import CONFOUNDED, LEAST_SAMPLES, AnisotropyTes
 from station.friction.pairs import UNNAMED
 from station.friction.report_curves import curve_sentences
 from station.friction.results import PairResult
+from station.friction.slides import counted
 
 LEVEL = 0.05
 _SAME_MASS = 0.01
@@ -52,7 +53,8 @@ def _all_filtered(result: PairResult) -> Note:
     counts = result.counts
     worst = max(counts.by_filter, key=lambda name: counts.by_filter[name])
     return Note(
-        f"All {counts.samples} slides were filtered, most by the {worst} filter ({counts.by_filter[worst]}): there is "
+        f"{'The only slide was' if counts.samples == 1 else f'All {counts.samples} slides were'} filtered, most by the "
+        f"{worst} filter ({counts.by_filter[worst]}): there is "
         "no angle of repose to report; look at Fig. 6 for what the filter saw.",
         finding=True,
     )
@@ -83,7 +85,7 @@ def _anisotropy(result: PairResult) -> Note:
             finding=True,
         )
     if known < LEAST_SAMPLES:
-        return Note(f"Anisotropy cannot be tested with {known} slides; {LEAST_SAMPLES} are needed.", finding=True)
+        return Note(f"Anisotropy cannot be tested with {counted(known)}; {LEAST_SAMPLES} are needed.", finding=True)
     return Note(
         "The block slid along a single direction relative to itself: the angle of repose holds for that direction, and "
         "nothing can be said about anisotropy; tilt in more directions, or turn the block.",

@@ -28,6 +28,11 @@ Bools = NDArray[np.bool_]
 _LEAST_SLIDE_PX = 1e-6
 
 
+def counted(number: int) -> str:
+    """A number of slides in words: "1 slide", "2 slides"."""
+    return f"{number} slide" if number == 1 else f"{number} slides"
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Slides:
     """One row a run (n). Angles in radians, pixels as OpenCV's, metres in the plate frame; NaN where it is not known.

@@ -15,6 +15,7 @@ from station.friction.limit_curve.maximise import Maximum, first_guess, maximise
 from station.friction.limit_curve.observations import Observations
 from station.friction.limit_curve.parameters import Layout
 from station.friction.limit_curve.shape import Frame, Kind
+from station.friction.slides import counted
 
 _SPECIAL = cast(Any, special)
 _FRAMES: tuple[Frame, ...] = ("object", "plate")
@@ -52,7 +53,7 @@ def choose(observations: Observations) -> Choice:
     resolved = int(observations.resolved.sum())
     if resolved < LEAST_SAMPLES:
         raise ValueError(
-            f"No limit curve can be fitted to {resolved} slides with a known direction; {LEAST_SAMPLES} are needed."
+            f"No limit curve can be fitted to {counted(resolved)} with a known direction; {LEAST_SAMPLES} are needed."
         )
     plain = Layout("isotropic", "object")
     isotropic = maximise(plain, observations, start=first_guess(observations), start_layout=plain)

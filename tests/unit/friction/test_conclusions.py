@@ -59,6 +59,7 @@ def test_planted_anisotropy_is_said():
         (good(), None, "There is no calibration"),
         (good(12), GEOMETRY, "Fewer than 25 slides are left (12)"),
         (good(12), GEOMETRY, "Anisotropy cannot be tested with 12 slides"),
+        (good(1), GEOMETRY, "Anisotropy cannot be tested with 1 slide;"),
         ([sample()], GEOMETRY, "One slide is left"),
         (
             [one for one in session(160, rng=np.random.default_rng(1), turning=False) if one.direction == 2],

@@ -75,3 +75,19 @@ def test_a_slip_is_named_with_what_was_meant(changed: dict[str, object], said: s
 )
 def test_real_rigs_are_taken(right: dict[str, object], tmp_path: Path) -> None:
     assert load_rig(written(tmp_path, **right)).id == "one"
+
+
+@pytest.mark.parametrize(
+    ("size_m", "said"),
+    [
+        (10, "got 10; did you mean [0.01, 0.01, 0.01]?"),
+        (0.02, "got 0.02; did you mean [0.02, 0.02, 0.02]?"),
+        (1e9, "got 1000000000.0"),
+    ],
+)
+def test_a_size_that_is_one_number_is_named_with_the_three_that_were_meant(
+    size_m: float, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UserError) as refused:
+        load_rig(written(tmp_path, size_m=size_m))
+    assert str(refused.value).endswith(f"expected a list of length, width and height (m) for 'block.size_m', {said}")
