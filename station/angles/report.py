@@ -19,11 +19,12 @@ _FIT_COLUMNS = (
 def text_of(comparison: Comparison) -> str:
     """Table I and the fits, ready to print."""
     remarks = remarks_of(comparison)
-    parts = [_table_one(comparison), _fit_table(comparison), *(["\n".join(remarks)] if remarks else [])]
-    return "\n\n".join(parts)
+    tables = [f"{title}\n{_grid(rows)}" for title, rows in (table_one(comparison), fit_table(comparison))]
+    return "\n\n".join([*tables, *(["\n".join(remarks)] if remarks else [])])
 
 
-def _table_one(comparison: Comparison) -> str:
+def table_one(comparison: Comparison) -> tuple[str, list[list[str]]]:
+    """Table I as the paper prints it: its title, and rows of cells, the first one the head."""
     cells = {(pair.first, pair.second): pair for pair in comparison.pairs}
     rows = [["degrees", *comparison.sources]]
     for name in comparison.sources:
@@ -32,7 +33,7 @@ def _table_one(comparison: Comparison) -> str:
     title = (
         f"Table I: mean absolute difference ± standard deviation of the difference, degrees ({comparison.stops} stops)"
     )
-    return f"{title}\n{_grid(rows)}"
+    return title, rows
 
 
 def _cell(pair: Pair) -> str:
@@ -41,7 +42,8 @@ def _cell(pair: Pair) -> str:
     return f"{math.degrees(pair.mean_abs_rad):.2f} ± {math.degrees(pair.sd_rad):.2f}"
 
 
-def _fit_table(comparison: Comparison) -> str:
+def fit_table(comparison: Comparison) -> tuple[str, list[list[str]]]:
+    """The fitted model of each source: the title, and rows of cells, the first one the head."""
     rows = [["source", "offset", "gain", "hysteresis", "noise", "scatter", "readings", "suspect"]]
     for fit in comparison.fits:
         row = [fit.source, _interval(fit.offset, degrees=True), _interval(fit.gain, degrees=False)]
@@ -51,7 +53,7 @@ def _fit_table(comparison: Comparison) -> str:
         f"Against the reference ({comparison.reference}): y - r = offset + (gain - 1) r + hysteresis u / 2, "
         "degrees, 95 % intervals"
     )
-    return f"{title}\n{_grid(rows)}"
+    return title, rows
 
 
 def remarks_of(comparison: Comparison) -> list[str]:

@@ -86,7 +86,7 @@ def _drawn(parts: list[tuple[str, Signals, str]], run: RecordedRun, *, rig: RigC
         for (name, poses, colour), moved in zip(tracks, moves, strict=True)
     ]
     caption = (
-        f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g}: the middle one of {_TRIED} by the path "
+        f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g} s: the middle one of {_TRIED} by the path "
         "error of the plain model. Each block begins when it slides; the simulations (planar) have the mean friction."
     )
     return moving_figure(blocks, size_m=rig.block.size_m[:2], lasts_s=lasts_s, shown_s=_SHOWN_S, caption=caption)

@@ -105,6 +105,7 @@ def answered(
                 twice_gain=float(candidate.twice_gain),
                 parameters=sum(len(effect.parameters) for effect in candidate.effects),
                 bic=float(candidate.bic),
+                twice_log_odds=float(candidate.twice_log_odds),
                 fitted=candidate.fitted is not None,
             )
             for number, stage in enumerate(stages)

@@ -234,7 +234,8 @@ class NextExperiment:
 class Candidates:
     """One row of the comparison table: a candidate's gain over the model before its stage.
 
-    `ids` has `other` for a smooth term; `told` names the candidate for readers.
+    `ids` has `other` for a smooth term; `told` names the candidate for readers. `twice_log_odds`, the BIC gain with
+    the prior, are what ranks it.
     """
 
     stage: int
@@ -243,6 +244,7 @@ class Candidates:
     twice_gain: float
     parameters: int
     bic: float
+    twice_log_odds: float
     fitted: bool
 
 

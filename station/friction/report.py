@@ -7,10 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 
+import numpy as np
+
 from station.friction.conclusions import Note, conclusions
 from station.friction.figures import FigureKind
+from station.friction.pairs import Pair
 from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult
+from station.friction.slides import counted
 from station.pages.page import whole_page
 
 _STYLE = "th, td { text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }"
@@ -44,7 +48,7 @@ def html_report(
     parts = [html_table(table) for table in first]
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]
-    parts += [_figures(result.pair.name, pictures.get(result.pair.name, ())) for result in results]
+    parts += [_figures(result.pair, pictures.get(result.pair.name, ())) for result in results]
     title, command = "Static friction by direction", escape(f"station analyze {' '.join(sources)}")
     lead = escape(f"{lead}{', '.join(sources)}.")
     body = [f"<h1>{title}</h1>", f"<p>{lead}</p>", *parts, _FOOTER.replace("$command", command)]
@@ -68,15 +72,16 @@ def html_table(table: ReportTable) -> str:
     )
 
 
-def _figures(name: str, pictures: Sequence[Picture]) -> str:
-    return "\n".join([f"<h2>Figures: {escape(name)}</h2>", *(html_figure(name, picture) for picture in pictures)])
+def _figures(pair: Pair, pictures: Sequence[Picture]) -> str:
+    return "\n".join([f"<h2>Figures: {escape(pair.name)}</h2>", *(html_figure(pair, picture) for picture in pictures)])
 
 
-def html_figure(name: str, picture: Picture) -> str:
-    """A pair's figure with its caption, the image inside."""
+def html_figure(pair: Pair, picture: Picture) -> str:
+    """A pair's figure with its caption and the number of its slides, the image inside."""
     data = base64.b64encode(picture.png).decode("ascii")
-    words = escape(f"{name}: {picture.kind.caption}")
+    slides = int(np.count_nonzero(pair.flags.slid))
+    number = f"n = {counted(slides)}, of which {int(np.count_nonzero(pair.flags.kept))} passed the filters."
     return (
-        f'<figure><img src="data:image/png;base64,{data}" alt="{words}">\n'
-        f"<figcaption>{escape(picture.kind.caption)}</figcaption></figure>"
+        f'<figure><img src="data:image/png;base64,{data}" alt="{escape(f"{pair.name}: {picture.kind.caption}")}">\n'
+        f"<figcaption>{escape(f'{picture.kind.caption} {number}')}</figcaption></figure>"
     )

@@ -37,7 +37,8 @@ pre, code { background: var(--card); } pre { padding: .8rem; overflow-x: auto; }
 $style
 @media print {
 :root { --ink: #000; --faint: #333; --paper: #fff; --card: #fff; --line: #ccc; --rule: #000; --bad: #000; }
-body { margin: 0; max-width: none; font-size: 11px; } nav { display: none; }
+html { font-size: 11px; } body { margin: 0; max-width: none; font-size: 11px; } nav { display: none; }
+th, td { white-space: normal !important; padding: .15rem .4rem; }
 section { break-inside: auto; } h2 { break-after: avoid; } figure, table, tr { break-inside: avoid; }
 .wide { overflow: visible; }
 }

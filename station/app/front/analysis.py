@@ -142,7 +142,7 @@ class Analysed:
         parts: list[str] = []
         for result in self.results:
             parts.append(html_conclusions(result.pair.name, conclusions(result)))
-            parts += [html_figure(result.pair.name, one) for one in _pictures(result, _SHOWN)]
+            parts += [html_figure(result.pair, one) for one in _pictures(result, _SHOWN)]
         return fragment(*parts, *map(html_table, tables(self.results)))
 
 

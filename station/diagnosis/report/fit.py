@@ -23,16 +23,18 @@ def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
     before, after = pictures.held_before, pictures.held_after
     if before is not None and after is not None:
         svg = inline_svg(scores(diagnosis, pictures), name="scores", alt="before, after and floor")
+        number = f"n = {diagnosis.used_runs} held-out {diagnosis.counted}"
         caption = (
-            f"Held-out {diagnosis.counted}, with 90 % intervals. Floor: how far equal {diagnosis.counted} are apart; "
-            "dashed at 0.9: what is due."
+            f"Errors before and after, with 90 % intervals ({number}). Floor: how far equal {diagnosis.counted} are "
+            "apart; dashed at 0.9: what is due."
         )
         parts.append(html.figure(svg, caption))
         if np.isfinite(before.onset_error_deg).sum() > 1:
             drawn = onsets(before, after, both=bool(diagnosis.names), counted=diagnosis.counted)
             caption = (
-                f"Onsets of held-out {diagnosis.counted}: errors; quantiles against those of the predicted spread "
-                "(on the line: right) and ranks in the predicted distribution (within the grey band: right)."
+                f"Onsets (n = {int(np.isfinite(before.onset_error_deg).sum())}, held out): errors; quantiles against "
+                "those of the predicted spread (on the line: right); and ranks in the predicted distribution (within "
+                "the grey band, which holds nine bins of ten: right)."
             )
             parts.append(html.figure(inline_svg(drawn, name="onsets", alt="errors of the onsets"), caption))
     parts.append(_parameters(diagnosis))

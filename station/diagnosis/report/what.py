@@ -10,7 +10,7 @@ from station.diagnosis.report.sentences import in_order
 from station.diagnosis.result import Candidates, Diagnosis
 
 _MOST = 10
-_CLASS_BIC = 6.0
+_CLASS_ODDS = 6.0
 
 
 def what(diagnosis: Diagnosis) -> str:
@@ -34,7 +34,7 @@ def _probabilities(diagnosis: Diagnosis) -> str:
     rows.append(["none", right, html.number(diagnosis.none_probability), "", ""])
     columns = ("effect or class", "in words", "probability", "verdict", "who has it")
     shown = len(columns) if diagnosis.given else len(columns) - 1
-    table = html.table(columns[:shown], [row[:shown] for row in rows], caption="What is believed")
+    table = html.table(columns[:shown], [row[:shown] for row in rows], caption="Posterior probabilities")
     tried = html.paragraph(
         f"{diagnosis.candidates_tried} candidates (effects alone and in pairs, smooth places) were tried; that the "
         "best of so many looks good by chance is part of every p."
@@ -47,14 +47,14 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
     fitted = [row for row in rows if row.fitted]
     if not fitted and stage > 0:
         return html.paragraph(f"Stage {stage + 1}: nothing stood out any more.")
-    best = max(row.bic for row in (fitted or rows))
-    weights = [math.exp(min(0.5 * (row.bic - best), 0.0)) for row in rows]
-    total = sum(weights)
+    best = max(row.twice_log_odds for row in (fitted or rows))
+    # A gain that only a score promises is no evidence yet: such a row has a rank and no weight.
+    weights = [math.exp(0.5 * (row.twice_log_odds - best)) if row.fitted or not fitted else 0.0 for row in rows]
     told = [
-        _row(diagnosis, row, best=best, weight=weight / total, rank=place)
+        _row(diagnosis, row, best=best, weight=weight / sum(weights), rank=place)
         for place, (row, weight) in enumerate(zip(rows, weights, strict=True), start=1)
     ]
-    head = ("rank", "candidate", "gain", "parameters", "BIC gain", "difference", "weight", "class", "doubts")
+    head = ("rank", "candidate", "gain", "parameters", "BIC gain", "2 ln odds", "weight", "class", "doubts")
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
     return html.table(head, told, caption=caption)
 
@@ -66,7 +66,7 @@ def _row(diagnosis: Diagnosis, row: Candidates, *, best: float, weight: float, r
         html.number(row.twice_gain, 1),
         str(row.parameters),
         html.number(row.bic, 1),
-        html.number(best - row.bic, 1),
+        html.number(row.twice_log_odds, 1),
         html.number(weight),
         escape(_class(diagnosis, row)),
         escape(", ".join(_doubts(row, best))),
@@ -85,6 +85,6 @@ def _doubts(row: Candidates, best: float) -> list[str]:
         doubts.append("score only, not fitted")
     if row.bic <= 0:
         doubts.append("not worth its parameters")
-    elif 0 < best - row.bic < _CLASS_BIC:
+    elif 0 < best - row.twice_log_odds < _CLASS_ODDS:
         doubts.append("cannot be told from the best")
     return doubts

@@ -9,7 +9,7 @@ from station.diagnosis.report.curves import curves, drawable
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
-from station.diagnosis.report.sentences import singular
+from station.diagnosis.report.sentences import singular, used
 from station.diagnosis.result import Diagnosis, Located
 from station.pages.drawing import inline_svg
 
@@ -31,7 +31,7 @@ def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     caption = (
         "Every kind of evidence (rows, in the order of a run) against everything that could explain it (columns). The "
         "effect size is the share of the residuals that a smooth curve over the covariate takes up; p is corrected for "
-        "the whole search. Framed: beyond chance (p < 0.05)."
+        f"the whole search. Framed: beyond chance (p < 0.05). n = {used(diagnosis)}."
     )
     parts = [html.figure(inline_svg(first, name="map1", alt="map of residuals before"), caption)]
     if diagnosis.names:
@@ -46,14 +46,18 @@ def _curves(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not places:
         return []
     svg = inline_svg(curves(places, pictures), name="curves", alt="residuals over what explains them")
-    return [html.figure(svg, "The clearest places: mean residual in ten bins, with 90 % intervals.")]
+    caption = f"The clearest places: mean residual in ten bins, with 90 % intervals; n = {used(diagnosis)}."
+    return [html.figure(svg, caption)]
 
 
 def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not channels_on_plate(pictures):
         return []
     svg = inline_svg(plate_map(pictures, after=bool(diagnosis.names)), name="plate", alt="residuals on the plate")
-    caption = "Residuals where the block was on the plate (each picture less its median); dotted: the foam's opening."
+    caption = (
+        "Residuals where the block was on the plate (each picture less its median), a dot for each onset or window of "
+        f"a slide; n = {used(diagnosis)}; dotted: the foam's opening."
+    )
     return [html.figure(svg, caption)]
 
 

@@ -19,6 +19,7 @@ from station.diagnosis.report.page import html_page
 from station.diagnosis.report.picture_data import ChannelPicture, PictureData
 from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
+from station.diagnosis.report.what import what
 from station.diagnosis.result import Located, Stretch, Value
 from station.pages.drawing import kept_in
 from station.physics.catalogue import catalogue
@@ -248,3 +249,14 @@ def test_figures_belong_to_a_report(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_a_promised_standard_error_is_told_in_the_unit_of_what_is_known() -> None:
     assert Value(value=1.847e-3, sd=4.3e-5, unit="m").sharper(2.1e-5) == "± 0.021 mm, now 1.847 ± 0.043 mm"
+
+
+def test_a_candidate_of_a_better_rank_has_no_smaller_weight() -> None:
+    """Both are by the log odds: the BIC alone would give a pair, whose prior is smaller, more weight than its rank."""
+    diagnosis = grained().diagnosis
+    first, *_ = diagnosis.candidates
+    pair = replace(first, told="a pair", bic=first.bic + 2.0, twice_log_odds=first.twice_log_odds - 4.0, fitted=True)
+    promised = replace(first, told="a score", twice_log_odds=first.twice_log_odds + 50.0, fitted=False)
+    text = what(replace(diagnosis, candidates=(replace(first, fitted=True), pair, promised)))
+    weights = [float(row.split("</td><td>")[6]) for row in text.split("<tr><td>")[-3 - len(diagnosis.untestable) :][:3]]
+    assert weights == pytest.approx([1.0 / (1.0 + np.exp(-2.0)), 1.0 / (1.0 + np.exp(2.0)), 0.0], abs=0.01)
