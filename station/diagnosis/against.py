@@ -205,7 +205,7 @@ def _beside(effect: Effect, recorded: Found, simulated: Found, fits: Sequence[Fi
 
 
 def _changes(evidence: Evidence, fits: Sequence[Fit], terms: Sequence[Term]) -> tuple[Differs, ...]:
-    """What a smooth term changes in the recording, and how much of that in the simulation; empty for a named effect."""
+    """The change that a smooth term makes in recording and simulation; empty for a named effect."""
     changes = [change(evidence, fitted, term, like=terms[0]) for fitted, term in zip(fits, terms, strict=True)]
     mine, theirs = (None if one is None else one.known for one in changes)
     if changes[0] is None or mine is None or theirs is None:

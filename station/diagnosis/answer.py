@@ -165,7 +165,7 @@ def _effect(evidence: Evidence, found: Search, fitted: Fit, term: Term, judged: 
 
 
 def _other_by(found: Search, name: str) -> str:
-    """What the likeliest smooth term in the place of a name depends on, in words."""
+    """The quantity, in words, on which the likeliest smooth term in the place of a name depends."""
     unnamed = (one.effects[0] for one in found.compared[name].candidates if one.smooth)
     return next((depends_on(effect) for effect in unnamed), "")
 

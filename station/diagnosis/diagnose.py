@@ -34,11 +34,11 @@ Recorded = Signals | Measured | Sequence[Sample]
 """A session's signals, the rows of a table, or samples alone."""
 
 Source = Recorded | Callable[[], Recorded]
-"""What was recorded, or what reads it: then it is kept only until the evidence was drawn from it."""
+"""A recording, or a function that reads one, which is then kept only until its evidence is taken."""
 
 
 def read(source: Source) -> Recorded:
-    """What was recorded, read now if it was not yet."""
+    """The recording, read now if it was not read yet."""
     return source() if callable(source) else source
 
 

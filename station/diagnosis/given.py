@@ -107,7 +107,7 @@ def against_given(
     theirs = Found(evidence=evidence, search=found, posteriors=posteriors_of(found), friction=friction)
     progress("comparing recording and simulation")
     compared = against(recorded, theirs)
-    # What remains in the recording is tested with all that the recording can show, also where the simulation cannot.
+    # The rest of the recording is tested with all that the recording can show, also where the simulation cannot.
     left, _ = looked_at(recorded.evidence, compared.shared, recorded.search.offered, rng=rng, progress=progress)
     every = _told(answer, compared, theirs)
     told = _without_numerics(every, catalogue)

@@ -1,4 +1,4 @@
-"""Where a plate's tilt turned round, from readings of it: what play, and whatever else depends on the way, asks for."""
+"""Turning points of a plate's tilt, from readings of it, as play and other effects of the direction need them."""
 
 from __future__ import annotations
 

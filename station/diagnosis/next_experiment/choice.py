@@ -87,7 +87,7 @@ class _Known:
         self._drawn: dict[tuple[Changes, int, int], list[Drawn]] = {}
 
     def promise(self, changes: Changes, runs: int, groups: Groups, *, done: int = TRIAL_RUNS) -> Outlook:
-        """What `runs` runs of a design promise, as `done` runs of it show that are done again."""
+        """The outlook of `runs` runs of a design, computed from `done` simulated runs of it."""
         key = changes, runs, done
         if key not in self._drawn:
             count, rng = runs * self.bench.usable, np.random.default_rng(SEED)

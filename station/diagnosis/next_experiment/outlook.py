@@ -1,4 +1,4 @@
-"""What a session would find: the search's own scores, priors and classes on sessions drawn from each rival.
+"""Outlook of a session: the search's own scores, priors and classes on sessions drawn from each rival.
 
 The rows of a session that is done again have the slopes of every candidate. A session drawn from a rival has scores
 whose mean is the rival's own signal and whose covariance is their information; from these follow the candidates' gains,
@@ -234,7 +234,7 @@ def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
 
 
 def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
-    """What such sessions would tell, on average over their truths by their weights."""
+    """The outlook of such sessions, averaged over their truths by the truths' weights."""
     total = sum(one.truth.weight for one in sessions)
     told, odds = 0.0, 0.0
     for one in sessions:

@@ -106,7 +106,7 @@ _PATHS = _Error("path error, median and rms", " mm", ("path_median_mm", "path_rm
 
 
 def _cells(error: _Error, told: Mapping[str, Any]) -> str:
-    """Both figures with their standard errors; empty where there is nothing to compare."""
+    """The two figures with their standard errors; empty where there is nothing to compare."""
     se: Mapping[str, float] = told.get("se") or {}
     known = [(told[key], se.get(key, math.nan)) for key in error.keys if told.get(key) is not None]
     return ", ".join(_number("{}", value, sd) + error.unit for value, sd in known)

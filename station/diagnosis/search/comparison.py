@@ -54,7 +54,7 @@ class Comparison:
         weights = {"none": math.exp(-0.5 * top / heat)}
         for candidate in self.candidates:
             (name,) = candidate.ids
-            # What nobody expects has no law whose misspecification could be excused.
+            # An effect outside the catalogue has no law whose misspecification could be excused.
             excused = 1.0 if candidate.unexpected else heat
             weight = math.exp(0.5 * (candidate.twice_log_odds - top) / excused)
             weights[name] = weights.get(name, 0.0) + weight

@@ -21,7 +21,7 @@ UNIT = 1e-3
 
 
 def depends_on(effect: Effect) -> str:
-    """What a smooth term's friction depends on, in words."""
+    """The quantity, in words, on which a smooth term lets friction depend."""
     covariate = covariate_of(effect)
     return TITLES.get(covariate, covariate)
 
