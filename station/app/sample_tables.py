@@ -33,10 +33,15 @@ def samples_table(samples: Sequence[Sample], *, ends: int = ENDS) -> Table:
 
 
 def _row(sample: Sample) -> tuple[str, ...]:
-    angles = (sample.azimuth_rad, sample.onset_angle_rad, sample.onset_sigma_rad)
-    steps = (sample.step_from_rad, sample.step_to_rad)
-    degrees = (_degrees(angle) for angle in (*angles, *steps))
-    return str(sample.run), _direction(sample.direction), *degrees, f"{sample.dwell_s:.1f}", _outcome(sample)
+    angles = [_degrees(angle) for angle in (sample.azimuth_rad, sample.onset_angle_rad)]
+    steps = [_degrees(angle) for angle in (sample.step_from_rad, sample.step_to_rad)]
+    measured = (*angles, _sd(sample.onset_sigma_rad), *steps, f"{sample.dwell_s:.1f}")
+    return str(sample.run), _direction(sample.direction), *measured, _outcome(sample)
+
+
+def _sd(angle_rad: float) -> str:
+    """A standard deviation in degrees; one that two decimals would show as zero is said to be smaller than them."""
+    return "<0.01" if 0 < math.degrees(angle_rad) < 0.005 else _degrees(angle_rad)
 
 
 def _outcome(sample: Sample) -> str:

@@ -158,7 +158,7 @@ class _Spread:
 
 
 def _row(sample: Sample) -> str:
-    onset = f"{math.degrees(sample.onset_angle_rad):.2f} ± {math.degrees(sample.onset_sigma_rad):.2f}°"
+    onset = f"{math.degrees(sample.onset_angle_rad):.2f} ± {math.degrees(sample.onset_sigma_rad):.1g}°"
     if sample.censored:
         onset = f"none up to {math.degrees(sample.onset_angle_rad):.2f}°"
     return f"| {sample.run} | {_direction(sample.direction)} | {onset} | {', '.join(sample.flags)} |"
