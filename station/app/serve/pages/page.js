@@ -61,9 +61,16 @@ function showLines(id, lines) {
   where.scrollTop = where.scrollHeight;
 }
 
+// Without a session nothing is written, and a part that has said nothing is no fault.
+function healthOf(now) {
+  const idle = phaseOf(now) === "no session";
+  const parts = idle ? now.health.filter((part) => part.part !== "disk") : now.health;
+  const looks = (part) => (part.well ? {} : { class: idle && part.text.endsWith(" yet") ? "silent" : "bad" });
+  return parts.map((part) => element("li", `${part.part}: ${part.text}`, looks(part)));
+}
+
 function showHealth(now) {
-  const parts = now.health.map((part) => element("li", `${part.part}: ${part.text}`, part.well ? {} : { class: "bad" }));
-  byId("health").replaceChildren(...parts);
+  byId("health").replaceChildren(...healthOf(now));
   const rows = now.by_direction.map((one) => {
     const row = element("tr");
     row.append(...[directionOf(one.direction), one.count, figure(one.mean_deg), figure(one.sd_deg)].map((t) => element("td", t)));
@@ -118,8 +125,9 @@ function showCurve({ points = [], curve = [], frame = "object", note = "" }) {
   }
   if (curve.length) parts.push(drawn("path", { class: "fit", d: `M${curve.map((one) => at(...one).join(" ")).join("L")}` }));
   byId("curve").replaceChildren(...parts);
-  const axes = `Dots: what held against a pull of that direction, against the ${frame}; rings: runs without a slip.`;
-  byId("curve-note").textContent = curve.length ? `${axes} Line: the fitted limit curve.` : `${axes} ${note}`;
+  const axes = `A dot is the friction that a run measured in its direction, as seen from the ${frame}; a ring is a run without a slip.`;
+  const said = curve.length ? "the line is the fitted limit curve" : note;
+  byId("curve-note").textContent = said ? `${axes} ${said[0].toUpperCase()}${said.slice(1).replace(/\.$/, "")}.` : axes;
 }
 
 function median(points) {
@@ -158,7 +166,7 @@ function rowOf(file) {
     made.append(element("a", kind, { href, target: "_blank" }), " ");
   }
   const when = new Date(1000 * file.changed_s).toLocaleString();
-  row.append(element("td", file.name), element("td", when), element("td", (file.bytes / 1e6).toFixed(1)), doing, made);
+  row.append(element("td", file.name), element("td", when), element("td", `${(file.bytes / 1e6).toFixed(1)} MB`), doing, made);
   return row;
 }
 
