@@ -36,7 +36,7 @@ class Told:
         if self._console.is_terminal or now - self._last < EVERY_S:
             return
         self._last, passed = now, now - self._begin
-        left = f"about {told_time(passed / done * (self._total - done))} left" if done else "the time left is not known yet"
+        left = f"about {told_time(passed / done * (self._total - done))} left" if done else "time left not known yet"
         self._console.print(f"{done} of {self._total} {self._what} in {told_time(passed)}, {left}", soft_wrap=True)
 
 

@@ -75,7 +75,7 @@ def friction_of(samples: Sequence[Sample], geometry: CameraGeometry | None, *, f
         return {"points": [], "curve": [], "frame": "object", "note": "no samples yet"}
     runs = observations_of(pair)
     if not fitted:
-        return {"points": _points(runs, "object"), "curve": [], "frame": "object", "note": "the limit curve is being fitted"}
+        return {"points": _points(runs, "object"), "curve": [], "frame": "object", "note": "fitting the limit curve"}
     try:
         best = chosen_curve(pair).best
     except ValueError as error:
