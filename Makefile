@@ -10,7 +10,8 @@ SEED ?= 1
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 	@echo
-	$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
+	@echo '$(BIN)/station demo'
+	@$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
 # The tests with processes, sockets and clocks of their own mostly wait, so they run beside the others, three files at a
@@ -80,7 +81,7 @@ setup: $(VENV)/.ready
 
 # The stamp holds nothing: it is newer than the lock when the environment matches the lock.
 $(VENV)/.ready: requirements.lock pyproject.toml
-	@echo "Setting up $(VENV) from requirements.lock (about two minutes the first time, nothing afterwards)"
+	@echo "Setting up $(VENV) from requirements.lock (3 GB; about two minutes the first time, nothing afterwards)"
 	@sh deploy/prepare.sh "$(PYTHON)" "$(VENV)" requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: --require-hashes \
 	  -r requirements.lock

@@ -40,8 +40,10 @@ def _row(sample: Sample) -> tuple[str, ...]:
 
 
 def _sd(angle_rad: float) -> str:
-    """A standard deviation in degrees; one that two decimals would show as zero is said to be smaller than them."""
-    return "<0.01" if 0 < math.degrees(angle_rad) < 0.005 else _degrees(angle_rad)
+    """A standard deviation in degrees: a dash without one, and "<0.01" where two decimals would show zero."""
+    if not angle_rad > 0:
+        return "–"
+    return "<0.01" if math.degrees(angle_rad) < 0.005 else _degrees(angle_rad)
 
 
 def _outcome(sample: Sample) -> str:
