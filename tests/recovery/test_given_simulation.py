@@ -188,7 +188,8 @@ def test_a_simulation_whose_slides_are_not_seen_is_asked_again_with_less_frictio
         return simulated(model(0.35 * friction, 0.0))
 
     given = against_given(dropping(), hardly(), FEW, setting=SETTING, name="my_sim.py", again=again)
-    assert asked == [pytest.approx(np.exp(-3 * SCATTER), rel=0.1)]
+    assert 0.7 < asked[0] < 0.95  # once, by some standard deviations of the runs' scatter
+    assert len(asked) == 1
     claimed = [(effect.id, effect.side) for effect in given.diagnosis.effects if effect.verdict == "supported"]
     assert claimed == [("kinetic_drop", "recording")]
     assert given.mu_s == pytest.approx(0.35, rel=0.01)
