@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from shared.installed import missing_said
@@ -71,10 +72,13 @@ class Table:
         return pa.table({name: pa.array(column) for name, column in self._columns.items()})
 
     def __repr__(self) -> str:
-        """The columns with their first values, a line each."""
-        wide = max(map(len, self._columns), default=0)
-        lines = [f"  {name:{wide}}  {', '.join(_first(column))}" for name, column in self._columns.items()]
-        return "\n".join([_count(self), *(line.rstrip() for line in lines)])
+        """The columns with their first values, a line each; those that hold nothing in one line at the end."""
+        known = {name: column for name, column in self._columns.items() if _says_something(column)}
+        wide = max(map(len, known), default=0)
+        lines = [f"  {name:{wide}}  {', '.join(_first(column))}" for name, column in known.items()]
+        nothing = [name for name in self._columns if name not in known]
+        ending = [f"  nothing in {', '.join(nothing)}"] if nothing else []
+        return "\n".join([_count(self), *lines, *ending])
 
     def _repr_html_(self) -> str:
         """The first rows, for a notebook."""
@@ -87,6 +91,13 @@ def _read_only(column: Column) -> Column:
     seen = column.view()
     seen.flags.writeable = False
     return seen
+
+
+def _says_something(column: Column) -> bool:
+    """True if any row has a value: a number that is one, or a text that is not empty."""
+    if column.dtype.kind == "f":
+        return not np.isnan(column).all()
+    return len(column) > 0 and (column.dtype.kind not in "OU" or any(column.tolist()))
 
 
 def _first(column: Column) -> list[str]:

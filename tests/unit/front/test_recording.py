@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import station
+from station.__main__ import main
 from station.recording.tables import write_samples
 from station.recording.writer import Recording
 from tests.unit.diagnosis.page import Page
@@ -37,6 +38,22 @@ def test_a_table_shows_its_columns_and_first_values() -> None:
     page = Page(events._repr_html_())  # pyright: ignore[reportPrivateUsage]
     assert "phase" in page.text
     assert "STEP_BEGIN" in page.text
+
+
+def test_columns_that_hold_nothing_take_one_line(tmp_path: Path) -> None:
+    """A table of tracks has no picture: two dozen lines of nan would hide what it has."""
+    rows = ["run,t_s,x_m,y_m,yaw_rad,tilt_rad,azimuth_rad"]
+    rows += [
+        f"{run},{step / 100},{max(0.0, step / 100 - 2.0) ** 3 / 10},0,0,{0.15 * step / 100},1.57"
+        for run in (1, 2)
+        for step in range(300)
+    ]
+    (tmp_path / "t.csv").write_text("\n".join(rows), encoding="utf-8")
+    assert main(["import", "tracks", str(tmp_path / "t.csv"), "--out", str(tmp_path / "t.mcap")]) == 0
+    said = repr(station.open(str(tmp_path / "t.mcap")).samples).splitlines()
+    assert not [line for line in said if "nan, nan" in line]
+    assert said[-1].startswith("  nothing in euler_rad_0, ")
+    assert "temperature_c" in said[-1]
 
 
 def test_what_comes_from_outside_is_escaped(tmp_path: Path) -> None:
