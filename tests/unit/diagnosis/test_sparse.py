@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
@@ -9,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import looked, scores_of
 from station.diagnosis.inference.fit import Fit, fit, shaking_of
-from station.diagnosis.inference.sparse import Table, by_channel
+from station.diagnosis.inference.sparse import Index, Table, by_channel
 from station.diagnosis.likelihood.slopes import residuals, slopes
 from station.diagnosis.likelihood.student import pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
@@ -67,7 +69,7 @@ def test_runs_that_are_whitened_apart_are_whitened_alike(fitted: tuple[Evidence,
 def test_scores_are_those_of_the_whole_table(fitted: tuple[Evidence, Fit], monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the formula with all rows at once, in a few lines."""
     evidence, found = fitted
-    monkeypatch.setattr(Whitening, "parts", lambda self, most=50: PARTS(self, most))
+    monkeypatch.setattr(Whitening, "parts", in_small_parts)
     effects = [catalogue()[name] for name in ("contact_aging", "viscous", "camera_sag", "plate_anisotropy")]
     seen = looked(evidence, found.model, effects)
     scored = scores_of(evidence, found, seen)
@@ -79,6 +81,10 @@ def test_scores_are_those_of_the_whole_table(fitted: tuple[Evidence, Fit], monke
 
 
 PARTS = Whitening.parts
+
+
+def in_small_parts(whitening: Whitening) -> Iterator[tuple[Index, Callable[[Array], Array]]]:
+    return PARTS(whitening, 50)
 
 
 def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]:
