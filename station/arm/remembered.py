@@ -15,7 +15,7 @@ A session that has narrowed its range asks for new angles in every run, so that 
 
 
 class Remembered(Generic[Key, Value]):
-    """What was found by key, of which the oldest is forgotten where there are more than MOST_MOTIONS."""
+    """Keeps what was found by key, of which the oldest is forgotten where there are more than MOST_MOTIONS."""
 
     def __init__(self) -> None:
         self._known: dict[Key, Value] = {}
@@ -24,7 +24,7 @@ class Remembered(Generic[Key, Value]):
         return len(self._known)
 
     def get(self, key: Key) -> Value | None:
-        """What was found for the key; None if that is not known, or no longer."""
+        """Returns what was found for the key; None if that is not known, or no longer."""
         return self._known.get(key)
 
     def put(self, key: Key, value: Value) -> None:

@@ -34,11 +34,11 @@ Recorded = Signals | Measured | Sequence[Sample]
 """A session's signals, the rows of a table, or samples alone."""
 
 Source = Recorded | Callable[[], Recorded]
-"""What was recorded, or what reads it: then it is kept only until the evidence was drawn from it."""
+"""A recording, or a function that reads it: then it is kept only until the evidence was drawn from it."""
 
 
 def read(source: Source) -> Recorded:
-    """What was recorded, read now if it was not yet."""
+    """Reads what was recorded, if that was not yet read."""
     return source() if callable(source) else source
 
 

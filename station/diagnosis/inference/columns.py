@@ -185,7 +185,7 @@ class _Columns:
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
     def projected(self, precision: Array) -> tuple[Array, Array]:
-        """What of each candidate the model's own numbers take over (k, K), and the candidates' whole information."""
+        """The share of candidates that the model's own numbers take over (k, K), and their whole information."""
         among, across = np.diag(precision), np.zeros((self._own, self._table.shape[1] - self._own))
         whole = np.zeros(across.shape[1])
         for rows, own, candidates in self._parts():

@@ -27,7 +27,7 @@ class Piece:
     values: Array
 
     def of(self, rows: Index) -> tuple[NDArray[np.bool_], Array]:
-        """Which of the `rows` (m,) it has, as a mask (m,), and its values there."""
+        """A mask (m,) of those `rows` (m,) that it has, and its values there."""
         place = rows - self.first
         inside = (place >= 0) & (place < len(self.values))
         return inside, self.values[place[inside]]
