@@ -7,6 +7,7 @@ that lay clear has an onset that is FALSE_RAD from its friction, or a sample has
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Sequence
@@ -63,9 +64,13 @@ def column(samples: Sequence[Sample], name: str) -> Array:
     return np.array([getattr(sample, name) for sample in samples])
 
 
-def main(words: Sequence[str]) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Prints what was found; 1 if a sample is false."""
-    reader = open_recording(Path(words[0]))
+    parser = argparse.ArgumentParser(prog="python -m tests.soak.truth", description=__doc__)
+    parser.add_argument("file", type=Path, help="a recording of a simulated session")
+    reader = open_recording(parser.parse_args(words).file)
+    if "truth/scene" not in reader.topics:
+        parser.error("expected a simulated session, whose file has the truth on /truth/scene; this one has none")
     truth, told = Truth.of(reader), reader.samples()
     slid = [sample for sample in told if not sample.censored]
     slip_ns, start_ns = column(slid, "slip_ns"), column(slid, "start_ns")
@@ -98,4 +103,4 @@ def _degrees(off_rad: Array) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
