@@ -90,7 +90,7 @@ def test_how_a_diagnosis_grows(tmp_path: Path) -> None:
     for name, values in {**rows, "all": total, "memory, MB": [memory for _, memory, _ in measured]}.items():
         print(f"{name[:44]:45s}" + "".join(f"{value:9.1f}" for value in values) + f"   {exponent(SIZES, values)}")
     memory = [largest for _, largest, _ in measured]
-    in_line = float(np.polyval(np.polyfit(SIZES, memory, 1), LONG_RUNS)) if len(SIZES) > 1 else memory[-1]
+    in_line = float(np.polyval(np.polyfit(SIZES, memory, 1), LONG_RUNS)) if len(measured) > 1 else memory[-1]
     print(f"memory of {LONG_RUNS} runs, by the line through these: {in_line:.0f} MB")
     assert in_line < MOST_MB
     assert math.log(total[-1] / total[0]) / math.log(SIZES[-1] / SIZES[0]) < MOST
