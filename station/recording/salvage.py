@@ -118,7 +118,12 @@ class Salvage:
         self.channels.update({channel.id: channel for channel in channels})
 
     def _block(self, found: list[RawMessage]) -> Block | None:
-        known = tuple(message for message in found if message.channel_id in self.channels)
+        known = tuple(message for message in found if self._is_known(message.channel_id))
         self.findings.messages += len(known)
         self.findings.unknown_messages += len(found) - len(known)
         return Block(known) if known else None
+
+    def _is_known(self, channel_id: int) -> bool:
+        """True for a channel that is there with its schema, if it has one: without it nobody can read its messages."""
+        channel = self.channels.get(channel_id)
+        return channel is not None and channel.schema_id in {0, *self.schemas}

@@ -95,3 +95,14 @@ def test_directions_count_what_the_mean_leaves_out() -> None:
     assert first.sd_rad == pytest.approx(0.02 * math.sqrt(2))
     assert (second.direction, second.kept, second.censored, second.flagged) == (2, 0, 1, 0)
     assert math.isnan(second.mean_rad)
+
+
+@pytest.mark.parametrize("angle", ["inf", "-Infinity", "9" * 400])
+def test_an_infinite_angle_has_no_mean(angle: str, tmp_path: Path) -> None:
+    """A number of 400 digits is infinite, too; its spread ended `station samples` in a traceback."""
+    path = tmp_path / "samples.csv"
+    path.write_text(f"run,onset_angle_rad\n1,0.3\n2,{angle}\n", encoding="utf-8")
+    (one,) = by_direction(read_samples(path))
+    assert one.kept == 2
+    assert math.isnan(one.mean_rad)
+    assert math.isnan(one.sd_rad)
