@@ -40,6 +40,25 @@ class Told:
         self._console.print(f"{done} of {self._total} {self._what} in {told_time(passed)}, {left}", soft_wrap=True)
 
 
+@contextmanager
+def stages(
+    console: Console, first: str, *, seconds: Callable[[], float] = time.monotonic
+) -> Generator[Callable[[str], None]]:
+    """Gives a function that shows the stage of long work: in place on a terminal, elsewhere as a line now and then."""
+    began = last = seconds()
+    with console.status(first) as status:
+
+        def show(stage: str) -> None:
+            nonlocal last
+            status.update(stage)
+            now = seconds()
+            if not console.is_terminal and now - last >= EVERY_S:
+                last = now
+                console.print(f"{stage}, {told_time(now - began)} so far", markup=False, soft_wrap=True)
+
+        yield show
+
+
 def told_time(seconds: float) -> str:
     """A duration in words: seconds, or minutes from two of them on."""
     return f"{seconds:.0f} s" if seconds < MINUTES_FROM_S else f"{seconds / 60:.0f} min"

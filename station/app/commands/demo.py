@@ -20,6 +20,7 @@ from station.app.demonstration import PLAIN, conceal, drawn, reveal
 from station.app.diagnosing import diagnose_file
 from station.app.one_run import run_in_motion
 from station.app.planting import plant
+from station.app.progress import stages
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.physics.catalogue import catalogue_of_table
@@ -57,16 +58,16 @@ def run(options: argparse.Namespace) -> int:
     folder = _new_folder(options.out, seed)
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"A session of {options.samples} runs with a concealed effect (seed {seed})")
-    with console.status("simulating the session") as status:
+    with stages(console, "simulating the session") as show:
         concealed = conceal(
             model,
             folder,
             samples=options.samples,
             seed=seed,
-            on_sample=lambda count: status.update(f"simulating the session: {count} of {options.samples} runs"),
+            on_sample=lambda count: show(f"simulating the session: {count} of {options.samples} runs"),
         )
         console.print(f"Sealed: {concealed.key}, sha256 {concealed.sha256}")
-        examined = diagnose_file(concealed.recording, status=status.update)
+        examined = diagnose_file(concealed.recording, status=show)
     report = folder / "report.html"
     motion = run_in_motion(concealed.recording, examined.diagnosis)
     page = html_page(examined.diagnosis, examined.pictures, seed=seed, motion=motion)

@@ -32,6 +32,7 @@ from station.app.one_run import run_in_motion
 from station.app.outputs import require_writable
 from station.app.planned import write_plan
 from station.app.plugins import named_in, plugin_folders
+from station.app.progress import stages
 from station.app.simulating import rig_of
 from station.cluster import cluster
 from station.diagnosis.diagnose import Examined
@@ -158,8 +159,8 @@ def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> No
 def _one(file: Path, name: str, options: argparse.Namespace, console: Console) -> Examined:
     asked = {name: getattr(options, name) for name in _ASKED}
     jobs = options.jobs or os.cpu_count() or 1
-    with console.status("reading the recording") as status, cluster(options.backend):
-        return diagnose_file(file, name=name, jobs=jobs, status=status.update, **asked)
+    with stages(console, "reading the recording") as show, cluster(options.backend):
+        return diagnose_file(file, name=name, jobs=jobs, status=show, **asked)
 
 
 _ASKED = ("rig", "seed", "simulate", "simulate_limit", "plugins", "folding")

@@ -7,7 +7,7 @@ import threading
 
 from rich.console import Console
 
-from station.app.progress import EVERY_S, Told, looked_at
+from station.app.progress import EVERY_S, Told, looked_at, stages
 
 
 def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None:
@@ -28,6 +28,22 @@ def test_without_a_terminal_a_line_now_and_then_says_how_long_it_takes() -> None
     now[0] = 10 * EVERY_S
     shown.at(50)
     assert drawn.getvalue() == ""
+
+
+def test_without_a_terminal_the_stage_of_long_work_is_told_now_and_then() -> None:
+    now = [0.0]
+    out = io.StringIO()
+    with stages(Console(file=out, width=60), "reading", seconds=lambda: now[0]) as show:
+        show("run 1 of 60")
+        now[0] = EVERY_S
+        show("run 2 of 60")
+        show("run 3 of 60")
+    assert out.getvalue() == "run 2 of 60, 10 s so far\n"
+    drawn = io.StringIO()
+    with stages(Console(file=drawn, force_terminal=True), "reading", seconds=lambda: now[0]) as show:
+        now[0] = 3 * EVERY_S
+        show("run 4 of 60")
+    assert "so far" not in drawn.getvalue()
 
 
 def test_one_looks_on_while_others_work_and_at_the_end() -> None:
