@@ -10,7 +10,7 @@ SEED ?= 1
 run: setup
 	$(BIN)/station rig --samples $(SAMPLES) --seed $(SEED)
 	@echo
-	@echo '$(BIN)/station demo'
+	@echo $(BIN)/station demo
 	@$(BIN)/station demo || [ $$? = 1 ]  # 1: the effect was not named, which it says
 	@echo 'Once in each terminal: . $(BIN)/activate    Then `station` and `pi-agent` are commands of it.'
 
