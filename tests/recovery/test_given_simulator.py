@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -138,7 +139,7 @@ def _told_in_order(answer: Diagnosis) -> None:
     console.print(summary(answer))
     told = console.export_text()
     assert "from the simulation to what the recording has" in told
-    assert "median onset error" in told
+    assert re.search(r"In \S.*, \d+ unseen runs +before +with what was found\s+onset error, median and rms ", told)
     places = [told.find(words) for words in ("Set differently", "in the", "Where:", "Prediction of unseen runs")]
     found = [place for place in places if place >= 0]
     assert found == sorted(found)
