@@ -16,7 +16,12 @@ An arm that overshoots by a hundredth of a millidegree, or whose report is round
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
     """The tilt's sign of change (m,) at times `at_s` (m,), from readings (n,): +1 at first, its last sign at rest."""
     change = np.interp(at_s + NEAR_S, time_s, tilt_rad) - np.interp(at_s - NEAR_S, time_s, tilt_rad)
-    sign = np.where(np.abs(change) > STILL_RAD, np.sign(change), 0.0)
+    return last_sign(change, STILL_RAD)
+
+
+def last_sign(change: Array, still_rad: float) -> Array:
+    """The sign (n,) of each change (n,), or of the last one before it beyond `still_rad`; +1 before there was any."""
+    sign = np.where(np.abs(change) > still_rad, np.sign(change), 0.0)
     moved = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
 

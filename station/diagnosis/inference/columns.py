@@ -141,8 +141,8 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = 
     precision = np.array([number.precision for number in fit.free])
     columns = _Columns(evidence, fit, seen.table.beside(beside))
     projection, whole = columns.projected(precision)
-    information, left, of_runs = columns.free_of(projection)
-    left = left + precision @ projection**2
+    information, of_runs = columns.free_of(projection)
+    left = np.diag(information) + precision @ projection**2
     known = left > np.maximum(HOPELESS, ABSORBED * whole)
     projection = projection * known
     # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
@@ -195,8 +195,8 @@ class _Columns:
             whole += np.square(weighted).sum(axis=0)
         return np.linalg.pinv(among, hermitian=True) @ across, whole
 
-    def free_of(self, projection: Array) -> tuple[Array, Array, Array]:
-        """Without what is taken over: information (K, K), its diagonal, and the score by cluster (runs, K)."""
+    def free_of(self, projection: Array) -> tuple[Array, Array]:
+        """Gives the candidates' information (K, K) beside the model's numbers, and their score by cluster (runs, K)."""
         information = np.zeros((projection.shape[1], projection.shape[1]))
         of_runs = np.zeros((self._runs, projection.shape[1]))
         for rows, own, candidates in self._parts():
@@ -204,7 +204,7 @@ class _Columns:
             weighted = self._weight[rows] * left
             information += weighted.T @ weighted
             np.add.at(of_runs, self._cluster[rows], -self._slope[rows][:, None] * left)
-        return information, np.diag(information).copy(), of_runs
+        return information, of_runs
 
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:

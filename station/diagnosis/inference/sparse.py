@@ -41,7 +41,7 @@ class Table:
     pieces: tuple[Piece, ...] = ()
 
     def of(self, rows: Index) -> Array:
-        """Some of the rows (m,), in full: (m, K)."""
+        """Returns some of the rows (m,) in full: (m, K)."""
         found = np.zeros((len(rows), self.shape[1]))
         for piece in self.pieces:
             inside, values = piece.of(rows)
@@ -49,11 +49,11 @@ class Table:
         return found
 
     def whole(self) -> Array:
-        """All rows in full: (rows, K)."""
+        """Returns all rows in full: (rows, K)."""
         return self.of(np.arange(self.shape[0]))
 
     def beside(self, other: Table) -> Table:
-        """These columns, and another table's after them."""
+        """Returns these columns with another table's after them."""
         moved = (_renumbered(one, {place: place + self.shape[1] for place in one.columns}) for one in other.pieces)
         return Table((self.shape[0], self.shape[1] + other.shape[1]), (*self.pieces, *moved))
 

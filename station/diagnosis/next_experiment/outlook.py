@@ -220,7 +220,7 @@ class Drawn:
 
 
 def drawn(trials: Sequence[Trial], *, runs: float, rng: np.random.Generator) -> list[Drawn]:
-    """DRAWS sessions of each trial, of so many runs with evidence."""
+    """Draws DRAWS sessions of each trial, of so many runs with evidence."""
     return [_drawn(trial, runs, rng) for trial in trials]
 
 

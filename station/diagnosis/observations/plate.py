@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +109,9 @@ class PlateMotion:
             rate, gravity = self.fit.rate_rad_s, self.fit.gravity
         # They are stored by columns: interpolation would copy each strided one, a whole session, at every call.
         self._rates = np.ascontiguousarray(rate.T)
-        self._gravity = Cubics(self._time_s, gravity, self._turning) if len(known) > 1 else None
+        self._gravity = (
+            Cubics(self._time_s, gravity, partial(_turning, gravity, self._rates)) if len(known) > 1 else None
+        )
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
@@ -175,11 +178,6 @@ class PlateMotion:
         """The last reading (n,) before each time (n,), s, by its place."""
         return np.clip(np.searchsorted(self._time_s, seconds, side="right") - 1, 0, len(self) - 1)
 
-    def _turning(self, places: Places) -> Array:
-        """The change (m, 3) of gravity by the rates at some of the readings, 1/s."""
-        gravity = self._gravity.values if self._gravity is not None else np.zeros((0, 3))
-        return -np.cross(self._rates[:, places].T, gravity[places])
-
     def _rates_at(self, seconds: Array) -> Array:
         return _interpolated(seconds, self._time_s, self._rates)
 
@@ -228,6 +226,11 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
     return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+
+
+def _turning(gravity: Array, rates: Array, places: Places) -> Array:
+    """The change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
+    return -np.cross(rates[:, places].T, gravity[places])
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:

@@ -23,9 +23,8 @@ def _said(diagnosis: Diagnosis) -> str:
     parts = [words.format(_names(claimed[side]), baseline=baseline) for side, words in _CLAIMS.items() if claimed[side]]
     level = any(one.name == "mu_s" for one in diagnosis.differs)
     unseen = tuple(effect for effect in diagnosis.effects if effect.verdict == "untestable")
-    parts += [f"whether the simulation has {_names(unseen)} cannot be said, since it could not show there"] * bool(
-        unseen
-    )
+    if unseen:
+        parts.append(f"whether the simulation has {_names(unseen)} cannot be said, since it could not show there")
     if parts:
         said = "; ".join(["the friction has another level", *parts] if level else parts)
         return said[0].upper() + said[1:]

@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from station.physics.contact import Array
-from station.physics.reversals import rising, turned_at
+from station.physics.reversals import last_sign, rising, turned_at
 from station.rig.opening import Opening
 
 STEADY_RAD_S = 2e-3
 """A plate that turns more slowly than this (0.1 °/s) is held."""
 _SMOOTH_S = 0.03
+ROUNDED_RAD = 1e-9
+"""Two knots of a ramp whose tilts differ by less differ by rounding."""
+
 Turns = tuple[Array, Array]
 """A run's tilt between its knots: the direction, +1 or −1, and the tilt, rad, from which on it has gone so."""
 
@@ -204,10 +207,7 @@ def _turns(each: Sequence[Turns]) -> tuple[Array, Array]:
 
 def _as_ramps(tilt_rad: Array) -> Turns:
     """The turns of straight ramps between knots (k,)."""
-    change = np.diff(tilt_rad)
-    sign = np.where(np.abs(change) > 1e-9, np.sign(change), 0.0)
-    last = np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), -1))
-    signs = np.where(last >= 0, sign[np.maximum(last, 0)], 1.0)
+    signs = last_sign(np.diff(tilt_rad), ROUNDED_RAD)
     return signs, turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
 
