@@ -65,7 +65,7 @@ class Bench:
         words += ["--root", str(self.root), "--supervisor", supervisor, "--python", sys.executable, "--offline"]
         words += ["--lock", str(self.lock), "--wheels", str(self.lock.parent), "--code", str(self.code)]
         words += ["--verify-seconds", "0", *more]
-        return subprocess.run(words, capture_output=True, text=True, check=False, cwd=CHECKOUT, timeout=120)
+        return subprocess.run(words, capture_output=True, text=True, check=False, cwd=CHECKOUT, timeout=300)
 
     @property
     def home(self) -> Path:
