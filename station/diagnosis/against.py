@@ -104,7 +104,7 @@ def as_noisy_as(recorded: Found, simulated: Evidence) -> Evidence:
         if same is not None:
             measured = noise.factor[channel.name] * float(np.median(same.rows.sigma))
             factor[channel.name] = measured / max(float(np.median(channel.rows.sigma)), 1e-12)
-    return replace(simulated, floor=replace(noise, factor=factor), wander=recorded.evidence.wander)
+    return replace(simulated, floor=replace(noise, factor=factor))
 
 
 def against(recorded: Found, simulated: Found) -> Against:

@@ -24,7 +24,7 @@ from station.diagnosis.predict.quality import compared, sifted
 from station.diagnosis.report.picture_data import PictureData, picture_data
 from station.diagnosis.result import Counted, Diagnosis, Own
 from station.diagnosis.search.posterior import posteriors_of
-from station.diagnosis.search.search import Progress, Search, in_stages, search, with_wander
+from station.diagnosis.search.search import Progress, Search, in_stages, search
 from station.physics.catalogue import Catalogue
 from station.physics.model import Model
 from station.signals.measured import Measured
@@ -89,7 +89,6 @@ def examined(
         return Examined(diagnosis=refused, pictures=PictureData())
     rng = np.random.default_rng(seed)
     effects = tuple(catalogue.values())
-    evidence = with_wander(evidence, Model(mu_s=mu_s))
     found = in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")

@@ -23,7 +23,7 @@ from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.resimulated import path_errors
 from station.diagnosis.result import Value
-from station.diagnosis.search.search import Search, in_stages, search, with_wander
+from station.diagnosis.search.search import Search, in_stages, search
 from station.physics.catalogue import catalogue
 from station.physics.contact import Bools
 from station.physics.model import Model
@@ -53,7 +53,7 @@ def evidence_at(path: Path, folder: Path) -> Evidence:
 def found_in(evidence: Evidence, left_out: Bools) -> Search:
     """The search of the runs that are not left out."""
     start, rng = Model(mu_s=0.4), np.random.default_rng(1)
-    part = with_wander(evidence.without(left_out), start)
+    part = evidence.without(left_out)
     staged = in_stages(part, tuple(catalogue().values()), start=start, rng=rng, progress=lambda _: None)
     return search(staged, rng, lambda _: None)
 

@@ -305,7 +305,7 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
         chosen = (whitening.channel == place) & ~whitening.limit & evidence.counted[whitening.run]
-        if channel.name in noise.wander:  # windows of a record are means of many rows: no tail, and no other scale
+        if evidence.is_record(channel):  # means of many readings have no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])
         if channel.name == ONSET and evidence.group is None:

@@ -20,7 +20,7 @@ from scipy.stats import norm
 
 from station.diagnosis import thresholds
 from station.diagnosis.likelihood.robust import clipped
-from station.diagnosis.likelihood.wander import Wander
+from station.diagnosis.likelihood.wander import Wander, wanders
 from station.diagnosis.observations.channel import ALONG, ONSET
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.plate import Times
@@ -34,8 +34,9 @@ CENSORED_ROUNDS = 30
 class Noise:
     """Standard deviations: `friction` is shared by onset and slide, `own` is each channel's random effect of a run.
 
-    `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t. `group` and `wander`
-    are those of groups of rows and of continuous records, by channel, which are estimated anew with every model.
+    `factor` multiplies each channel's sigma, and `tail` is its degrees of freedom of Student's t. `group` is that of
+    groups of rows, and `wander` that of friction along a path, by channel. All are estimated anew with every model:
+    what a late clock does to a slide looks like wander to a model without it.
     """
 
     friction: float
@@ -63,13 +64,16 @@ class Noise:
 
     def at_least(self, floor: Noise) -> Noise:
         """The larger of both standard deviations and factors, one by one; the tails stay."""
+        larger = {
+            name: one for name, one in self.wander.items() if name not in floor.wander or one.sd > floor.wander[name].sd
+        }
         return Noise(
             friction=max(self.friction, floor.friction),
             own={name: max(own, floor.own.get(name, 0.0)) for name, own in self.own.items()},
             factor={name: max(factor, floor.factor.get(name, 0.0)) for name, factor in self.factor.items()},
             tail=self.tail,
             group={name: max(group, floor.group.get(name, 0.0)) for name, group in self.group.items()},
-            wander=self.wander,
+            wander={**floor.wander, **larger},
         )
 
 
@@ -78,12 +82,13 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
 
     Only the runs that count are looked at.
     """
+    wandering = wanders(evidence, residuals)
     own, factor = dict[str, float](), dict[str, float]()
     means, errors = dict[str, Array](), dict[str, Array]()
     for channel in evidence.channels:
         values, rows = residuals[channel.name], channel.rows
         known = evidence.known(channel)
-        wander = evidence.wander.get(channel.name)
+        wander = wandering.get(channel.name)
         place = None if wander is None or channel.travelled_m is None else channel.travelled_m[known]
         more = 0.0 if wander is None or place is None else _wandering(wander, place, rows.sigma[known], rows.run[known])
         factor[channel.name] = math.sqrt(
@@ -101,7 +106,8 @@ def estimate_noise(evidence: Evidence, residuals: Mapping[str, Array]) -> Noise:
         counted = evidence.counted[onsets.rows.run]
         own[ONSET] *= _censoring(residuals[ONSET][counted], onsets.rows.limit[counted])
     friction = _share(means, errors, own)
-    return Noise(friction=friction, own=own, factor=factor, tail=dict.fromkeys(own, thresholds.GAUSSIAN))
+    tail = dict.fromkeys(own, thresholds.GAUSSIAN)
+    return Noise(friction=friction, own=own, factor=factor, tail=tail, wander=wandering)
 
 
 def _factor(values: Array, sigma: Array, run: Times) -> float:

@@ -44,11 +44,9 @@ class Wander:
 def wanders(evidence: Evidence, residuals: Mapping[str, Array]) -> dict[str, Wander]:
     """The wander of each channel that follows a path, by maximum likelihood of its residuals (rows,).
 
-    The course that all runs share, by the order of their windows, is subtracted first: it is a law's. That of rows in
-    groups is a part of their noise (`grouped`).
+    The course that all runs share, by the order of their windows, is subtracted first: it is a law's. Rows in groups
+    have theirs estimated together with their groups' levels (`grouped`).
     """
-    if evidence.group is not None:
-        return {}
     return {
         channel.name: _wander(evidence, channel, residuals[channel.name])
         for channel in evidence.channels

@@ -148,7 +148,7 @@ def _wandering(evidence: Evidence, noise: Noise) -> tuple[Array, Array, Array]:
     """Place along the path (rows,), and the wander's standard deviation and reach; 0, 0, 1 where there is none."""
     places, sizes, reaches = list[Array](), list[Array](), list[Array]()
     for channel in evidence.channels:
-        wander, some = noise.wander.get(channel.name) or evidence.wander.get(channel.name), np.ones(len(channel))
+        wander, some = noise.wander.get(channel.name), np.ones(len(channel))
         places.append(0.0 * some if channel.travelled_m is None else channel.travelled_m)
         sizes.append((0.0 if wander is None else wander.sd) * some)
         reaches.append((1.0 if wander is None else wander.reach_m) * some)

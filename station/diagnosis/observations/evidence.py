@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,6 @@ from station.physics.contact import Array, Bools, Contact
 
 if TYPE_CHECKING:
     from station.diagnosis.likelihood.noise import Noise
-    from station.diagnosis.likelihood.wander import Wander
     from station.diagnosis.observations.paths import Paths
     from station.diagnosis.observations.ridden import Rides
 
@@ -30,10 +28,9 @@ class Evidence:
 
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
     are not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are predicted
-    and not fitted; None: there are none. `wander` is the wander of friction along the slides by channel, where it was
-    estimated. `floor` is the least noise of rows and runs. `group` (r,) numbers the groups of runs that share a draw of
-    friction, as those of one specimen; None: each run is on its own. `stretch` (r,) numbers the stretches of one speed
-    in continuous records; None: there are too few to know how they scatter.
+    and not fitted; None: there are none. `floor` is the least noise of rows and runs. `group` (r,) numbers the groups
+    of runs that share a draw of friction, as those of one specimen; None: each run is on its own. `stretch` (r,)
+    numbers the stretches of one speed in continuous records; None: there are too few to know how they scatter.
     """
 
     channels: tuple[Channel, ...]
@@ -45,7 +42,6 @@ class Evidence:
     paths: Paths | None = None
     rides: Rides | None = None
     held_out: Bools | None = None
-    wander: Mapping[str, Wander] = field(default_factory=dict[str, "Wander"])
     floor: Noise | None = None
     group: Index | None = None
     stretch: Index | None = None
@@ -78,6 +74,10 @@ class Evidence:
     def counted(self) -> Bools:
         """The runs (r,) to which models are fitted, as a mask."""
         return np.ones(self.runs, dtype=np.bool_) if self.held_out is None else ~self.held_out
+
+    def is_record(self, channel: Channel) -> bool:
+        """True if a channel's rows are windows of continuous records, each the mean of many readings."""
+        return self.group is not None and channel.travelled_m is not None
 
     def known(self, channel: Channel) -> Bools:
         """The rows (n,) of a channel whose runs count and whose residuals are values, not limits, as a mask."""

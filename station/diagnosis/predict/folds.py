@@ -20,10 +20,9 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.likelihood import systematic
 from station.diagnosis.likelihood.systematic import claimable
-from station.diagnosis.likelihood.wander import Wander
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.candidates import Begins
-from station.diagnosis.search.search import Search, in_stages, with_wander
+from station.diagnosis.search.search import Search, in_stages
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -36,12 +35,11 @@ FOLDS = int(thresholds.FOLDS)
 class Fold:
     """The fits to all runs except those `left_out` (r,): the plain model, and the one that was found.
 
-    `wander` is that of the fitted runs, `named` are the ids of the found model's effects, and `less` has by id the fit
-    of the others alone. `anew` is True if the names were found without the runs that are left out.
+    `named` are the ids of the found model's effects, and `less` has by id the fit of the others alone. `anew` is True
+    if the names were found without the runs that are left out.
     """
 
     left_out: Bools
-    wander: Mapping[str, Wander]
     before: Fit
     after: Fit
     named: tuple[str, ...] = ()
@@ -50,7 +48,7 @@ class Fold:
 
     def of(self, evidence: Evidence) -> Evidence:
         """The evidence that the fold was fitted to."""
-        return replace(evidence.without(self.left_out), wander=self.wander)
+        return evidence.without(self.left_out)
 
 
 def assigned(evidence: Evidence, rng: np.random.Generator) -> Array:
@@ -90,10 +88,10 @@ def named(
 
 def _refitted(part: Evidence, whole: Search, *, anew: bool) -> Fold:
     """The model of all runs refitted to a part of them; `anew` is True if the part knows nothing of the others."""
-    before = fit(part, whole.null.model, (), noise=whole.null.noise)
+    before = fit(part, whole.null.model, (), noise=None if anew else whole.null.noise)
     after = fit(part, whole.model.model, whole.found, noise=whole.model.noise) if whole.found else before
     names = tuple(effect.id for effect in whole.found)
-    fold = Fold(left_out=~part.counted, wander=part.wander, before=before, after=after, named=names, less={}, anew=anew)
+    fold = Fold(left_out=~part.counted, before=before, after=after, named=names, less={}, anew=anew)
     return _with_less(part, fold)
 
 
@@ -102,8 +100,8 @@ def nested(
 ) -> tuple[Fold, ...]:
     """Searches anew without each fold (r,), `jobs` of them at a time; it does not search where all runs show nothing.
 
-    The wander of friction is estimated anew as well: with that of all runs the held-out ones seem to be predicted
-    better by .03 nat each (2 nulls of `python -m tests.concealed --tier null --seed 9`: .030 ± .025 and .033 ± .011).
+    The noise is estimated anew as well: with the wander of all runs the held-out ones seem to be predicted better by
+    .03 nat each (2 nulls of `python -m tests.concealed --tier null --seed 9`: .030 ± .025 and .033 ± .011).
 
     A fold's search has all stages. It lacks the last comparison of each term with what could stand in its place, which
     takes as long again and mostly determines how wide a class is.
@@ -118,8 +116,7 @@ def nested(
     """
     outs = [fold == number for number in np.unique(fold).tolist()]
     if not whole.found:
-        plain = Model(mu_s=whole.null.model.mu_s)
-        return tuple(_refitted(with_wander(evidence.without(out), plain), whole, anew=True) for out in outs)
+        return tuple(_refitted(evidence.without(out), whole, anew=True) for out in outs)
     begin = whole.null.model, whole.fitter.ends()
     work = partial(_searched, evidence, effects, begin, seed)
     with spread(work, enumerate(outs), jobs=min(jobs, FOLDS)) as found:
@@ -131,12 +128,11 @@ def _searched(
 ) -> Fold:
     number, left_out = numbered
     start, rng = Model(mu_s=begin[0].mu_s), np.random.default_rng([seed, number])
-    part = with_wander(evidence.without(left_out), start)
+    part = evidence.without(left_out)
     found = in_stages(part, effects, start=start, rng=rng, progress=lambda _: None, begins=begin[1])
     names = tuple(effect.id for effect in found.found)
     fold = Fold(
         left_out=left_out,
-        wander=part.wander,
         before=found.null,
         after=found.model,
         named=names,

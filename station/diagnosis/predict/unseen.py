@@ -27,7 +27,7 @@ def unseen_log_run(evidence: Evidence, fitted: Fit) -> Array:
     for place, channel in enumerate(evidence.channels):
         mine = whitening.channel == place
         # The means of a continuous record have no tail (see `fit.with_tails`).
-        tails = (thresholds.GAUSSIAN,) if channel.name in fitted.noise.wander else TAILS
+        tails = (thresholds.GAUSSIAN,) if evidence.is_record(channel) else TAILS
         density = _densities(fitted.white[mine], known[mine], whitening.limit[mine], tails)
         of_runs = np.array([np.bincount(whitening.run[mine], each, evidence.runs) for each in density])
         weight = density[:, known[mine]].sum(axis=1)

@@ -18,9 +18,7 @@ from station.diagnosis.inference.calibration import Calibration, calibrate
 from station.diagnosis.inference.columns import Scores, at_sizes, scores, variants_of
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
-from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, claimable
-from station.diagnosis.likelihood.wander import wanders
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.by_paths import judged
 from station.diagnosis.search.candidates import (
@@ -97,16 +95,6 @@ class Search:
     def named(self) -> tuple[str, ...]:
         """Ids of the catalogue's effects in the model."""
         return tuple(effect.id for effect in self.found if not is_smooth(effect))
-
-
-def with_wander(evidence: Evidence, start: Model) -> Evidence:
-    """The evidence with the wander of friction along its slides, estimated with the plain model.
-
-    It is estimated once for all models: what runs have in common is subtracted, and a law's misspecification is no
-    wander.
-    """
-    plain = fit(evidence, levelled(evidence, start), ())
-    return replace(evidence, wander=wanders(evidence, residuals(evidence, plain.model)))
 
 
 def in_stages(

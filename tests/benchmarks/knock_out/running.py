@@ -17,7 +17,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.predict.folds import Fold, assigned, named
 from station.diagnosis.predict.quality import sifted
 from station.diagnosis.search.posterior import called, posteriors_of
-from station.diagnosis.search.search import Search, in_stages, search, with_wander
+from station.diagnosis.search.search import Search, in_stages, search
 from station.physics.catalogue import catalogue
 from station.physics.model import Model
 from tests.benchmarks.knock_out.cases import Case, evidence_of_case
@@ -76,7 +76,6 @@ def searched(evidence: Evidence, like: Found | None = None) -> Found:
     """
     rng, start = np.random.default_rng(SEED), Model(mu_s=0.4)
     effects = tuple(catalogue().values())
-    evidence = with_wander(evidence, start)
     staged = in_stages(evidence, effects, start=start, rng=rng, progress=lambda _: None)
     found = search(staged, rng, lambda _: None)
     if like is not None and {one.id for one in found.found} == {one.id for one in like[1].found}:

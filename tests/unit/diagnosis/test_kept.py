@@ -10,7 +10,6 @@ import pytest
 
 from station.diagnosis.diagnose import examined
 from station.diagnosis.observations.build import evidence_of
-from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.signals.session import Signals
@@ -36,12 +35,12 @@ def test_a_file_s_signals_go_before_the_search(monkeypatch: pytest.MonkeyPatch) 
         kept.append(weakref.ref(signals.corners.corner_px))
         return signals
 
-    def fitting(*_: object) -> Evidence:
+    def fitting(*_: object, **__: object) -> None:
         gc.collect()
         alive.append(kept[0]() is not None)
         raise Stopped
 
-    monkeypatch.setattr("station.diagnosis.diagnose.with_wander", fitting)
+    monkeypatch.setattr("station.diagnosis.diagnose.in_stages", fitting)
     with pytest.raises(Stopped):
         examined(read, catalogue(), setting=Setting(opening_radius_m=recorded.OPENING_RADIUS_M))
     assert alive == [False]
