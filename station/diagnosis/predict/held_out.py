@@ -100,11 +100,15 @@ def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within
 
 
 def _run_effects(evidence: Evidence, part: Fit) -> Array:
-    """Expected log friction (r,) of each run's slide, given its onset; nan where the onset is unknown."""
+    """Expected log (r,) of the factor on the model's friction in each run's slide; nan where the onset is unknown.
+
+    It is that by which the friction at the recorded onset differs from the model's. The onset's residual is not: with a
+    tilt that is read a degree low, a run whose friction is 1.3 times the others' has a residual of 1.32.
+    """
     channel = evidence.onsets
-    expected = np.full(evidence.runs, 0.0 if channel is None else np.nan)
-    if channel is not None and part.noise.scatter > 0:
-        share = part.noise.friction**2 / part.noise.scatter**2
-        known = ~channel.rows.limit
-        expected[channel.rows.run[known]] = share * channel.residual(part.model)[known]
-    return expected
+    if not isinstance(channel, Onsets):
+        return np.zeros(evidence.runs)
+    share = part.noise.friction**2 / part.noise.scatter**2 if part.noise.scatter > 0 else 0.0
+    unknown = np.ones(evidence.runs, dtype=np.bool_)
+    unknown[channel.rows.run[~channel.rows.limit]] = False
+    return np.where(unknown, np.nan, share * channel.run_effects(part.model, evidence.runs)[0])
