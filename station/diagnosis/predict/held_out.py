@@ -108,7 +108,8 @@ def _run_effects(evidence: Evidence, part: Fit) -> Array:
     channel = evidence.onsets
     if not isinstance(channel, Onsets):
         return np.zeros(evidence.runs)
-    share = part.noise.friction**2 / part.noise.scatter**2 if part.noise.scatter > 0 else 0.0
-    unknown = np.ones(evidence.runs, dtype=np.bool_)
-    unknown[channel.rows.run[~channel.rows.limit]] = False
-    return np.where(unknown, np.nan, share * channel.run_effects(part.model, evidence.runs)[0])
+    # What onset and slide do not share is known from their difference, with the error of the reading in it.
+    shown = part.noise.scatter**2 + channel.shaking(part.model) ** 2
+    share, known = np.full(evidence.runs, np.nan), ~channel.rows.limit & (shown > 0)
+    share[channel.rows.run[known]] = part.noise.friction**2 / shown[known]
+    return share * channel.run_effects(part.model, evidence.runs)[0]
