@@ -37,10 +37,12 @@ class Tracks:
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
     _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
+    _sigmas_ns: dict[str, int] = field(default_factory=dict[str, int])
 
     def take_offset(self, message: ClockOffset) -> None:
         """Takes a new measurement of an agent's clock."""
         self._offsets_ns[message.agent] = message.offset_ns
+        self._sigmas_ns[message.agent] = message.sigma_ns
 
     def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
         """An agent's stamp on the station's clock; None while that agent's clock is not known."""
@@ -132,4 +134,5 @@ class Tracks:
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
             along=max(0.2, float(direction @ np.asarray(downhill))),
             ahead_m=float(path[0] @ np.asarray(downhill)),
+            clock_sigma_s=math.hypot(*self._sigmas_ns.values()) * 1e-9,
         )
