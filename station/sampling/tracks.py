@@ -13,6 +13,7 @@ from shared.foxglove import CameraCalibration
 from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
 from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
+from station.rig.opening import Opening, square_corners
 
 _ATTITUDES = 600
 _FRAMES = 540
@@ -93,6 +94,14 @@ class Tracks:
         points = np.reshape(np.asarray(corners_px, dtype=np.float64), (-1, 2))
         lens = self.lens
         return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
+
+    def way_px(self, corners_px: tuple[float, ...], opening: Opening, *, side_m: float, azimuth_rad: float) -> float:
+        """How far (px) a square block can slide when tilted at β until the foam stops it; inf if that is not known."""
+        if self.geometry is None or not corners_px or not opening.walled or not self.geometry.mm_per_px > 0:
+            return math.inf
+        block = square_corners(0.5 * side_m, self.place_of(corners_px))
+        pull = np.array([[math.sin(azimuth_rad), -math.cos(azimuth_rad)]])
+        return float(opening.way_m(block, pull)[0]) * 1e3 / self.geometry.mm_per_px
 
     def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
         """Mean of the attitude readings since `from_ns`."""
