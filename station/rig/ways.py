@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shared.geometry import Array
-from station.rig.outline import nearest_side
+from station.rig.outline import nearest_side, turn_of
 
 Bools = NDArray[np.bool_]
 
@@ -59,7 +59,7 @@ def _meeting(points_m: Array, along: Array, outline_m: Array, *, leaving: bool) 
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, begin[None] - points_m[:, None]
     across = along[0] * side[:, 1] - along[1] * side[:, 0]
-    out = across * np.sign((begin[:, 0] * end[:, 1] - end[:, 0] * begin[:, 1]).sum())
+    out = across * turn_of(outline_m)
     with np.errstate(divide="ignore", invalid="ignore"):
         way = (off[..., 0] * side[:, 1] - off[..., 1] * side[:, 0]) / across
         place = (off[..., 0] * along[1] - off[..., 1] * along[0]) / across

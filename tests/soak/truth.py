@@ -107,7 +107,8 @@ def _places(truth: Truth, slid: Sequence[Sample]) -> str:
     start_ns = column(slid, "start_ns")
     place = np.column_stack([column(slid, "start_x_m"), column(slid, "start_y_m")])
     beside = (place - np.column_stack([truth.at(start_ns, each) for each in truth.place_m.T])) * 1e3
-    return f"worst {np.abs(beside).max(initial=0.0):.4f} mm, rms {np.linalg.norm(beside) / math.sqrt(beside.size or 1):.4f} mm"
+    rms = float(np.linalg.norm(beside)) / math.sqrt(beside.size or 1)
+    return f"worst {np.abs(beside).max(initial=0.0):.4f} mm, rms {rms:.4f} mm"
 
 
 def robust_sd(values: Array) -> float:
@@ -116,8 +117,8 @@ def robust_sd(values: Array) -> float:
 
 
 def _share(found: int, of: int) -> str:
-    share = wilson(found, of)
-    return f"{found} of {of} ({share.low:.2%} to {share.high:.2%})"
+    low, high = wilson(found, of)
+    return f"{found} of {of} ({low:.2%} to {high:.2%})"
 
 
 def _normalised(off_rad: Array, sigma_rad: Array) -> str:
