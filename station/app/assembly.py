@@ -18,6 +18,7 @@ from station.arm.planning import require_session
 from station.arm.tilt_path import TiltStage
 from station.arm.tilter import Tilter
 from station.rig.arm_settings import ArmSettings
+from station.rig.opening import Opening
 from station.rig.tilt import azimuth_of_direction
 from station.sampling.machine import Reach, SamplingMachine
 from station.sampling.plan import Plan
@@ -74,6 +75,7 @@ def specimen(rig: RigConfig) -> Specimen:
         plate_mount_rad=math.radians(rig.plate.mount_deg),
         block_mass_kg=rig.block.mass_kg,
         block_area_m2=length * width,
+        opening=Opening(radius_m=rig.plate.opening_m / 2, outline_m=rig.plate.opening_outline_m),
     )
 
 

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from station.friction.direction import Array
 from station.friction.slides import Bools, Slides
+from station.rig import opening as foam
 
 DISTANCE_PX = 20.0
 SIGMAS = 3.0
 CUTOUT_M = 0.045
 """Radius of the round opening in the foam: the paper gives none; a plate of 0.1 m leaves 5 mm of foam at the sides."""
-TOUCH_M = 0.001
-"""An edge of the block this near to the foam touches it: some six pixels, more than a corner's error, and less than a
-block that slid free of it keeps."""
 GRAZE_RAD = math.radians(30.0)
 """The paper says only "pre- and post-sliding positions". A block that starts at the foam and goes straight across, or
 ends there after doing so, was not hindered; one whose slide runs within this angle of the foam's tangent, at an end
@@ -128,8 +126,8 @@ def _outward(corners: Array, moved: Array) -> Array:
 
 
 def touching(corners: Array, radius_m: float) -> Bools:
-    """Blocks (n) whose outermost corner is within `TOUCH_M` of the foam or in it; corners (n, 4, 2) from its centre."""
-    return np.linalg.norm(corners, axis=2).max(axis=1) > radius_m - TOUCH_M
+    """Blocks (n) that touch the foam or lie in it; corners (n, 4, 2) from the opening's centre."""
+    return foam.Opening(radius_m=radius_m).touches(corners)
 
 
 def count(flags: Flags) -> FilterCounts:

@@ -1,15 +1,16 @@
-"""The onset of a slide: the measured path, fitted back to the moment at which the block began to move.
+"""The onset of a slide: the measured path, fitted back to the friction at which the block began to move.
 
-A block that starts from rest at t0 on a plate of tilt θ(t) follows, along its slide,
+A block at rest on a plate of tilt θ(t) moves along its slide, as soon as that pulls,
 
-    x″ = g (c sin θ(t) − mu_k cos θ(t)),    x(t0) = x′(t0) = 0,
+    x″ = c (g sin θ + θ′² d) − mu N,    N = g cos θ − θ″ d − 2 c θ′ x′,    x′ ≥ 0,
 
-with c the cosine between the slide and the steepest line. A plate that turns faster or slower about its middle also
-presses a block that lies d down the slope less or more, by d θ″. Every term is a double time integral of the measured
-tilt (that of d θ″ is d θ itself), so that only t0 is not linear. Two models are fitted: mu_k = c tan θ(t0) (the plain
-slider, whose displacement grows as t³ on a ramp), and mu_k free below that (kinetic friction is lower, x grows as t²);
-the second is taken only when the data demand it. A constant and a term in sin θ stand for the reference's error and for
-a camera that sags.
+with c the cosine between the slide and the steepest line, and d how far the block lies down that line from the axis
+about which the plate turns: a plate that turns faster and faster falls away from under its lower side, and its turning
+pulls and lifts what moves outwards. What is integrated once is θ′ and no θ″, so that readings need not be smooth. Two
+models are fitted. The plain slider has one friction, c tan θ0, at rest and sliding (its displacement grows as t³ on a
+ramp): the angle θ0 alone is sought. With a kinetic friction that is lower (x grows as t²) the moment is sought, and mu
+is linear; this model is taken only when the data demand it. A constant and a term in sin θ stand for the reference's
+error and for a camera that sags.
 
 A displacement threshold reads late (physics: 0.4° at 1°/s, 1.2° at 5°/s for 2 mm); this does not.
 """
@@ -20,15 +21,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
-GRAVITY_M_S2 = 9.81
+from station.friction.onset_loads import GRAVITY_M_S2, Array, Loads
+
 _COARSE = 60
 _NEAR, _FINE = 3, 8
 """The fine grid: this many coarse cells to either side of the best point, each divided by that."""
 
 _REFINE = 16
+_ANGLES = 24
+"""Angles of the plain slider's first look. A larger one has a shorter way at every moment, so χ² has one valley."""
+_BEYOND_RAD = 0.01
+"""How far beyond the steepest tilt an onset is sought: a plate that stops its turning lifts a block, by less."""
+_SLIGHT_RAD = 1e-6
+"""Half of the difference of two angles whose ways give the slope."""
 _HELD_RAD = 1e-5
 _SLIDE_CHI2 = 25.0  # less than 5 sigma of displacement: nothing moved
 _FREE_KINETIC_GAIN = 12.0
@@ -37,94 +44,25 @@ _FREE_KINETIC_GAIN = 12.0
 _LEAST_DROP = 0.05
 """A smaller drop to kinetic friction is not believed: measured ones are 10 % and more, and a micrometre of creep before
 the slide looks like 1 %."""
+WAY_SHARE = 0.002
+"""The share of its way by which a slide may differ from the law, and the camera's scale from the true one, alike in all
+frames of a slide. With it the angles of simulated samples scatter as is stated, without it four times as much
+(`pytest tests/recovery/test_onset_errors.py`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """The moment (ns) and the tilt at which the slide began, with standard errors, and the friction while sliding."""
+    """The moment (ns) and the tilt at which the slide began, with standard error, and the friction while sliding.
+
+    The angle is the tilt that a plate at rest would have needed. Its error holds the noise of the corners, the errors
+    of the way's scale (`WAY_SHARE`), of the clocks and of the curve through the tilt's readings, but not of these.
+    """
 
     slip_ns: int
     angle_rad: float
     angle_sigma_rad: float
     kinetic_mu: float
     residual_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class _Twice:
-    """A function's ∫ and ∫∫ on the grid, and its ∫∫ at the frames."""
-
-    once: Array
-    twice: Array
-    at_frames: Array
-
-
-class _Integrals:
-    """∫ and ∫∫ of what drives and presses, on a fine grid of time, to be evaluated from any time to each frame's."""
-
-    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: float) -> None:
-        self.frames_s = frames_s
-        self.readings_s, self.readings_rad = tilt_s, tilt_rad
-        self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
-        # A straight line between two readings would lie beside an accelerating tilt by half a thousandth of a degree,
-        # which is more than what the noise of a good camera does.
-        slopes = np.gradient(tilt_rad, tilt_s)
-        self.theta = hermite(tilt_s, tilt_rad, slopes, at=self.grid)
-        step = self.grid[1] - self.grid[0]
-        rate = np.gradient(self.theta, step)
-        self.drive = self._twice(GRAVITY_M_S2 * np.sin(self.theta), step)
-        # The plate falls away from under a block on its lower side while the tilt accelerates.
-        lifted = (-ahead_m * rate, -ahead_m * self.theta)
-        self.drag = self._twice(GRAVITY_M_S2 * np.cos(self.theta), step, beside=lifted)
-
-    def _twice(self, values: Array, step: float, *, beside: tuple[Array, Array] | None = None) -> _Twice:
-        """Integrals of values (n,) on the grid; `beside` are the ∫ and ∫∫ of what is known without integrating."""
-        once = _integral(values, step)
-        twice = _integral(once, step)
-        if beside is not None:
-            once, twice = once + beside[0], twice + beside[1]
-        return _Twice(once, twice, np.interp(self.frames_s, self.grid, twice))
-
-    def since(self, what: _Twice, t0: ArrayLike) -> Array:
-        """∫∫ from each t0 (...) to each frame, (..., n); zero before t0."""
-        start = np.asarray(t0, dtype=np.float64)[..., None]
-        passed = self.frames_s - start
-        from_start = np.interp(start, self.grid, what.twice) + passed * np.interp(start, self.grid, what.once)
-        return np.where(passed > 0, what.at_frames - from_start, 0.0)
-
-    def tilt(self, t: ArrayLike) -> Array:
-        """θ (...), rad, at each t (...), s."""
-        return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
-
-    def tilt_sigma_rad(self, t: float) -> float:
-        """The error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
-
-        A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
-        that; where the bend changes little the curve is right.
-        """
-        k = int(np.clip(np.searchsorted(self.readings_s, t), 3, max(len(self.readings_s) - 3, 3)))
-        jerks = np.diff(self.readings_rad[k - 3 : k + 3], 3)
-        return float(np.abs(jerks).max(initial=0.0)) / 4
-
-
-def hermite(x: Array, y: Array, slopes: Array, *, at: Array) -> Array:
-    """The cubic Hermite curve through y (n,) with these slopes (n,) at rising x (n,), read off at points (m,).
-
-    It is what `scipy.interpolate.CubicHermiteSpline` gives, bit for bit: to load that package takes a third of a
-    second, which every command that measures would pay.
-    """
-    width, before = np.diff(x), slopes[:-1]
-    chord = np.diff(y) / width
-    bend = (before + slopes[1:] - 2 * chord) / width
-    piece = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
-    s = at - x[piece]
-    square = s * s
-    cubic, quadratic = (bend / width)[piece], ((chord - before) / width - bend)[piece]
-    return y[piece] + before[piece] * s + quadratic * square + cubic * (square * s)
-
-
-def _integral(values: Array, step: float) -> Array:
-    return np.concatenate([[0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))])
 
 
 def _golden(score: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array]:
@@ -151,6 +89,7 @@ def estimate_onset(
     sigma_m: float,
     along: float = 1.0,
     ahead_m: float = 0.0,
+    clock_sigma_s: float = 0.0,
 ) -> Onset | None:
     """Fits the onset of one slide.
 
@@ -162,6 +101,7 @@ def estimate_onset(
         sigma_m: standard deviation of one displacement.
         along: cosine of the angle between the slide and the steepest line.
         ahead_m: how far the block lies down the steepest line from the axis about which the plate turns.
+        clock_sigma_s: standard deviation of the times of the frames against those of the readings.
 
     Returns:
         The onset, or None when there are too few frames or no slide in them.
@@ -175,72 +115,123 @@ def estimate_onset(
         return None
     origin = int(times[0])
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
-    integrals = _Integrals(np.asarray((times - origin) * 1e-9, dtype=np.float64), tilt, frames_s=t, ahead_m=ahead_m)
-    fit = _Fit(t, path, integrals, along=along, sigma_m=max(sigma_m, 1e-7))
-    t0, mu_k, chi2, plain = fit.best()
-    if fit.without_slide() - chi2 < _SLIDE_CHI2:
+    readings_s = np.asarray((times - origin) * 1e-9, dtype=np.float64)
+    loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m + along * path)
+    fit = _Fit(t, path, loads, along=along, sigma_m=max(sigma_m, 1e-7))
+    best = fit.best()
+    if fit.without_slide() - best.chi2 < _SLIDE_CHI2:
         return None
-    scatter = float(np.sqrt(max(1.0, chi2 / max(len(t) - 4, 1))))
-    sigma = fit.plain_sigma_rad(t0) if plain else fit.free_sigma_rad(t0, mu_k)
+    scatter = float(np.sqrt(max(1.0, best.chi2 / max(len(t) - 4, 1))))
     return Onset(
-        slip_ns=origin + round(t0 * 1e9),
-        angle_rad=float(integrals.tilt(t0)),
-        angle_sigma_rad=float(np.hypot(scatter * sigma, integrals.tilt_sigma_rad(t0))),
-        kinetic_mu=mu_k,
-        residual_m=float(np.sqrt(chi2 / len(t)) * fit.sigma_m),
+        slip_ns=origin + round(best.t0 * 1e9),
+        angle_rad=best.angle_rad,
+        angle_sigma_rad=float(
+            np.hypot(fit.sigma_rad(best, scatter=scatter, clock_sigma_s=clock_sigma_s), loads.tilt_sigma_rad(best.t0))
+        ),
+        kinetic_mu=best.mu_k,
+        residual_m=float(np.sqrt(best.chi2 / len(t)) * fit.sigma_m),
     )
 
 
-class _Fit:
-    """χ² as a function of t0, everything else solved linearly: for many t0 (...) at once, as a fit tries hundreds."""
+@dataclass(frozen=True, slots=True)
+class _Best:
+    """The slide that fits best: its moment (s), angle, kinetic friction and χ², and its model.
 
-    def __init__(self, t: Array, path: Array, integrals: _Integrals, *, along: float, sigma_m: float) -> None:
-        self.t, self.path, self.integrals, self.along, self.sigma_m = t, path, integrals, along, sigma_m
-        drift = np.sin(np.interp(t, integrals.grid, integrals.theta))
+    `way` are its places at the frames (n,), and `slope` how they change with the angle (n,), m/rad, without what the
+    nuisance explains.
+    """
+
+    t0: float
+    angle_rad: float
+    mu_k: float
+    chi2: float
+    way: Array
+    slope: Array
+
+
+class _Fit:
+    """χ² of both models, everything linear solved: for many angles or t0 (...) at once, as a fit tries hundreds."""
+
+    def __init__(self, t: Array, path: Array, loads: Loads, *, along: float, sigma_m: float) -> None:
+        self.t, self.path, self.loads, self.along, self.sigma_m = t, path, loads, along, sigma_m
+        drift = np.sin(np.interp(t, loads.grid, loads.theta))
         # Without a change of tilt the sag cannot be told from the constant.
-        self.nuisance = np.column_stack([np.ones_like(t), drift - drift.mean()][: 2 if np.ptp(drift) > 1e-3 else 1])
-        self.basis = np.linalg.qr(self.nuisance)[0]
+        nuisance = np.column_stack([np.ones_like(t), drift - drift.mean()][: 2 if np.ptp(drift) > 1e-3 else 1])
+        self.basis = np.linalg.qr(nuisance)[0]
+
+    def _clear(self, values: Array) -> Array:
+        """Values (..., n) without what the nuisance explains."""
+        return values - (values @ self.basis) @ self.basis.T
 
     def _chi2(self, residual: Array) -> Array:
-        """χ² (...) of residuals (..., n), what the nuisance explains taken out."""
-        rest = residual - (residual @ self.basis) @ self.basis.T
+        """χ² (...) of residuals (..., n)."""
+        rest = self._clear(residual)
         return (rest * rest).sum(axis=-1) / self.sigma_m**2
 
     def without_slide(self) -> float:
         return float(self._chi2(self.path))
 
-    def plain_mu(self, t0: ArrayLike) -> Array:
-        """The plain slider's mu_k = c tan θ(t0)."""
-        return self.along * np.tan(self.integrals.tilt(t0))
+    def best(self) -> _Best:
+        """The slide by the model that the data support."""
+        plain = self._plain()
+        t0, chi2 = self._minimum(lambda at: self.free(at)[0])
+        mu_k = float(self.free(t0)[1])
+        drops = mu_k < (1.0 - _LEAST_DROP) * self.along * float(np.tan(self.loads.tilt(t0)))
+        if drops and plain.chi2 - chi2 > _FREE_KINETIC_GAIN * max(1.0, chi2 / len(self.t)):
+            return self._free(t0, mu_k, chi2)
+        return plain
 
-    def _undriven(self, t0: ArrayLike) -> tuple[Array, Array]:
-        """The path less what gravity drives, and ∫∫ of the drag; both (..., n)."""
-        integrals = self.integrals
-        return self.path - self.along * integrals.since(integrals.drive, t0), integrals.since(integrals.drag, t0)
+    # --- the plain slider ----------------------------------------------------------------------------------------
 
-    def plain(self, t0: ArrayLike) -> Array:
-        """χ² with mu_k = c tan θ(t0)."""
-        residual, drag = self._undriven(t0)
-        return self._chi2(residual + self.plain_mu(t0)[..., None] * drag)
+    def way(self, angle_rad: ArrayLike) -> Array:
+        """Places (..., n), m, at the frames, of plain sliders with these friction angles (...)."""
+        loads = self.loads
+        speed = loads.speed(self.along * np.tan(angle_rad), along=self.along)
+        return loads.at_frames(loads.integral(speed))
+
+    def _plain(self) -> _Best:
+        """A look at angles all over the range, golden sections beside the best, and a step along the slope."""
+        theta = self.loads.theta
+        angles = np.linspace(float(theta.min()), float(theta.max()) + _BEYOND_RAD, _ANGLES)
+        near = int(np.argmin(self._chi2(self.path - self.way(angles))))
+        low, high = angles[max(near - 1, 0)], angles[min(near + 1, _ANGLES - 1)]
+        found, _ = _golden(lambda at: self._chi2(self.path - self.way(at)), np.array([low]), np.array([high]))
+        angle = float(found[0])
+        for _ in range(2):
+            slope = self._slope(angle)
+            power = float(slope @ slope)
+            angle += float(slope @ (self.path - self.way(angle))) / power if power > 0.0 else 0.0
+        way = self.way(angle)
+        chi2 = float(self._chi2(self.path - way))
+        mu = self.along * float(np.tan(angle))
+        return _Best(self.loads.first_at(angle), angle, mu, chi2, way, self._slope(angle))
+
+    def _slope(self, angle_rad: float) -> Array:
+        less, more = self.way(np.array([angle_rad - _SLIGHT_RAD, angle_rad + _SLIGHT_RAD]))
+        return self._clear((more - less) / (2 * _SLIGHT_RAD))
+
+    # --- with a kinetic friction of its own ------------------------------------------------------------------------
 
     def free(self, t0: ArrayLike) -> tuple[Array, Array]:
         """χ² and mu_k with mu_k free, below its value for the plain slider and not negative."""
-        residual, drag = self._undriven(t0)
-        seen = (drag @ self.basis) @ self.basis.T - drag
+        loads = self.loads
+        residual, drag = self.path - self.along * loads.since(loads.drive, t0), loads.since(loads.press, t0)
+        seen = -self._clear(drag)
         power = (seen * seen).sum(axis=-1)
         mu_k = np.where(power > 0, (seen * residual).sum(axis=-1) / np.where(power > 0, power, 1.0), 0.0)
-        mu_k = np.minimum(np.maximum(mu_k, 0.0), self.plain_mu(t0))
+        mu_k = np.minimum(np.maximum(mu_k, 0.0), self.along * np.tan(loads.tilt(t0)))
         return self._chi2(residual + mu_k[..., None] * drag), mu_k
 
-    def best(self) -> tuple[float, float, float, bool]:
-        """t0, mu_k, χ² of the model that the data support, and whether it is the plain one."""
-        t0, chi2 = self._minimum(self.plain)
-        free_t0, free_chi2 = self._minimum(lambda at: self.free(at)[0])
-        mu_k = float(self.free(free_t0)[1])
-        drops = mu_k < (1.0 - _LEAST_DROP) * float(self.plain_mu(free_t0))
-        if drops and chi2 - free_chi2 > _FREE_KINETIC_GAIN * max(1.0, free_chi2 / len(self.t)):
-            return free_t0, mu_k, free_chi2, False
-        return t0, float(self.plain_mu(t0)), chi2, True
+    def _free(self, t0: float, mu_k: float, chi2: float) -> _Best:
+        """The slide from t0 on; its angle changes with t0 as fast as the plate tilts then."""
+        loads, theta = self.loads, float(self.loads.tilt(t0))
+        jump = GRAVITY_M_S2 * (self.along * np.sin(theta) - mu_k * np.cos(theta))
+        drag, ramp = self._clear(loads.since(loads.press, t0)), self._clear(np.maximum(self.t - t0, 0.0))
+        by_time = jump * (ramp - (ramp @ drag) / max(float(drag @ drag), 1e-24) * drag)
+        sigma_t = min(self.sigma_m / max(float(np.linalg.norm(by_time)), 1e-9), 1.0)
+        rate = 0.5 * abs(float(loads.tilt(t0 + sigma_t) - loads.tilt(t0 - sigma_t))) / sigma_t
+        way = self.along * loads.since(loads.drive, t0) - mu_k * loads.since(loads.press, t0)
+        return _Best(t0, theta, mu_k, chi2, way, by_time / max(rate, 1e-9))
 
     def _minimum(self, score: Callable[[Array], Array]) -> tuple[float, float]:
         """A grid, a finer one around its best point, then golden sections there.
@@ -253,32 +244,17 @@ class _Fit:
         first, last = max(near - _NEAR, 0), min(near + _NEAR, _COARSE - 1)
         fine = np.linspace(coarse[first], coarse[last], (last - first) * _FINE + 1)
         best = int(np.argmin(score(fine)))
-        tilts = np.interp(fine, self.integrals.grid, self.integrals.theta)
+        tilts = np.interp(fine, self.loads.grid, self.loads.theta)
         held = np.flatnonzero(np.abs(tilts - tilts[best]) < _HELD_RAD)
         ends = np.array([best, held[0], held[-1]])
         t0, chi2 = _golden(score, fine[np.maximum(ends - 1, 0)], fine[np.minimum(ends + 1, len(fine) - 1)])
         least = int(np.argmin(chi2))
         return float(t0[least]), float(chi2[least])
 
-    def plain_sigma_rad(self, t0: float) -> float:
-        """Standard error of the onset angle of the plain model.
+    # --- its error ---------------------------------------------------------------------------------------------------
 
-        The acceleration is zero at t0, so x depends on t0 only through mu_k: dx/dθ = −c (1 + tan² θ) ∫∫ g cos θ.
-        """
-        slope = self.integrals.since(self.integrals.drag, t0)
-        slope = self.along * (1.0 + float(np.tan(self.integrals.tilt(t0))) ** 2) * self._free_of(slope, self.basis)
-        return self.sigma_m / max(float(np.linalg.norm(slope)), 1e-9)
-
-    def free_sigma_rad(self, t0: float, mu_k: float) -> float:
-        """Standard error of the onset angle with mu_k free: that of t0, times how fast the plate tilted then."""
-        theta = float(self.integrals.tilt(t0))
-        jump = GRAVITY_M_S2 * (self.along * np.sin(theta) - mu_k * np.cos(theta))
-        drag = self._free_of(self.integrals.since(self.integrals.drag, t0), self.basis)
-        both = np.column_stack([self.basis, drag / max(float(np.linalg.norm(drag)), 1e-12)])
-        slope = jump * self._free_of(np.maximum(self.t - t0, 0.0), both)
-        sigma_t = min(self.sigma_m / max(float(np.linalg.norm(slope)), 1e-9), 1.0)
-        return 0.5 * abs(float(self.integrals.tilt(t0 + sigma_t) - self.integrals.tilt(t0 - sigma_t)))
-
-    @staticmethod
-    def _free_of(values: Array, basis: Array) -> Array:
-        return values - basis @ (basis.T @ values)
+    def sigma_rad(self, best: _Best, *, scatter: float, clock_sigma_s: float) -> float:
+        """Standard error of the angle: of noise that each frame has anew, and of what all of a slide's have alike."""
+        length = max(float(np.linalg.norm(best.slope)), 1e-9)
+        alike = np.stack([WAY_SHARE * best.way, clock_sigma_s * np.gradient(best.way, self.t)]) @ best.slope / length
+        return float(np.hypot(scatter * self.sigma_m, np.linalg.norm(alike)) / length)

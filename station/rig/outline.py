@@ -29,8 +29,17 @@ def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
     slope = side[:, 0] / np.where(side[:, 1] == 0.0, 1.0, side[:, 1])
     crossed = beside & (off[..., 0] < off[..., 1] * slope)
     sign = np.where(crossed.sum(axis=1) % 2 == 1, 1.0, -1.0)
-    inward = sign[:, None] * apart[row, nearest] / np.maximum(away[row, nearest], 1e-12)[:, None]
-    return sign * away[row, nearest], inward
+    distance = away[row, nearest]
+    # A place on a side has no direction from there; the side's own is square to it.
+    square = turn_of(outline_m) * np.stack([-side[nearest, 1], side[nearest, 0]], axis=-1)
+    inward = np.where(distance[:, None] > 1e-12, sign[:, None] * apart[row, nearest], square)
+    return sign * distance, inward / np.maximum(np.linalg.norm(inward, axis=-1, keepdims=True), 1e-12)
+
+
+def turn_of(outline_m: Array) -> float:
+    """1 if the corners (k, 2) of an outline follow each other to the left, against the clock, or −1."""
+    x, y = outline_m.T
+    return float(np.sign((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
 
 
 def room_within(outline_m: Array, half_m: Array, pose: tuple[Array, Array, Array]) -> tuple[Array, Array]:

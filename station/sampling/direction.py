@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,15 +52,25 @@ def distance_to_border_px(centre_px: tuple[float, float], *, azimuth_rad: float,
 
 
 def choose(
-    plan: DirectionPlan, *, centre_px: tuple[float, float], size_px: tuple[int, int], rng: np.random.Generator
+    plan: DirectionPlan,
+    *,
+    centre_px: tuple[float, float],
+    size_px: tuple[int, int],
+    rng: np.random.Generator,
+    way_px: Callable[[Direction], float] = lambda _: math.inf,
 ) -> Direction:
-    """Draws the next direction. Shorter slides keep a chance, so that it does not only go back and forth."""
+    """Draws the next direction. Shorter slides keep a chance, so that it does not only go back and forth.
+
+    `way_px` is how far the foam lets the block slide. A block at the foam is thereby moved away from it; where it can
+    slide far enough in no direction, it takes one of the farthest ways.
+    """
     options = candidates(plan)
+    ways = np.array([way_px(option) for option in options])
     distances = np.array(
         [distance_to_border_px(centre_px, azimuth_rad=option.azimuth_rad, size_px=size_px) for option in options]
     )
-    usable = np.where(distances >= plan.min_slide_px, distances, 0.0)
+    usable = np.where(np.minimum(distances, ways) >= plan.min_slide_px, distances, 0.0)
     if not usable.any():
-        usable = np.maximum(distances, 1e-6)
+        usable = np.where(ways >= ways.max(), np.maximum(distances, 1e-6), 0.0)
     weights = usable**plan.distance_power * (usable > 0)
     return options[int(rng.choice(len(options), p=weights / weights.sum()))]

@@ -10,12 +10,12 @@ import numpy as np
 from shared.messages import CameraGeometry, Environment, MarkerCorners
 from station.sampling.actions import Report
 from station.sampling.angles import AngleRange
-from station.sampling.direction import choose
+from station.sampling.direction import Direction, choose
 from station.sampling.plan import Plan
 from station.sampling.reference import ReferenceReading
 from station.sampling.run import Run, Specimen
 from station.sampling.slide import read_slide
-from station.sampling.slip import RestDetector, slipped
+from station.sampling.slip import RestDetector, slipped, threshold_px
 from station.sampling.state import State
 from station.sampling.tracks import Tracks
 
@@ -104,21 +104,34 @@ class Phases:
 
     def _choose_direction(self, centre_px: tuple[float, float]) -> None:
         state = self.state
-        direction = choose(self._plan.direction, centre_px=centre_px, size_px=self._size_px, rng=self._rng)
+        direction = choose(
+            self._plan.direction, centre_px=centre_px, size_px=self._size_px, rng=self._rng, way_px=self._way_px
+        )
         limit = self._reach(direction.azimuth_rad)
-        state.run.direction = direction
+        state.run.direction, state.run.way_px = direction, self._way_px(direction)
         state.run.angles_rad = self._angles.steps_rad(direction.sector, limit_rad=limit)
         state.run.tilt_ns = state.now_ns
         self._tipped = 0
         state.enter("TILT", f"direction {direction.number}, azimuth {math.degrees(direction.azimuth_rad):.0f} deg")
         self.next_step()
 
+    def _way_px(self, direction: Direction) -> float:
+        """How far the foam lets the block slide from its reference, px."""
+        reference, specimen = self.state.run.reference, self._specimen
+        return self.tracks.way_px(
+            reference.corners_px if reference else (),
+            specimen.opening,
+            side_m=math.sqrt(specimen.block_area_m2),
+            azimuth_rad=direction.azimuth_rad,
+        )
+
     def next_step(self) -> None:
         """Goes to the next tilting angle; beyond the last the run is censored."""
         state = self.state
         if state.run.step >= len(state.run.angles_rad):
-            self._angles.add_held()
             self._censor("no slip up to the highest angle")
+            if not state.run.disturbed:
+                self._angles.add_held()
             return
         state.run.step += 1
         state.command = state.run.step - 1
@@ -151,9 +164,14 @@ class Phases:
         """Takes the slide's readings, once an attitude after its detection has arrived."""
         state = self.state
         read_slide(state.run, tracks=self.tracks, plan=self._plan.slip)
+        self._mind_foam()
         if not state.run.disturbed:
             self._angles.add(state.run.direction.sector, state.run.onset_rad)
         state.enter("SETTLE")
+
+    def _mind_foam(self) -> None:
+        run = self.state.run
+        run.meet_foam(needed_px=threshold_px(self._plan.slip, tilt_rad=run.onset_rad))
 
     def _censor(self, reason: str) -> None:
         state = self.state
@@ -162,6 +180,7 @@ class Phases:
         run.detect_ns = self.tracks.frame_ns
         run.euler_rad = self.tracks.mean_euler_rad(from_ns=state.hold_from_ns)
         run.onset_rad = self.tracks.tilt_rad
+        self._mind_foam()
         state.say("info", f"run {run.number}: {reason}; kept as censored")
         self.bring_back()
 
@@ -189,11 +208,17 @@ class Phases:
         state.event("DONE")
         if run.disturbed:
             state.say("warning", f"run {run.number} was disturbed ({', '.join(run.flags)}) and does not count")
+            state.faults += run.at_foam
         else:
             state.samples += 1
             state.faults = 0
         if state.samples >= self._plan.samples:
             state.finish("")
+        elif run.at_foam and state.faults >= self._plan.faults:
+            state.finish(
+                f"{state.faults} runs failed in a row; in the last the foam held the block, and no direction of "
+                "the plan leads it away: lay it on the plate's middle"
+            )
         else:
             self.next_run()
 

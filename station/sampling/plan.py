@@ -107,7 +107,8 @@ class DirectionPlan:
     """`[direction]`: where to tilt: the paper's `four` directions (or `some` of them) or a `free` azimuth.
 
     The weight of a direction is the block's distance to the image's border there, to the power of `distance_power`;
-    directions in which it could slide less than `min_slide_px` are left out while there are others.
+    directions in which it could slide less than `min_slide_px`, to there or to the foam, are left out while there are
+    others.
     """
 
     mode: Literal["four", "free"] = "four"

@@ -6,19 +6,24 @@ import math
 from dataclasses import dataclass, field
 
 from shared.messages import DISTURBED, Environment, MotionReport, Sample
+from station.rig.opening import Opening
 from station.sampling.direction import Direction
 from station.sampling.reference import Reference
+
+FOAM = "foam"
+"""The disturbance of a run in which the foam held the block, or stopped it before the slip rule could see it slide."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Specimen:
-    """The block and plate on the rig, as the rig file describes them."""
+    """The block and plate on the rig, with the opening in the plate's foam, as the rig file describes them."""
 
     object: str = ""
     plate: str = ""
     plate_mount_rad: float = 0.0
     block_mass_kg: float = 0.0
     block_area_m2: float = 0.0
+    opening: Opening = field(default_factory=Opening)
 
 
 @dataclass(slots=True)
@@ -31,6 +36,8 @@ class Run:
     direction: Direction = field(default_factory=lambda: Direction(0, 0.0))
     rate_deg_s: float = 5.0
     reference: Reference | None = None
+    way_px: float = math.inf
+    """How far the foam lets the block slide: up to where it meets the foam, and not at all where that holds it."""
     angles_rad: tuple[float, ...] = ()
     step: int = 0
     rest_ns: int = 0
@@ -50,6 +57,16 @@ class Run:
         flag = f"{DISTURBED}_{what}"
         if flag not in self.flags:
             self.flags.append(flag)
+
+    def meet_foam(self, *, needed_px: float) -> None:
+        """Marks the run if the foam stops the block before it has slid so far: the foam's hold is no friction."""
+        if self.way_px < needed_px:
+            self.disturb(FOAM)
+
+    @property
+    def at_foam(self) -> bool:
+        """True if the foam held the block or stopped it."""
+        return f"{DISTURBED}_{FOAM}" in self.flags
 
     @property
     def disturbed(self) -> bool:

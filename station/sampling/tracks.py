@@ -13,6 +13,7 @@ from shared.foxglove import CameraCalibration
 from shared.geometry import block_pose_of, corners_on_plate, euler_of, tilt_of, undistort
 from shared.messages import REPEATED, CameraGeometry, ClockOffset, MarkerCorners, PlatformState
 from station.friction.onset import Onset, estimate_onset
+from station.rig.opening import Opening, square_corners
 
 _ATTITUDES = 600
 _FRAMES = 540
@@ -37,10 +38,12 @@ class Tracks:
     _quaternions: deque[tuple[int, tuple[float, float, float, float]]] = field(default_factory=lambda: deque(maxlen=64))
     _frames: deque[tuple[int, tuple[float, ...]]] = field(default_factory=lambda: deque(maxlen=_FRAMES))
     _offsets_ns: dict[str, int] = field(default_factory=dict[str, int])
+    _sigmas_ns: dict[str, int] = field(default_factory=dict[str, int])
 
     def take_offset(self, message: ClockOffset) -> None:
         """Takes a new measurement of an agent's clock."""
         self._offsets_ns[message.agent] = message.offset_ns
+        self._sigmas_ns[message.agent] = message.sigma_ns
 
     def by_station_ns(self, stamp_ns: int, *, agent: str) -> int | None:
         """An agent's stamp on the station's clock; None while that agent's clock is not known."""
@@ -92,6 +95,14 @@ class Tracks:
         lens = self.lens
         return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
 
+    def way_px(self, corners_px: tuple[float, ...], opening: Opening, *, side_m: float, azimuth_rad: float) -> float:
+        """How far (px) a square block can slide when tilted at β until the foam stops it; inf if that is not known."""
+        if self.geometry is None or not corners_px or not opening.walled or not self.geometry.mm_per_px > 0:
+            return math.inf
+        block = square_corners(0.5 * side_m, self.place_of(corners_px))
+        pull = np.array([[math.sin(azimuth_rad), -math.cos(azimuth_rad)]])
+        return float(opening.way_m(block, pull)[0]) * 1e3 / self.geometry.mm_per_px
+
     def mean_euler_rad(self, *, from_ns: int) -> tuple[float, float, float]:
         """Mean of the attitude readings since `from_ns`."""
         readings = [q for stamp, q in self._quaternions if stamp >= from_ns] or [self._quaternions[-1][1]]
@@ -132,4 +143,5 @@ class Tracks:
             sigma_m=0.5 * sigma_px * self.geometry.mm_per_px * 1e-3,
             along=max(0.2, float(direction @ np.asarray(downhill))),
             ahead_m=float(path[0] @ np.asarray(downhill)),
+            clock_sigma_s=math.hypot(*self._sigmas_ns.values()) * 1e-9,
         )

@@ -1,8 +1,11 @@
 """`python -m tests.soak.truth FILE`: each sample of a simulated session against the truth in its file.
 
 It prints how far the tilt at the slip is from the twin's, the place at the start from the block's, and the onset from
-the friction that was drawn for the run, apart for blocks that lay clear of the foam and at it. Exit status 1: a block
-that lay clear has an onset that is FALSE_RAD from its friction, or a sample has a run or a tilt that never was.
+the friction that was drawn for the run, for samples that count and for those that the foam disturbed; how many that
+count are false, with Wilson's interval; and how the onsets' errors compare with those that the samples state.
+
+Exit status 1: a sample that counts has an onset that is FALSE_RAD from its friction, or was held although its friction
+is below the tilt by as much, or a sample has a run or a tilt that never was.
 """
 
 from __future__ import annotations
@@ -19,13 +22,12 @@ from numpy.typing import NDArray
 
 from shared.messages import Sample, TwinScene
 from station.recording.reader import RecordingReader, open_recording
+from tests.proof.intervals import wilson
 
 Array = NDArray[np.float64]
 
 FALSE_RAD = math.radians(0.1)
 """A step that begins or ends shakes the block loose some hundredths of a degree early or late: that is its friction."""
-CLEAR_M = 0.036
-"""The distance from the middle from which on a corner of a block of 10 mm can touch the round foam of 45 mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,10 @@ class Truth:
         first = self.time_ns[0]
         return np.interp(time_ns - first, self.time_ns - first, values)
 
+    def drawn_rad(self, time_ns: Array) -> Array:
+        """The friction angle (m,) of the contact before each time (m,)."""
+        return self.friction_rad[np.searchsorted(self.time_ns, time_ns) - 1]
+
 
 def _tilt_rad(scene: TwinScene) -> float:
     return 2.0 * math.asin(min(1.0, math.hypot(scene.qx, scene.qy)))
@@ -61,7 +67,8 @@ def _tilt_rad(scene: TwinScene) -> float:
 
 def column(samples: Sequence[Sample], name: str) -> Array:
     """A field of each sample (n,)."""
-    return np.array([getattr(sample, name) for sample in samples])
+    values = [getattr(sample, name) for sample in samples]
+    return np.array(values, dtype=np.int64 if name.endswith("_ns") else np.float64)
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -71,24 +78,52 @@ def main(words: Sequence[str] | None = None) -> int:
     reader = open_recording(parser.parse_args(words).file)
     if "truth/scene" not in reader.topics:
         parser.error("expected a simulated session, whose file has the truth on /truth/scene; this one has none")
-    truth, told = Truth.of(reader), reader.samples()
+    return judged(Truth.of(reader), reader.samples())
+
+
+def judged(truth: Truth, told: Sequence[Sample]) -> int:
+    """Prints how the samples compare with the truth; 1 if one is false."""
     slid = [sample for sample in told if not sample.censored]
-    slip_ns, start_ns = column(slid, "slip_ns"), column(slid, "start_ns")
-    drawn = truth.friction_rad[np.searchsorted(truth.time_ns, slip_ns) - 1]
-    tilt = column(slid, "onset_angle_rad") - truth.at(slip_ns, truth.tilt_rad)
-    place = np.column_stack([column(slid, "start_x_m"), column(slid, "start_y_m")])
-    beside = place - np.column_stack([truth.at(start_ns, each) for each in truth.place_m.T])
-    onset, clear = column(slid, "onset_angle_rad") - drawn, np.hypot(*place.T) < CLEAR_M
-    print(f"{len(told)} samples, {len(told) - len(slid)} censored")
+    count = np.array([not sample.disturbed for sample in slid], dtype=bool)
+    slip_ns, onset = column(slid, "slip_ns"), column(slid, "onset_angle_rad")
+    tilt, off = onset - truth.at(slip_ns, truth.tilt_rad), onset - truth.drawn_rad(slip_ns)
+    held = [sample for sample in told if sample.censored and not sample.disturbed]
+    beyond = column(held, "onset_angle_rad") - truth.drawn_rad(column(held, "detect_ns"))
+    print(f"{len(told)} samples, {len(told) - len(slid)} censored, {sum(one.disturbed for one in told)} disturbed")
     print(f"tilt at the slip, measured less true: {_degrees(tilt)}")
-    print(f"place at the start: worst {np.abs(beside).max() * 1e3:.4f} mm, sd {beside.std() * 1e3:.4f} mm")
-    print(f"onset less the friction drawn, block clear of the foam: {_degrees(onset[clear])}")
-    print(f"the same, block at the foam: {_degrees(onset[~clear])}")
-    print(
-        f"more than {math.degrees(FALSE_RAD):.1f} deg off: {_false(onset[clear])} clear, {_false(onset[~clear])} at it"
-    )
+    print(f"place at the start: {_places(truth, slid)}")
+    print(f"onset less the friction drawn, samples that count: {_degrees(off[count])}")
+    print(f"the same, disturbed: {_degrees(off[~count])}; {len(off[~count]) - _false(off[~count])} of them right")
+    wrong, held_wrong = _false(off[count]), int((beyond > FALSE_RAD).sum())
+    limit = f"more than {math.degrees(FALSE_RAD):.1f} deg"
+    print(f"that count, {limit} off: {_share(wrong, int(count.sum()))}")
+    print(f"that count as held, at a tilt {limit} above the friction: {_share(held_wrong, len(held))}")
+    print(f"onset's error over the one stated: {_normalised(off[count], column(slid, 'onset_sigma_rad')[count])}")
     twice = len(told) - len({sample.run for sample in told})
-    return int(bool(_false(onset[clear]) or _false(tilt) or twice))
+    return int(bool(wrong or held_wrong or _false(tilt) or twice))
+
+
+def _places(truth: Truth, slid: Sequence[Sample]) -> str:
+    start_ns = column(slid, "start_ns")
+    place = np.column_stack([column(slid, "start_x_m"), column(slid, "start_y_m")])
+    beside = (place - np.column_stack([truth.at(start_ns, each) for each in truth.place_m.T])) * 1e3
+    rms = float(np.linalg.norm(beside)) / math.sqrt(beside.size or 1)
+    return f"worst {np.abs(beside).max(initial=0.0):.4f} mm, rms {rms:.4f} mm"
+
+
+def robust_sd(values: Array) -> float:
+    """The median distance from the median, scaled to the standard deviation of normal values (n,)."""
+    return float(1.4826 * np.median(np.abs(values - np.median(values))))
+
+
+def _share(found: int, of: int) -> str:
+    low, high = wilson(found, of)
+    return f"{found} of {of} ({low:.2%} to {high:.2%})"
+
+
+def _normalised(off_rad: Array, sigma_rad: Array) -> str:
+    z = off_rad[sigma_rad > 0] / sigma_rad[sigma_rad > 0]
+    return f"n {len(z)}, median {np.median(z):+.2f}, robust sd {robust_sd(z):.2f}" if len(z) else "none"
 
 
 def _false(off_rad: Array) -> int:

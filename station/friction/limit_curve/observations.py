@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from shared.messages import Sample
 from station.friction.direction import Array
-from station.friction.filters import GRAZE_RAD, Opening, touching
+from station.friction.filters import Opening
 from station.friction.pairs import Pair
 from station.friction.slides import Bools, Slides
+from station.rig import opening as foam
 
 LEFT_OUT = ("distance", "circumference", "border")
 """Filters that say that a run's measurement is wrong. The angle filter is not among them: to leave out runs because
@@ -111,17 +112,15 @@ def _column(samples: tuple[Sample, ...], name: str) -> Array:
 
 
 def _leaning(slides: Slides, opening: Opening) -> Bools:
-    """Blocks (n) that touched the foam and were not pulled away from it: it held them, or turned them aside.
+    """Blocks (n) that touched foam which did not let them go: it held them, or turned them aside.
 
     By the direction of the pull, which is known beforehand, and not by what the block then did.
     """
     centre = np.array([opening.x_m, opening.y_m])
     before = slides.pre_m - centre
-    middle = before.mean(axis=1)
     downhill = np.column_stack([np.sin(slides.azimuth_rad), -np.cos(slides.azimuth_rad)])
-    reach = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
-    outward = (middle * downhill).sum(axis=1) / reach
-    return np.isfinite(before).all(axis=(1, 2)) & touching(before, opening.radius_m) & (outward > -math.sin(GRAZE_RAD))
+    way_m = foam.Opening(radius_m=opening.radius_m).way_m(before, downhill)
+    return np.isfinite(before).all(axis=(1, 2)) & (way_m <= 0.0)
 
 
 def _pull(tilt_rad: Array) -> Array:

@@ -63,19 +63,30 @@ def slide(
     drop: float = 0.0,
     along: float = 1.0,
 ) -> Slide:
-    """A block that starts at `onset_rad` and then has mu_k = (1 − drop) mu_s, by quadrature on a 0.2 ms grid."""
+    """A block that starts at `onset_rad` and then has mu_k = (1 − drop) mu_s, by quadrature on a 0.2 ms grid.
+
+    It starts at the axis about which the plate turns. What moves away from there on a turning plate is pulled and
+    lifted, which needs its way: found in a few rounds, each of which changes it a hundred times less.
+    """
     t, tilt = staircase(rate_deg_s, ramp=ramp)
     first = int(np.argmax(tilt >= onset_rad))
     onset_s = float(np.interp(onset_rad, tilt[first - 1 : first + 1], t[first - 1 : first + 1]))
     # The onset itself is a point of the grid: the pull may jump there.
     t = np.insert(t, first, onset_s)
     tilt = np.insert(tilt, first, onset_rad)
-    pull = 9.81 * along * (np.sin(tilt) - (1 - drop) * math.tan(onset_rad) * np.cos(tilt))
-    pull[:first] = 0.0
+    mu = (1 - drop) * along * math.tan(onset_rad)
     steps = np.diff(t)
-    mean = np.where(np.arange(len(steps)) < first, 0.0, (pull[1:] + pull[:-1]) / 2)
-    speed = np.concatenate([[0.0], np.cumsum(mean * steps)])
-    path = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * steps)])
+
+    def integral(values: FLOATS) -> FLOATS:
+        means = np.where(np.arange(len(steps)) < first, 0.0, (values[1:] + values[:-1]) / 2)
+        return np.concatenate([[0.0], np.cumsum(means * steps)])
+
+    pull = 9.81 * (along * np.sin(tilt) - mu * np.cos(tilt))
+    rate, path = np.gradient(tilt, t), np.zeros_like(t)
+    for _ in range(4):
+        ahead = along * path
+        lifted = rate * ahead + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(ahead))])
+        path = integral(integral(pull + along * rate**2 * ahead) + mu * lifted)
     return Slide(time_s=t, tilt_rad=tilt, onset_s=onset_s, onset_rad=onset_rad, path_m=path, along=along)
 
 
@@ -106,14 +117,23 @@ def exact_slide(curve: slider.LimitCurve, *, rate_deg_s: float, azimuth_rad: flo
 
 
 def measure(
-    truth: Slide, *, noise_px: float, sag_px: float = 0.0, rng: np.random.Generator, end_s: float | None = None
+    truth: Slide,
+    *,
+    noise_px: float,
+    sag_px: float = 0.0,
+    scale: float = 1.0,
+    rng: np.random.Generator,
+    end_s: float | None = None,
 ) -> Onset | None:
-    """What the estimator says of a slide, seen at 90 Hz with noise of the block's centre and a sagging camera."""
+    """What the estimator says of a slide, seen at 90 Hz with noise of the block's centre and a sagging camera.
+
+    `scale` is what the camera takes for a metre.
+    """
     end = truth.detection_s(sag_px=sag_px) if end_s is None else end_s
     begin = max(truth.time_s[0], end - KEPT_S)
     frames = np.arange(begin + rng.uniform(0, FRAME_S), end, FRAME_S)
     attitudes = np.arange(max(truth.time_s[0], begin - 0.1), min(end + 0.05, truth.time_s[-1]), ATTITUDE_S)
-    path = np.interp(frames, truth.time_s, truth.path_m)
+    path = scale * np.interp(frames, truth.time_s, truth.path_m)
     path = path + sag_px / PX_PER_M * np.sin(np.interp(frames, truth.time_s, truth.tilt_rad))
     path = path + noise_px / PX_PER_M * rng.standard_normal(len(frames))
     return estimate_onset(

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from station.friction.onset import Onset, estimate_onset
+from station.friction.onset import WAY_SHARE, Onset, estimate_onset
 from station.simulators import slider
 from tests.unit.friction.slides import PX_PER_M, exact_slide, measure, slide
 
-RUNS = 30
+RUNS = 80
 LOW_RAD, HIGH_RAD = math.radians(12), math.radians(28)
 
 
@@ -33,7 +33,8 @@ def test_onsets_are_unbiased_and_their_errors_as_large_as_stated(
     normalised: list[float] = []
     for onset_rad in rng.uniform(LOW_RAD, HIGH_RAD, RUNS):
         truth = slide(float(onset_rad), rate_deg_s=rate_deg_s, ramp=ramp, drop=drop)  # pyright: ignore[reportArgumentType]
-        seen = found(measure(truth, noise_px=noise_px, sag_px=sag_px, rng=rng))
+        scale = 1.0 + WAY_SHARE * float(rng.standard_normal())
+        seen = found(measure(truth, noise_px=noise_px, sag_px=sag_px, scale=scale, rng=rng))
         errors.append(math.degrees(seen.angle_rad - truth.onset_rad))
         normalised.append((seen.angle_rad - truth.onset_rad) / seen.angle_sigma_rad)
     assert abs(np.mean(errors)) < 0.01

@@ -1,0 +1,109 @@
+"""The loads of a block on a tilting plate along its slide: what drives and what presses it, integrated over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True, slots=True)
+class Twice:
+    """A function's ∫ and ∫∫ on the grid, and its ∫∫ at the frames."""
+
+    once: Array
+    twice: Array
+    at_frames: Array
+
+
+class Loads:
+    """∫ and ∫∫ of what drives and presses, on a fine grid of time, to be evaluated from any time to each frame's.
+
+    `drive` is g sin θ + θ′² d, `press` g cos θ − θ″ d − 2 θ′ d′, with d (m) how far the block lies down the steepest
+    line from the axis of the turning.
+    """
+
+    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: Array) -> None:
+        """Takes the tilt's readings (m,) and, at the frames (n,), how far the block lies ahead."""
+        self.frames_s = frames_s
+        self.readings_s, self.readings_rad = tilt_s, tilt_rad
+        self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
+        self.step_s = float(self.grid[1] - self.grid[0])
+        # A straight line between two readings would lie beside an accelerating tilt by half a thousandth of a degree,
+        # which is more than what the noise of a good camera does.
+        self.theta = hermite(tilt_s, tilt_rad, np.gradient(tilt_rad, tilt_s), at=self.grid)
+        rate, ahead = np.gradient(self.theta, self.step_s), np.interp(self.grid, frames_s, ahead_m)
+        self.drive = self._twice(self.integral(GRAVITY_M_S2 * np.sin(self.theta) + rate * rate * ahead))
+        # θ″ d + 2 θ′ d′ = (θ′ d)′ + θ′ d′: the tilt need not be differentiated twice.
+        lifted = rate * ahead + np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(ahead))])
+        self.press = self._twice(self.integral(GRAVITY_M_S2 * np.cos(self.theta)) - lifted)
+
+    def _twice(self, once: Array) -> Twice:
+        twice = self.integral(once)
+        return Twice(once, twice, self.at_frames(twice))
+
+    def integral(self, values: Array) -> Array:
+        """∫ of values (..., n) on the grid from its beginning."""
+        means = 0.5 * self.step_s * (values[..., 1:] + values[..., :-1])
+        return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(means, axis=-1)], axis=-1)
+
+    def at_frames(self, values: Array) -> Array:
+        """Values (..., n) on the grid, read off at the frames (..., m)."""
+        place = np.clip((self.frames_s - self.grid[0]) / self.step_s, 0.0, len(self.grid) - 1.0)
+        before = np.minimum(place.astype(np.int64), len(self.grid) - 2)
+        return values[..., before] + (place - before) * (values[..., before + 1] - values[..., before])
+
+    def since(self, what: Twice, t0: ArrayLike) -> Array:
+        """∫∫ from each t0 (...) to each frame, (..., n); zero before t0."""
+        start = np.asarray(t0, dtype=np.float64)[..., None]
+        passed = self.frames_s - start
+        from_start = np.interp(start, self.grid, what.twice) + passed * np.interp(start, self.grid, what.once)
+        return np.where(passed > 0, what.at_frames - from_start, 0.0)
+
+    def speed(self, mu: ArrayLike, *, along: float) -> Array:
+        """Speed (..., n), m/s, on the grid, of a block that friction mu (...) holds, lets go and slows down.
+
+        Its impulse since it last lay still: the integral of the pull, less the lowest value that this had so far.
+        """
+        pulled = along * self.drive.once - np.asarray(mu, dtype=np.float64)[..., None] * self.press.once
+        return pulled - np.minimum.accumulate(pulled, axis=-1)
+
+    def tilt(self, t: ArrayLike) -> Array:
+        """θ (...), rad, at each t (...), s."""
+        return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
+
+    def first_at(self, tilt_rad: float) -> float:
+        """The first time, s, at which the plate has that tilt, or its steepest one if it never has."""
+        steepest = np.maximum.accumulate(self.theta)
+        k = max(int(np.searchsorted(steepest, min(tilt_rad, float(steepest[-1])))), 1)
+        return float(np.interp(tilt_rad, steepest[k - 1 : k + 1], self.grid[k - 1 : k + 1]))
+
+    def tilt_sigma_rad(self, t: float) -> float:
+        """The error (rad) of the curve through the tilt's readings, from how abruptly that bends there.
+
+        A corner midway between two readings changes the bend from nothing to half of its own, and is cut by half of
+        that; where the bend changes little the curve is right.
+        """
+        k = int(np.clip(np.searchsorted(self.readings_s, t), 3, max(len(self.readings_s) - 3, 3)))
+        jerks = np.diff(self.readings_rad[k - 3 : k + 3], 3)
+        return float(np.abs(jerks).max(initial=0.0)) / 4
+
+
+def hermite(x: Array, y: Array, slopes: Array, *, at: Array) -> Array:
+    """The cubic Hermite curve through y (n,) with these slopes (n,) at rising x (n,), read off at points (m,).
+
+    It is what `scipy.interpolate.CubicHermiteSpline` gives, bit for bit: to load that package takes a third of a
+    second, which every command that measures would pay.
+    """
+    width, before = np.diff(x), slopes[:-1]
+    chord = np.diff(y) / width
+    bend = (before + slopes[1:] - 2 * chord) / width
+    piece = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    s = at - x[piece]
+    square = s * s
+    cubic, quadratic = (bend / width)[piece], ((chord - before) / width - bend)[piece]
+    return y[piece] + before[piece] * s + quadratic * square + cubic * (square * s)
