@@ -15,6 +15,7 @@ import pytest
 from station.__main__ import main
 from station.app.one_run import run_in_motion
 from station.diagnosis.result import Diagnosis
+from station.pages.caption import Caption, made_by
 from station.pages.motion import Moving, moving_figure
 
 
@@ -25,8 +26,12 @@ def block(**changes: Any) -> Moving:
     return replace(still, **changes)
 
 
+CAPTION = Caption(shows="this & that.", count="1 run")
+
+
 def figure(*blocks: Moving) -> ET.Element:
-    return ET.fromstring(moving_figure(blocks, size_m=(0.01, 0.02), lasts_s=1.0, shown_s=4.0, caption="this & that"))
+    with made_by("station diagnose a.mcap"):
+        return ET.fromstring(moving_figure(blocks, size_m=(0.01, 0.02), lasts_s=1.0, shown_s=4.0, caption=CAPTION))
 
 
 @pytest.mark.parametrize("pose", [None, np.zeros((400, 3))], ids=["slides", "rests"])
@@ -63,12 +68,14 @@ def answer(*names: str, verdict: str = "supported") -> Diagnosis:
 
 
 def test_a_session_has_its_middle_run_beside_what_was_found(recording: Path) -> None:
-    drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop")))
+    with made_by("station diagnose a.mcap"):
+        drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop")))
+        without = ET.fromstring(run_in_motion(recording, answer()))
     names = [text.text for text in drawn.iter("text")]
     assert names == ["recorded", "simulated, plain", "simulated with what was found"]
     caption = drawn.findtext("figcaption") or ""
     assert caption.startswith("Run ")
-    assert len(list(ET.fromstring(run_in_motion(recording, answer())).iter("rect"))) == 2
+    assert len(list(without.iter("rect"))) == 2
 
 
 def test_what_cannot_be_tested_has_no_drawing(recording: Path) -> None:
