@@ -12,8 +12,8 @@ from station.diagnosis.report import html
 from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
-from station.diagnosis.report.sentences import own_level, singular
-from station.diagnosis.result import Diagnosis, Quality, read_name
+from station.diagnosis.report.sentences import as_expected, own_level, singular
+from station.diagnosis.result import Diagnosis, FitQuality, Quality, read_name
 from station.pages import pieces
 from station.pages.caption import Caption
 from station.pages.figure import drawn
@@ -63,11 +63,18 @@ def _table(diagnosis: Diagnosis) -> str:
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "
-        f"a {singular(diagnosis)}; share of the gap to the ceiling that was closed: {html.number(fit.gap_closed)} "
-        f"± {html.number(fit.gap_closed_se)}. Names and numbers were found without the {diagnosis.counted} that are "
-        "predicted."
+        f"a {singular(diagnosis)}{_expected(fit)}. Names and numbers were found without the {diagnosis.counted} that "
+        "are predicted."
     )
     return pieces.table(head, rows, caption="Before and after") + pieces.paragraph(gain)
+
+
+def _expected(fit: FitQuality) -> str:
+    """The gain beside that of sessions drawn from the model; empty where the plain model leaves nothing to gain."""
+    if not np.isfinite(fit.gap_closed):
+        return ""
+    ratio = f"{html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}"
+    return f", {as_expected(ratio)}; that is the ceiling, of sessions that are drawn from the model itself"
 
 
 def _quality(name: str, quality: Quality) -> list[str]:
