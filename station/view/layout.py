@@ -88,15 +88,18 @@ def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.Container:
 
 
 def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    """One corner's displacement; above the slip threshold nothing more is decided, so the axis ends there."""
+    """One corner's displacement; above the slip threshold nothing more is decided, so the axis ends there.
+
+    The first panel tells for all what the curves are.
+    """
     return rrb.TimeSeriesView(
         origin="plots/displacement",
         contents=[f"/{path}", f"/{entities.THRESHOLD}"],
-        name=f"Corner {number} moved (px)",
+        name=f"Corner {number}",
         time_ranges=window,
         axis_x=_linked(),
         axis_y=rrb.ScalarAxis(range=_DISPLACEMENT_RANGE_PX, zoom_lock=True),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=number == 0),
     )
 
 

@@ -74,8 +74,8 @@ class DisplacementPart:
         self._reference = ReferenceTracker()
         self._tilt_deg = 0.0
         self._drawing = False
-        for number, path in enumerate(entities.DISPLACEMENT):
-            canvas.name_curves(path, [f"corner {number}"], [colours.CORNERS[number]])
+        for path, colour in zip(entities.DISPLACEMENT, colours.CORNERS, strict=True):
+            canvas.name_curves(path, ["moved (px)"], [colour])
         canvas.name_curves(entities.THRESHOLD, ["slip: three above"], [colours.THRESHOLD])
 
     def handlers(self) -> Mapping[str, Handler]:
