@@ -8,7 +8,9 @@ from typing import Any
 
 from shared.errors import UserError
 from station.angles.compare import Comparison, SourceFit
-from station.pages.drawing import COLOURS, inline_svg, new_figure, style
+from station.pages.caption import Caption
+from station.pages.drawing import COLOURS, new_figure, style
+from station.pages.figure import drawn, write
 
 _MARKERS = {1: "^", -1: "v", 0: "o"}
 _WAYS = {1: "way up", -1: "way down", 0: "first stop"}
@@ -17,24 +19,37 @@ _SPREAD = 0.16
 
 
 def write_figure(comparison: Comparison, path: Path) -> None:
-    """Writes the figure; the suffix says the kind (png, svg, pdf).
+    """Writes the figure with its caption; the suffix says the kind (png, svg, pdf).
 
     Raises:
         UserError: if the kind is unknown or the file cannot be written.
     """
     try:
         with style():
-            _drawn(comparison).savefig(path, dpi=150)
+            write(_drawn(comparison), path, _caption(comparison))
     except (OSError, ValueError) as error:
         raise UserError(f"Expected to write the figure to {path} as png, svg or pdf, but: {error}") from error
 
 
-def drawn_svg(comparison: Comparison) -> str:
-    """The figure as an <svg> element."""
+def shown(comparison: Comparison) -> str:
+    """The figure with its caption, for a page."""
+    alt = "difference of every sensor from the reference, by angle"
     with style():
-        return inline_svg(
-            _drawn(comparison), name="angles", alt="difference of every sensor from the reference, by angle"
-        )
+        return drawn(_drawn(comparison), _caption(comparison), name="angles", alt=alt)
+
+
+def counted(comparison: Comparison) -> str:
+    """What the comparison rests on, in words."""
+    return f"{sum(fit.readings for fit in comparison.fits)} readings at {comparison.stops} stops of the plate"
+
+
+def _caption(comparison: Comparison) -> Caption:
+    return Caption(
+        shows="Fig. 3: the difference of every source from the reference at each angle, the mean of a stop. Triangles "
+        "point the way in which the plate was moved; lines are the fitted offset and gain.",
+        count=counted(comparison),
+        interval="bars: ± 1 standard deviation",
+    )
 
 
 def _drawn(comparison: Comparison) -> Any:

@@ -16,7 +16,7 @@ from station.friction.drawing import render
 from station.friction.figures import figure_kinds
 from station.friction.filters import FILTERS
 from station.friction.pairs import Pair
-from station.friction.report import Picture, html_report
+from station.friction.report import Picture, caption_of, html_report
 from station.friction.report_tables import ReportTable
 from station.friction.results import PairResult, limit_curve_table
 from station.recording.tables import write_samples
@@ -28,6 +28,8 @@ def write_results(
     results: Sequence[PairResult], folder: Path, *, sources: Sequence[str], first: Sequence[ReportTable] = ()
 ) -> list[str]:
     """Writes them into the folder; the tables `first` stand before the analysis's own.
+
+    Report and figures name the command of `made_by`.
 
     Returns:
         Lines that say where the files are, after those that say what was left out because an extra is missing.
@@ -79,7 +81,13 @@ def draw_figures(pair: Pair, folder: Path, *, names: Sequence[str] = ()) -> list
     """
     stem = re.sub(r"\W+", "-", pair.name).strip("-")
     kinds = [kind for kind in figure_kinds() if not names or kind.name in names]
-    return [Picture(kind, render(kind.draw, pair, folder=folder, stem=f"{stem}_{kind.name}")) for kind in kinds]
+    return [
+        Picture(
+            kind,
+            render(kind.draw, pair, folder=folder, stem=f"{stem}_{kind.name}", caption=caption_of(kind, pair)),
+        )
+        for kind in kinds
+    ]
 
 
 def _write_rrd(results: Sequence[PairResult], path: Path, *, first: Sequence[ReportTable]) -> None:

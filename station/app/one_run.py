@@ -10,6 +10,7 @@ from shared.errors import UserError
 from shared.rig import RigConfig
 from station.app.simulating import rig_of
 from station.diagnosis.result import Diagnosis
+from station.pages.caption import Caption
 from station.pages.motion import Moving, moving_figure
 from station.physics.catalogue import Catalogue, catalogue_of_table
 from station.physics.contact import Array
@@ -85,9 +86,11 @@ def _drawn(parts: list[tuple[str, Signals, str]], run: RecordedRun, *, rig: RigC
         )
         for (name, poses, colour), moved in zip(tracks, moves, strict=True)
     ]
-    caption = (
-        f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g} s: the middle one of {_TRIED} by the path "
-        "error of the plain model. Each block begins when it slides; the simulations (planar) have the mean friction."
+    caption = Caption(
+        shows=f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g} s: the middle one of {_TRIED} by the "
+        "path error of the plain model. Each block begins when it slides; the simulations (planar) have the mean "
+        "friction.",
+        count="1 run",
     )
     return moving_figure(blocks, size_m=rig.block.size_m[:2], lasts_s=lasts_s, shown_s=_SHOWN_S, caption=caption)
 

@@ -14,6 +14,7 @@ from station.app.analysis_files import draw_figures
 from station.app.foam import free_of_foam_m
 from station.app.front.analysis import Analysed, analyze
 from station.app.outputs import write_text
+from station.pages.caption import made_by
 from station.publish.card import TABLES, Card
 from station.publish.citation import Author, citation
 from station.publish.folder import new_folder
@@ -85,8 +86,9 @@ def _draw(found: Analysed, folder: Path) -> list[str]:
     """Draws the figures; gives the pictures' paths below the dataset's folder."""
     figures = folder / "figures"
     figures.mkdir()
-    for result in found.results:
-        draw_figures(result.pair, figures, names=FIGURES)
+    with made_by(found.command):
+        for result in found.results:
+            draw_figures(result.pair, figures, names=FIGURES)
     return [path.relative_to(folder).as_posix() for path in sorted(figures.glob("*.png"))]
 
 

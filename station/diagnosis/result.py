@@ -186,8 +186,9 @@ class Quality:
 class FitQuality:
     """The quality before and after, on held-out runs; `floor_onset_deg` is the spread between equal runs.
 
-    `gap_closed` is the share of the possible gain in log score: the ceiling is what the fitted model scores on sessions
-    that are drawn from itself. `nested` is True if the names, too, were found without the held-out runs.
+    `gap_closed` is the gain in log score over the one to expect if the fitted model is right, which is what it gains
+    on sessions that are drawn from itself (the ceiling); within its error it may exceed 1. `nested` is True if the
+    names, too, were found without the held-out runs.
     """
 
     before: Quality

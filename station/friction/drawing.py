@@ -2,79 +2,48 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from shared.errors import UserError
 from station.friction.direction import Array
 from station.friction.pairs import Pair
 from station.friction.slides import Slides
+from station.pages.caption import Caption
+from station.pages.drawing import MARKED, style
+from station.pages.figure import png_of, save
 
 KEPT = "0.25"
-FLAGGED = "#d62728"
+FLAGGED = MARKED
 DIRECTION_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 """The colours of the four tilting directions, which colour-blind readers can tell apart, too (Okabe and Ito)."""
-DOTS_PER_INCH = 200
 _RINGS = 4
-_STYLE: dict[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.0,
-    "axes.titlesize": 9.0,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "legend.fontsize": 7.0,
-    "legend.frameon": False,
-    "lines.linewidth": 1.2,
-    "pdf.fonttype": 42,
-    "svg.fonttype": "none",  # text stays text: it can be searched, and the file is small
-    "svg.hashsalt": "station",  # the same figure gives the same bytes
-    "savefig.dpi": DOTS_PER_INCH,
-}
 Draw = Callable[[Pair], Figure]
 
 
-def picture(draw: Draw, pair: Pair) -> bytes:
+def picture(draw: Draw, pair: Pair, *, caption: Caption) -> bytes:
     """A figure as the bytes of a PNG."""
-    with _style():
-        return _png(draw(pair))
+    with style():
+        return png_of(draw(pair), caption)
 
 
-def render(draw: Draw, pair: Pair, *, folder: Path, stem: str) -> bytes:
+def render(draw: Draw, pair: Pair, *, folder: Path, stem: str, caption: Caption) -> bytes:
     """Writes a figure as STEM.png, STEM.svg and STEM.pdf; gives the PNG's bytes.
 
     Raises:
         UserError: if the folder cannot be written to.
     """
-    with _style():
+    with style():
         figure = draw(pair)
-        png = _png(figure)
+        png = png_of(figure, caption)
         # The layout is found; finding it again for the second file would take as long as drawing.
         figure.set_layout_engine("none")
-        try:
-            (folder / f"{stem}.png").write_bytes(png)
-            # The date is left out, so that equal data give equal files.
-            figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
-            figure.savefig(folder / f"{stem}.pdf", metadata={"CreationDate": None})
-        except OSError as error:
-            raise UserError(f"Expected to write figures to {folder}, but that failed: {error.strerror}") from error
+        save(figure, folder, stem, caption, png=png)
     return png
-
-
-def _style() -> Any:
-    return mpl.rc_context(_STYLE)  # pyright: ignore[reportArgumentType]  # its keys are typed as literals
-
-
-def _png(figure: Figure) -> bytes:
-    made = io.BytesIO()
-    figure.savefig(made, format="png")
-    return made.getvalue()
 
 
 def degrees_beside(axes: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -15,14 +14,17 @@ from station.friction.pairs import Pair
 from station.friction.report_tables import ReportTable, tables
 from station.friction.results import PairResult
 from station.friction.slides import counted
+from station.pages import pieces
+from station.pages.caption import Caption, command
+from station.pages.figure import bitmap
 from station.pages.page import whole_page
 
 _STYLE = "th, td { text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }"
-_FOOTER = """\
-<footer><p>θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Runs that ended
-without a slide are in no mean. Flagged samples are left out of the means and stay in samples.csv with the names of
-their filters.</p><p>Made by <code>$command</code></p></footer>"""
-
+_TERMS = (
+    "θ is the angle of repose along the slide, |arcsin s_z| with s = R(t, α) s′; µ = tan θ. Runs that ended without a "
+    "slide are in no mean. Flagged samples are left out of the means and stay in samples.csv with the names of their "
+    "filters."
+)
 _CLASS = {True: "finding", False: "said"}
 
 
@@ -49,9 +51,8 @@ def html_report(
     parts += [html_conclusions(result.pair.name, conclusions(result)) for result in results]
     parts += [html_table(table) for table in tables(results)]
     parts += [_figures(result.pair, pictures.get(result.pair.name, ())) for result in results]
-    title, command = "Static friction by direction", escape(f"station analyze {' '.join(sources)}")
-    lead = escape(f"{lead}{', '.join(sources)}.")
-    body = [f"<h1>{title}</h1>", f"<p>{lead}</p>", *parts, _FOOTER.replace("$command", command)]
+    title, lead = "Static friction by direction", f"{lead}{', '.join(sources)}."
+    body = [f"<h1>{title}</h1>", pieces.paragraph(lead), *parts, pieces.made_with(command(), told=_TERMS)]
     return whole_page(title=title, body="\n".join(body), style=_STYLE)
 
 
@@ -63,13 +64,8 @@ def html_conclusions(name: str, notes: Sequence[Note]) -> str:
 
 def html_table(table: ReportTable) -> str:
     """A table with its title and note."""
-    head = "".join(f"<th>{escape(column)}</th>" for column in table.columns)
-    rows = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    caption = f"<caption>{escape(table.title)}</caption>"
-    return (
-        f'<div class="wide"><table>{caption}\n<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody></table></div>{note}'
-    )
+    rows = [[escape(cell) for cell in row] for row in table.rows]
+    return pieces.table(table.columns, rows, caption=table.title, note=table.note)
 
 
 def _figures(pair: Pair, pictures: Sequence[Picture]) -> str:
@@ -77,11 +73,14 @@ def _figures(pair: Pair, pictures: Sequence[Picture]) -> str:
 
 
 def html_figure(pair: Pair, picture: Picture) -> str:
-    """A pair's figure with its caption and the number of its slides, the image inside."""
-    data = base64.b64encode(picture.png).decode("ascii")
+    """A pair's figure with its caption, the image inside."""
+    return bitmap(picture.png, caption_of(picture.kind, pair), alt=f"{pair.name}: {picture.kind.name}")
+
+
+def caption_of(kind: FigureKind, pair: Pair) -> Caption:
+    """The caption of a pair's figure, with the number of its slides."""
     slides = int(np.count_nonzero(pair.flags.slid))
-    number = f"n = {counted(slides)}, of which {int(np.count_nonzero(pair.flags.kept))} passed the filters."
-    return (
-        f'<figure><img src="data:image/png;base64,{data}" alt="{escape(f"{pair.name}: {picture.kind.caption}")}">\n'
-        f"<figcaption>{escape(f'{picture.kind.caption} {number}')}</figcaption></figure>"
+    kept = int(np.count_nonzero(pair.flags.kept))
+    return Caption(
+        shows=kind.caption, count=f"{counted(slides)}, of which {kept} passed the filters", interval=kind.interval
     )

@@ -9,6 +9,9 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from station.pages.caption import Caption
+from station.pages.figure import figure
+
 Array = NDArray[np.float64]
 _KEYS, _EVEN = 40, 8
 """Poses of a block that the drawing holds, at even steps of its way and of time; between them it moves evenly."""
@@ -30,7 +33,7 @@ class Moving:
 
 
 def moving_figure(
-    blocks: Sequence[Moving], *, size_m: tuple[float, float], lasts_s: float, shown_s: float, caption: str
+    blocks: Sequence[Moving], *, size_m: tuple[float, float], lasts_s: float, shown_s: float, caption: Caption
 ) -> str:
     """The drawing with its caption as HTML.
 
@@ -39,7 +42,7 @@ def moving_figure(
         size_m: length and width of the block, m.
         lasts_s: the time that the drawing covers, s.
         shown_s: the time in which it is shown, s, again and again.
-        caption: plain text.
+        caption: what stands below it.
     """
     ways = np.concatenate([block.pose[:, :2] for block in blocks])
     low, high = ways.min(axis=0) - max(size_m), ways.max(axis=0) + max(size_m)
@@ -52,10 +55,10 @@ def moving_figure(
         for row, block in enumerate(blocks)
     )
     svg = (
-        f'<svg role="img" aria-label="{escape(caption)}" viewBox="{box}" width="420" height="420" '
+        f'<svg role="img" aria-label="{escape(caption.shows)}" viewBox="{box}" width="420" height="420" '
         f'font-family="sans-serif">{"".join(drawn)}{names}</svg>'
     )
-    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
+    return figure(svg, caption)
 
 
 def _drawn(block: Moving, *, size_m: tuple[float, float], lasts_s: float, shown_s: float) -> str:

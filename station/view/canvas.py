@@ -63,9 +63,9 @@ class Canvas:
         if len(points) >= _BATCH:
             self._send(path)
 
-    def gap(self, path: str, *, width: int) -> None:
-        """Breaks the curves at `path`, so that no line is drawn to the next point."""
-        self.curve(path, *(float("nan"),) * width)
+    def gap(self, path: str) -> None:
+        """Breaks the curve at `path`, so that no line is drawn to the next point."""
+        self.curve(path, float("nan"))
 
     def name_curves(
         self,
@@ -73,11 +73,10 @@ class Canvas:
         names: Sequence[str],
         colors: Sequence[tuple[int, int, int]],
         *,
-        width: float | Sequence[float] = 1.5,
+        width: float = 1.5,
     ) -> None:
-        """Says what the curves at `path` are called and how they look; `width` is one for all, or each one's."""
-        widths = list(width) if isinstance(width, Sequence) else [width] * len(names)
-        self.static(path, rr.SeriesLines(names=list(names), colors=list(colors), widths=widths))
+        """Says what the curves at `path` are called and how they look."""
+        self.static(path, rr.SeriesLines(names=list(names), colors=list(colors), widths=[width] * len(names)))
 
     def flush(self) -> None:
         """Sends the curves' points gathered so far; does not wait for anybody to take them."""

@@ -31,7 +31,7 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
     curves, shares = [_curves("plots/tilt", "Tilt (°)", window)], [4]
     if camera:
         curves.append(_displacement(window))
-        shares.append(6)  # its legend has five lines
+        shares.append(5)
     if "block/pose" in topics or diagnosed:
         curves.append(_curves("plots/block", "Block: slide and height (mm)", window))
         shares.append(4)
@@ -82,15 +82,24 @@ def _curves(origin: str, name: str, window: list[rr.VisibleTimeRange] | None) ->
     )
 
 
-def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.View:
-    """The curves of the displacement; above the slip threshold nothing more is decided, so the axis ends there."""
+def _displacement(window: list[rr.VisibleTimeRange] | None) -> rrb.Container:
+    """The corners' displacements side by side: a block that does not turn moves them alike, on top of each other."""
+    return rrb.Horizontal(*(_corner(number, path, window) for number, path in enumerate(entities.DISPLACEMENT)))
+
+
+def _corner(number: int, path: str, window: list[rr.VisibleTimeRange] | None) -> rrb.View:
+    """One corner's displacement; above the slip threshold nothing more is decided, so the axis ends there.
+
+    The first panel tells for all what the curves are.
+    """
     return rrb.TimeSeriesView(
         origin="plots/displacement",
-        name="Corners from their reference (px): three above the red line are a slip",
+        contents=[f"/{path}", f"/{entities.THRESHOLD}"],
+        name=f"Corner {number}",
         time_ranges=window,
         axis_x=_linked(),
         axis_y=rrb.ScalarAxis(range=_DISPLACEMENT_RANGE_PX, zoom_lock=True),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=number == 0),
     )
 
 

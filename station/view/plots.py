@@ -17,9 +17,6 @@ from station.view.part import Handler, Rates
 from station.view.reference import ReferenceTracker
 from station.view.setup import Setup
 
-_WIDTHS = (8.0, 5.5, 3.5, 1.5)
-"""A block that does not turn moves its corners alike: thin curves on wide ones are seen as stripes."""
-
 
 class TiltPart:
     """Tilt in degrees: measured, commanded, by other sensors, and the onset of each slip as a dot."""
@@ -77,9 +74,9 @@ class DisplacementPart:
         self._reference = ReferenceTracker()
         self._tilt_deg = 0.0
         self._drawing = False
-        names = [f"corner {number}" for number in range(4)]
-        canvas.name_curves(entities.DISPLACEMENT, names, colours.CORNERS, width=_WIDTHS)
-        canvas.name_curves(entities.THRESHOLD, ["threshold l"], [colours.THRESHOLD], width=2.0)
+        for path, colour in zip(entities.DISPLACEMENT, colours.CORNERS, strict=True):
+            canvas.name_curves(path, ["moved (px)"], [colour])
+        canvas.name_curves(entities.THRESHOLD, ["slip: three above"], [colours.THRESHOLD])
 
     def handlers(self) -> Mapping[str, Handler]:
         """See `Part`."""
@@ -102,9 +99,11 @@ class DisplacementPart:
             return
         self._drawing = True
         moved = np.linalg.norm(np.reshape(corners.corners_px, (4, 2)) - reference, axis=1)
-        self._canvas.curve(entities.DISPLACEMENT, *moved.tolist())
+        for path, distance_px in zip(entities.DISPLACEMENT, moved.tolist(), strict=True):
+            self._canvas.curve(path, distance_px)
 
     def _break(self) -> None:
         if self._drawing:
             self._drawing = False
-            self._canvas.gap(entities.DISPLACEMENT, width=4)
+            for path in entities.DISPLACEMENT:
+                self._canvas.gap(path)

@@ -132,7 +132,7 @@ class BlockPart:
             self._trail.clear()
             if self._start is not None:
                 self._start = None
-                self._canvas.gap(entities.SLID, width=1)
+                self._canvas.gap(entities.SLID)
 
     def _on_corners(self, corners: MarkerCorners) -> None:
         if self._geometry is None or not corners.found:

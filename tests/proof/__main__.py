@@ -3,8 +3,9 @@
 Each family's generator (tests/proof/families) is another process and writes recordings in the real format; the hash of
 its key is printed and stored before the tool sees a recording. The tool gets recording and rig file and nothing else,
 once. Then the key is opened and every gate is scored, family by family. The command may be broken off and called again:
-it goes on where it was. Into the folder of --out go cases, keys, results, proof.json, proof.md and the pictures. Exit
-status: 0 when every gate that has cases is met in every family, 1 when not, 2 for a mistake in what was asked.
+it goes on where it was. Into the folder of --out go cases, keys, results, proof.json, proof.md, proof.html and the
+pictures. Exit status: 0 when every gate that has cases is met in every family, 1 when not, 2 for a mistake in what was
+asked.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from shared.errors import UserError
 from shared.system.processes import usable_processors
 from station.app.diagnosing import versions
 from station.app.work import write_json
+from station.pages.caption import made_by
 from tests.proof.families import families
+from tests.proof.page import html_page
 from tests.proof.pictures import draw_all
 from tests.proof.protocol import Protocol, tiers_of
 from tests.proof.report import About, Column, as_json, column_of, markdown, printed, printed_rivals
@@ -78,7 +81,8 @@ def run(options: argparse.Namespace) -> int:
             raise UserError(f"Expected 0 or more for {name}, got {number}")
     console = Console(width=None if sys.stdout.isatty() else 200)
     asked = _asked(options)
-    with joblib.parallel_config(backend=options.backend) if options.backend else contextlib.nullcontext():
+    spread = joblib.parallel_config(backend=options.backend) if options.backend else contextlib.nullcontext()
+    with spread, made_by(_command(options)):
         columns = [_column(name, tiers, options, console) for name, tiers in asked.items()]
     about = About(
         date=f"{datetime.now().astimezone():%Y-%m-%d}",
@@ -93,7 +97,9 @@ def run(options: argparse.Namespace) -> int:
             console.print(printed_rivals(column))
     write_json(options.out / "proof.json", as_json(about, columns))
     (options.out / "proof.md").write_text(markdown(about, columns), encoding="utf-8")
-    console.print(f"The table, the keys' hashes and the pictures: {options.out / 'proof.md'}; all numbers: proof.json")
+    (options.out / "proof.html").write_text(html_page(about, columns), encoding="utf-8")
+    told = f"{options.out / 'proof.html'}; the same as text: proof.md; all numbers: proof.json"
+    console.print(f"The table, the keys' hashes and the pictures: {told}")
     return 1 if any(gate.met is False for column in columns for gate in column.gates) else 0
 
 
@@ -127,7 +133,7 @@ def _column(name: str, tiers: dict[str, int], options: argparse.Namespace, conso
         console=console,
     )
     lines = versus(proof.cases, proof.absent) if compared else []
-    return column_of(proof, lines, [path.stem for path in draw_all(proof.cases, options.out, name)])
+    return column_of(proof, lines, draw_all(proof.cases, options.out, name))
 
 
 def _command(options: argparse.Namespace) -> str:

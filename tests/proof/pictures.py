@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.stats import binom, norm
 
+from station.pages.caption import Caption
 from station.pages.drawing import COLOURS, style
+from station.pages.figure import drawn, kept_in
 from station.physics.contact import Array
 from tests.proof.gates import reliability
 from tests.proof.intervals import wilson
@@ -21,22 +23,34 @@ from tests.proof.scoring import Scored, of_kind
 STRENGTHS = (0.5, 1.0, 2.0, 4.0)
 RANKS = 8
 _BLUE, _ORANGE = COLOURS[0], COLOURS[4]
+_WILSON = "bars: 95 % intervals (Wilson)"
 
 
-def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Path]:
-    """Writes the pictures that a family's cases have something for, as NAME-….svg and .pdf; the paths of the former."""
-    drawn = list[Path]()
-    kinds = (("confusion", confusion), ("reliability", reliability_curve), ("detection", detection), ("ranks", ranks))
-    with style():
-        for kind, draw in kinds:
-            figure = draw(cases)
-            if figure is None:
-                continue
-            FigureCanvasAgg(figure)
-            drawn.append(folder / f"{name}-{kind}.svg")
-            figure.savefig(drawn[-1], metadata={"Date": None})
-            figure.savefig(drawn[-1].with_suffix(".pdf"), metadata={"CreationDate": None})
-    return drawn
+Drawing = tuple[Figure, Caption]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """A picture that was drawn: the stem of its files, its caption as plain text, and both as a part of a page."""
+
+    name: str
+    told: str
+    html: str
+
+
+def draw_all(cases: Sequence[Scored], folder: Path, name: str) -> list[Shown]:
+    """Draws the pictures that a family's cases have something for, and writes each as NAME-….svg and .pdf.
+
+    Their captions name the command of `made_by`.
+    """
+    kinds = {"confusion": confusion, "reliability": reliability_curve, "detection": detection, "ranks": ranks}
+    with style(), kept_in(folder):
+        made = {f"{name}-{kind}": draw(cases) for kind, draw in kinds.items()}
+        return [_shown(stem, *drawing) for stem, drawing in made.items() if drawing is not None]
+
+
+def _shown(name: str, figure: Figure, caption: Caption) -> Shown:
+    return Shown(name=name, told=caption.text, html=drawn(figure, caption, name=name, alt=caption.shows))
 
 
 def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
@@ -52,7 +66,7 @@ def confusion_counts(cases: Sequence[Scored]) -> Counter[tuple[str, str]]:
     return counts
 
 
-def confusion(cases: Sequence[Scored]) -> Figure | None:
+def confusion(cases: Sequence[Scored]) -> Drawing | None:
     """Truth down, first name across, each row as shares of its cases."""
     counts = confusion_counts(cases)
     if not counts:
@@ -68,20 +82,20 @@ def confusion(cases: Sequence[Scored]) -> Figure | None:
     axes.set_yticks(range(len(rows)), [f"{name} ({int(n)})" for name, n in zip(rows, table.sum(axis=1), strict=True)])
     for i, j in zip(*np.nonzero(table), strict=True):
         axes.text(j, i, str(int(table[i, j])), ha="center", va="center", color="w" if shares[i, j] > 0.6 else "k")
-    axes.set(
-        xlabel="first name",
-        ylabel="concealed (cases)",
-        title="Nulls, strong singles, and what is outside the catalogue",
+    axes.set(xlabel="named first", ylabel="concealed (cases)")
+    shows = (
+        "What was concealed and what was named first: nulls, strong singles, and what is outside the catalogue. The "
+        "shade is the share of a row's cases, the number how many they are."
     )
-    return figure
+    return figure, Caption(shows=shows, count=f"{counts.total()} cases")
 
 
 def _last(name: str) -> tuple[bool, str]:
     return name in ("none", "other", "fault"), name
 
 
-def reliability_curve(cases: Sequence[Scored]) -> Figure | None:
-    """Of what was said with a probability, the share that was right, with Wilson intervals."""
+def reliability_curve(cases: Sequence[Scored]) -> Drawing | None:
+    """The share that was right of what was said with a probability, with Wilson intervals."""
     rows = np.array([(said, right) for one in cases for said, right in one.statements()], dtype=np.float64)
     if not len(rows):
         return None
@@ -93,8 +107,11 @@ def reliability_curve(cases: Sequence[Scored]) -> Figure | None:
         _point(axes, said, right, count, _BLUE)
         axes.annotate(str(count), (said, right), xytext=(4, -8), textcoords="offset points", color="0.4")
     axes.set(xlim=(0, 1.02), ylim=(-0.02, 1.02), xlabel="probability that was said", ylabel="share that was right")
-    axes.set_title(f"{len(rows)} claims")
-    return figure
+    shows = (
+        "How much the probabilities are worth: of the claims that were made with a probability, the share that was "
+        "right. On the line they mean what they say; beside each point, the number of its claims."
+    )
+    return figure, Caption(shows=shows, count=f"{len(rows)} claims", interval=_WILSON)
 
 
 def _point(axes, x: float, share: float, count: int, colour: str) -> None:  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # matplotlib's own
@@ -115,7 +132,7 @@ def detected(cases: Sequence[Scored]) -> dict[str, dict[float, list[tuple[bool, 
     return found
 
 
-def detection(cases: Sequence[Scored]) -> Figure | None:
+def detection(cases: Sequence[Scored]) -> Drawing | None:
     """One small plot for each effect: share detected and share rightly named against strength."""
     found = detected(cases)
     if not found:
@@ -132,13 +149,17 @@ def detection(cases: Sequence[Scored]) -> Figure | None:
         _curve(axes, name, strengths)
     for axes in grid[len(found) + 1 :]:
         axes.set_visible(False)
-    figure.suptitle(
-        "Detected (blue) and rightly named (orange) against strength in the generator's unit; n at the bottom"
+    figure.supxlabel("strength in the generator's unit")
+    figure.supylabel("share of cases")
+    shows = (
+        "Single effects against their strength: the share that was detected (blue), and rightly named (orange). At the "
+        "bottom of each panel, the numbers of cases."
     )
-    return figure
+    number = sum(len(hits) for hits in everything.values())
+    return figure, Caption(shows=shows, count=f"{number} single effects", interval=_WILSON)
 
 
-def ranks(cases: Sequence[Scored]) -> Figure | None:
+def ranks(cases: Sequence[Scored]) -> Drawing | None:
     """How the truths rank in what was said of their numbers; flat between the lines where the errors are right."""
     pulls = [pull.z for one in of_kind(cases, "single", "pair") for pull in one.pulls()[0]]
     if not pulls:
@@ -150,8 +171,11 @@ def ranks(cases: Sequence[Scored]) -> Figure | None:
     axes.hist(norm.cdf(-np.array(pulls)), bins=RANKS, range=(0, 1), color=_BLUE)
     axes.axhspan(low, high, color="0.85", zorder=0)
     axes.set(xlim=(0, 1), xlabel="share of the stated distribution below the truth", ylabel="numbers")
-    axes.set_title(f"{count} numbers; the band holds 95 % of even counts")
-    return figure
+    shows = (
+        "Where the true numbers lie in the distributions that were stated of them: even where the stated errors are "
+        "right."
+    )
+    return figure, Caption(shows=shows, count=f"{count} numbers", interval="band: holds 95 % of even counts")
 
 
 def _curve(axes, name: str, strengths: dict[float, list[tuple[bool, bool]]]) -> None:  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # matplotlib's own

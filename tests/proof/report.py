@@ -12,6 +12,7 @@ from typing import Any
 from rich.table import Table
 
 from tests.proof.gates import Gate, gates
+from tests.proof.pictures import Shown
 from tests.proof.run import Proof, left_out
 from tests.proof.scoring import Scored
 from tests.proof.versus import Line
@@ -33,15 +34,21 @@ class About:
     seed: int
     tool: str
 
+    @property
+    def told(self) -> str:
+        """Seed, tool and versions in words."""
+        versions = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        return f"seed {self.seed}; tool {self.tool}; {versions}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A family's part of the report: its gates, its rivals (none if they did not run), its pictures' names."""
+    """A family's part of the report: its gates, its rivals (none if they did not run), its pictures."""
 
     proof: Proof
     gates: Sequence[Gate]
     lines: Sequence[Line] = ()
-    pictures: Sequence[str] = field(default=())
+    pictures: Sequence[Shown] = field(default=())
 
     @property
     def title(self) -> str:
@@ -54,7 +61,7 @@ class Column:
         return Counter(case.tier for case in self.proof.cases)
 
 
-def column_of(proof: Proof, lines: Sequence[Line] = (), pictures: Sequence[str] = ()) -> Column:
+def column_of(proof: Proof, lines: Sequence[Line] = (), pictures: Sequence[Shown] = ()) -> Column:
     """The column of a family's proof."""
     return Column(proof=proof, gates=gates(proof.cases), lines=lines, pictures=pictures)
 
@@ -121,11 +128,9 @@ def rival_row(line: Line) -> tuple[str, ...]:
 
 def markdown(about: About, columns: Sequence[Column]) -> str:
     """The report as it can stand in a README."""
-    versions = ", ".join(f"{name} {version}" for name, version in about.versions.items())
     heads = ("figure", "gate", *(column.title for column in columns))
     table = [tuple(_bold(text) for text in row) for row in rows(columns)]
-    told = f"Measured {about.date} with `{about.command}` (seed {about.seed}; tool {about.tool}; {versions})."
-    text = [told, "", *_table(heads, table), ""]
+    text = [f"Measured {about.date} with `{about.command}` ({about.told}).", "", *_table(heads, table), ""]
     for column in columns:
         text += _of_family(column)
     return re.sub(r"\n{3,}", "\n\n", "\n".join(text)).strip() + "\n"
@@ -137,18 +142,26 @@ def _bold(text: str) -> str:
 
 def _of_family(column: Column) -> list[str]:
     """What stands below the table: the cases, what was left out and why, the rivals, the key's hashes, the pictures."""
-    name, proof = column.proof.family.name, column.proof
-    made = ", ".join(f"{tier} {count}" for tier, count in column.tiers.items()) or "nothing was made"
-    text = ["", f"## {column.title}: {made}", ""]
-    text += [f"- Tier {tier}: {why}" for tier, why in proof.not_made.items()]
-    left = left_out(proof.cases)
-    text += [
-        f"- Parameters of {what} left out {sum(why.values())} times: {next(iter(why))}" for what, why in left.items()
-    ]
-    text += [f"- Key of {name}/{tier}: sha256 {digest}" for tier, digest in proof.seals.items()]
+    text = ["", f"## {column.title}: {made(column)}", "", *(f"- {line}" for line in notes(column))]
     if column.lines:
         text += ["", *_table(RIVAL_COLUMNS, [rival_row(line) for line in column.lines])]
-    return [*text, "", *(f"![{picture}]({picture}.svg)" for picture in column.pictures)]
+    return [*text, "", *(f"![{one.name}]({one.name}.svg)\n\n{one.told}\n" for one in column.pictures)]
+
+
+def made(column: Column) -> str:
+    """The cases that were made, by tier."""
+    return ", ".join(f"{tier} {count}" for tier, count in column.tiers.items()) or "nothing was made"
+
+
+def notes(column: Column) -> list[str]:
+    """What was not made, what was left out of the comparison of numbers, and the keys' hashes."""
+    name, proof = column.proof.family.name, column.proof
+    left = left_out(proof.cases)
+    return [
+        *(f"Tier {tier}: {why}" for tier, why in proof.not_made.items()),
+        *(f"Parameters of {one} left out {sum(why.values())} times: {next(iter(why))}" for one, why in left.items()),
+        *(f"Key of {name}/{tier}: sha256 {digest}" for tier, digest in proof.seals.items()),
+    ]
 
 
 def _table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

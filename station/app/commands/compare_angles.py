@@ -23,7 +23,7 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.rig import RigConfig
 from shared.zenoh_bus import ZenohBus
-from station.angles.compare import COMMANDED, compare
+from station.angles.compare import COMMANDED, Comparison, compare
 from station.angles.conductor import Conductor
 from station.angles.instruments import Instruments, source_names
 from station.angles.plan import ComparisonPlan
@@ -36,6 +36,7 @@ from station.app import assembly
 from station.app.claim import claim_arm, session_name
 from station.app.processes import until_stopped
 from station.arm.agent import arm_agent
+from station.pages.caption import command_line, made_by
 from station.recording.provenance import Provenance
 from station.recording.reader import RecordingReader, open_recording
 from station.recording.recorder import Recorder, record_within
@@ -258,6 +259,12 @@ def _present(args: argparse.Namespace, path: Path) -> None:
     for target, text in ((args.table, table_csv), (args.fits, fits_csv)):
         if target is not None:
             _write(target, text(result))
+    reference = None if args.reference == COMMANDED else args.reference
+    with made_by(command_line("station", "compare-angles", "--from", path, reference=reference, report=args.report)):
+        _draw(args, result, path)
+
+
+def _draw(args: argparse.Namespace, result: Comparison, path: Path) -> None:
     if args.figure is not None:
         # Imported here because matplotlib takes half a second, which every other use would wait for.
         from station.angles.figure import write_figure  # noqa: PLC0415

@@ -23,6 +23,7 @@ from station.app.planting import plant
 from station.app.progress import stages
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
+from station.pages.caption import command_line, made_by
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model
 
@@ -69,8 +70,9 @@ def run(options: argparse.Namespace) -> int:
         console.print(f"Sealed: {concealed.key}, sha256 {concealed.sha256}")
         examined = diagnose_file(concealed.recording, status=show)
     report = folder / "report.html"
-    motion = run_in_motion(concealed.recording, examined.diagnosis)
-    page = html_page(examined.diagnosis, examined.pictures, seed=seed, motion=motion)
+    with made_by(command_line("station", "diagnose", concealed.recording, report=report)):
+        motion = run_in_motion(concealed.recording, examined.diagnosis)
+        page = html_page(examined.diagnosis, examined.pictures, motion=motion)
     report.write_text(page, encoding="utf-8")
     console.print(summary(examined.diagnosis))
     console.print()

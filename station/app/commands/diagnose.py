@@ -40,7 +40,8 @@ from station.diagnosis.predict.folds import named, nested
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, as_json
-from station.pages.drawing import kept_in
+from station.pages.caption import command_line, made_by
+from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue_of_table
 from station.recording.reader import open_recording
 from station.simulators.simulator import LIMIT_S
@@ -148,12 +149,28 @@ def _write_files(found: Examined, path: Path, options: argparse.Namespace) -> No
     if options.model:
         _write(options.model, tomli_w.dumps(dict(answer.model)), what="model")
     if options.report:
-        motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
-        with kept_in(options.figures):
+        with made_by(_command(answer.recording, options)), kept_in(options.figures):
+            motion = "" if path.suffix in TABLES else run_in_motion(path, answer, rig_path=options.rig)
             page = html_page(answer, found.pictures, seed=options.seed, motion=motion)
         _write(options.report, page, what="report")
     if options.plan:
         print(write_plan(answer.next_experiment, options.plan), file=sys.stderr)
+
+
+def _command(name: str, options: argparse.Namespace) -> str:
+    """The command that makes this report again."""
+    plugins = [word for folder in options.plugins for word in ("--plugins", folder)]
+    limit_s = None if options.simulate_limit == LIMIT_S else f"{options.simulate_limit:g}"
+    return command_line(
+        *("station", "diagnose", name, *plugins),
+        rig=options.rig,
+        simulate=options.simulate,
+        simulate_limit=limit_s,
+        nested=options.folding is nested,
+        seed=options.seed,
+        report=options.report,
+        figures=options.figures,
+    )
 
 
 def _one(file: Path, name: str, options: argparse.Namespace, console: Console) -> Examined:

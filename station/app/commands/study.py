@@ -32,6 +32,7 @@ from station.app.study.sessions import simulate_all, tidy, whole
 from station.app.work import write_json
 from station.friction.pairs import pairs_of
 from station.friction.results import analyse, with_limit_curves
+from station.pages.caption import command_line, made_by
 from station.recording.provenance import versions
 
 NAME = "study"
@@ -77,7 +78,8 @@ def run(options: argparse.Namespace) -> int:
         console.print(part)
     rows, verdicts = (pace_row(sessions), *rows_of(results)), verdicts_of(results)
     beside = tables_of(rows, verdicts, results)
-    written = write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
+    with made_by(command_line("station", "study", samples=options.samples, seed=options.seed, out=options.out)):
+        written = write_results(results, options.out, sources=[session.source for session in sessions], first=beside)
     print("\n".join(written))
     about = {
         "date": f"{datetime.now().astimezone():%Y-%m-%d}",

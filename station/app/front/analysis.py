@@ -25,9 +25,10 @@ from station.friction.drawing import picture
 from station.friction.figures import figure_kinds
 from station.friction.filters import CUTOUT_M
 from station.friction.pairs import Session
-from station.friction.report import Picture, html_conclusions, html_figure, html_report, html_table
+from station.friction.report import Picture, caption_of, html_conclusions, html_figure, html_report, html_table
 from station.friction.report_tables import tables
 from station.friction.results import PairResult, limit_curve_table
+from station.pages.caption import command_line, made_by
 
 Source = Recording | Session | FilePath
 
@@ -57,7 +58,16 @@ def analyze(
     """
     every = [recordings] if isinstance(recordings, (Recording, Session, str, Path)) else recordings
     sessions = _sessions(every, spare=_spare(calibration))
-    return Analysed(results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed), sessions=tuple(sessions))
+    return Analysed(
+        results=analysing.results_of(sessions, cutout_m=cutout_m, seed=seed),
+        sessions=tuple(sessions),
+        command=command_line(
+            *("station", "analyze", *(session.source for session in sessions)),
+            calibration=calibration,
+            cutout_mm=None if cutout_m == CUTOUT_M else f"{1e3 * cutout_m:g}",
+            seed=None if seed == 1 else seed,
+        ),
+    )
 
 
 def _spare(calibration: FilePath | None) -> CameraGeometry | None:
@@ -87,10 +97,14 @@ def _open_session(recording: Recording, spare: CameraGeometry | None) -> Session
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysed:
-    """An analysis that shows itself; `results` has the numbers of each surface pair, `sessions` what was read."""
+    """An analysis that shows itself; `results` has the numbers of each surface pair, `sessions` what was read.
+
+    `command` is the one in the terminal that makes the same.
+    """
 
     results: tuple[PairResult, ...]
     sessions: tuple[Session, ...]
+    command: str
 
     @property
     def samples(self) -> Table:
@@ -114,8 +128,9 @@ class Analysed:
 
     def to_html(self) -> str:
         """The whole report as one page that fetches nothing; its figures take seconds to draw."""
-        pictures = {result.pair.name: _pictures(result) for result in self.results}
-        return html_report(self.results, sources=self._sources, pictures=pictures)
+        with made_by(self.command):
+            pictures = {result.pair.name: _pictures(result) for result in self.results}
+            return html_report(self.results, sources=self._sources, pictures=pictures)
 
     def write(self, folder: FilePath) -> list[str]:
         """Writes report, figures, samples and limit curves into a folder; gives lines that say where they are.
@@ -123,7 +138,8 @@ class Analysed:
         Raises:
             UserError: if the folder cannot be written to.
         """
-        return write_results(self.results, Path(folder), sources=self._sources)
+        with made_by(self.command):
+            return write_results(self.results, Path(folder), sources=self._sources)
 
     @property
     def _sources(self) -> list[str]:
@@ -140,12 +156,14 @@ class Analysed:
     def _repr_html_(self) -> str:
         """Conclusions, tables and two figures of each pair, for a notebook."""
         parts: list[str] = []
-        for result in self.results:
-            parts.append(html_conclusions(result.pair.name, conclusions(result)))
-            parts += [html_figure(result.pair, one) for one in _pictures(result, _SHOWN)]
+        with made_by(self.command):
+            for result in self.results:
+                parts.append(html_conclusions(result.pair.name, conclusions(result)))
+                parts += [html_figure(result.pair, one) for one in _pictures(result, _SHOWN)]
         return fragment(*parts, *map(html_table, tables(self.results)))
 
 
 def _pictures(result: PairResult, names: Sequence[str] = ()) -> list[Picture]:
     kinds = [kind for kind in figure_kinds() if not names or kind.name in names]
-    return [Picture(kind, picture(kind.draw, result.pair)) for kind in kinds]
+    pair = result.pair
+    return [Picture(kind, picture(kind.draw, pair, caption=caption_of(kind, pair))) for kind in kinds]

@@ -26,6 +26,7 @@ from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.report.where import where
 from station.diagnosis.result import Diagnosis, EffectFound, Verdict, as_json
+from station.pages.caption import command_line, made_by
 from station.pages.drawing import style
 
 
@@ -138,7 +139,8 @@ class Diagnosed(Examined):
 
     def _repr_html_(self) -> str:
         """The answer with its figures, for a notebook."""
-        with style():
+        command = command_line("station", "diagnose", self.diagnosis.recording, seed=self.seed)
+        with style(), made_by(command):
             return fragment(about(self.diagnosis), headline(self.diagnosis), *_sections(self))
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from shared.messages import Sample
-from station.diagnosis.report import html
 from station.friction.drawing import DIRECTION_COLOURS
-from station.pages.drawing import AFTER, BEFORE, inline_svg, new_figure, style
+from station.pages.caption import Caption
+from station.pages.drawing import AFTER, BEFORE, new_figure, style
+from station.pages.figure import drawn
 from station.simulators.recorded_runs import Poses
 
 _FREE = "0.4"
@@ -32,8 +33,10 @@ def onsets_by_run(samples: Sequence[Sample]) -> str:
         flagged = [sample for sample in samples if sample.flags]
         axes.plot(*_onsets(flagged), "x", ms=7, color="0.2", label="flagged" if flagged else None)
         _label(axes)
-        svg = inline_svg(figure, name="onsets-by-run", alt="tilt at the onset of each run")
-    return html.figure(svg, "Tilt at the onset by run; hollow triangles: no slide up to this tilt.")
+        caption = Caption(
+            shows="Tilt at the onset by run. Hollow triangles: no slide up to this tilt.", count=f"{len(samples)} runs"
+        )
+        return drawn(figure, caption, name="onsets-by-run", alt="tilt at the onset of each run")
 
 
 def again(recorded: Sequence[Sample], simulated: Sequence[Sample], paths: tuple[Poses, Poses]) -> str:
@@ -45,8 +48,11 @@ def again(recorded: Sequence[Sample], simulated: Sequence[Sample], paths: tuple[
         for poses, colour, label in zip(paths, (BEFORE, AFTER), ("recorded", "simulated"), strict=True):
             plate.plot(*(1e3 * poses.pose[:, :2].T), ".", ms=2, color=colour, label=label, rasterized=True)
         plate.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal", title="block on the plate")
-        svg = inline_svg(figure, name="simulated", alt="recorded and simulated onsets and paths")
-    return html.figure(svg, "Recorded and simulated: tilt at the onset of each run, and the places of the block.")
+        caption = Caption(
+            shows="Recorded and simulated: tilt at the onset of each run, and the places of the block.",
+            count=f"{len(recorded)} recorded and {len(simulated)} simulated runs",
+        )
+        return drawn(figure, caption, name="simulated", alt="recorded and simulated onsets and paths")
 
 
 def _beside(axes: Any, recorded: Sequence[Sample], simulated: Sequence[Sample]) -> None:

@@ -6,7 +6,7 @@ from html import escape
 
 from rich.table import Table
 
-from station.diagnosis.report import html
+from station.pages import pieces
 
 _STYLE = """\
 .station { color: #1a1a1a; background: #fff; padding: .4rem .8rem; font: 14px/1.45 system-ui, sans-serif; }
@@ -35,4 +35,4 @@ def html_table(table: Table) -> str:
     """A table for the terminal as HTML, with its title."""
     cells = [[escape(str(cell)) for cell in column.cells] for column in table.columns]
     head = [str(column.header) for column in table.columns]
-    return html.table(head, list(zip(*cells, strict=True)), caption=str(table.title or ""))
+    return pieces.table(head, list(zip(*cells, strict=True)), caption=str(table.title or ""))

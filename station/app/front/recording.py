@@ -20,7 +20,8 @@ from station.app.front.table import Table
 from station.app.front.text import as_text
 from station.app.sample_tables import directions_table
 from station.app.simulating import rig_of
-from station.diagnosis.report import html
+from station.pages import pieces
+from station.pages.caption import made_by
 from station.recording.arrays import load_signals
 from station.recording.reader import RecordingReader, open_recording
 from station.signals.session import Signals
@@ -169,11 +170,12 @@ class Recording:
 
     def _repr_html_(self) -> str:
         """The same with a figure, for a notebook."""
-        parts = [html.paragraph(self._about())]
+        parts = [pieces.paragraph(self._about())]
         if self.every_sample:
             from station.app.front.figures import onsets_by_run  # noqa: PLC0415  # matplotlib is slow to load
 
-            parts += [html_table(directions_table(self.every_sample)), onsets_by_run(self.every_sample)]
+            with made_by(f"station.open({self.name!r})"):
+                parts += [html_table(directions_table(self.every_sample)), onsets_by_run(self.every_sample)]
         return fragment(*parts)
 
 

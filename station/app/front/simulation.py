@@ -23,7 +23,8 @@ from station.app.onset_differences import difference, in_sum
 from station.app.planting import plain_model
 from station.app.planting import plant as planted
 from station.app.retold_recording import write_retold
-from station.diagnosis.report import html
+from station.pages import pieces
+from station.pages.caption import made_by
 from station.physics.catalogue import catalogue_of_table
 from station.physics.model import Model, model_of_table, table_of_model
 from station.signals.session import Signals
@@ -146,4 +147,5 @@ class Simulated(Recording):
 
         paths = poses_of(self.recorded.signals), poses_of(self.signals)
         lines = [self.name, *in_sum(*self._both)]
-        return fragment(*map(html.paragraph, lines), again(*self._both, paths))
+        with made_by(f"station.simulate({self.recorded.name!r}, model)"):
+            return fragment(*map(pieces.paragraph, lines), again(*self._both, paths))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from shared.installed import missing_said
 from station.app.front.page import fragment
-from station.diagnosis.report import html
+from station.pages import pieces
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,7 +84,7 @@ class Table:
         """The first rows, for a notebook."""
         first = [[escape(_told(value)) for value in column[:_ROWS].tolist()] for column in self._columns.values()]
         rows = [list(row) for row in zip(*first, strict=True)]
-        return fragment(html.table(self.columns, rows, caption=_count(self)))
+        return fragment(pieces.table(self.columns, rows, caption=_count(self)))
 
 
 def _read_only(column: Column) -> Column:

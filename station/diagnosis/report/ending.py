@@ -7,12 +7,14 @@ from html import escape
 from station.diagnosis.report import html
 from station.diagnosis.report.sentences import next_lines, used
 from station.diagnosis.result import Diagnosis
+from station.pages import pieces
+from station.pages.caption import command
 
 
 def next_step(diagnosis: Diagnosis) -> str:
     """The next experiment as a plan that `station run --plan` takes, and the model as a file."""
     plan = diagnosis.next_experiment
-    parts = [html.paragraph(escape(line)) for line in next_lines(diagnosis)]
+    parts = [pieces.paragraph(line) for line in next_lines(diagnosis)]
     if plan is not None and plan.plan:
         parts.append(f"<pre>{escape(plan.plan)}</pre>")
     settled = set[str]() if plan is None else {name for group in plan.separates for name in group}
@@ -23,7 +25,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     ]
     if advice:
         parts.append(f"<p>What separates another class:</p><ul>{''.join(advice)}</ul>")
-    return html.section("What to do next", *parts, name="next")
+    return pieces.section("What to do next", *parts, name="next")
 
 
 def numerics(diagnosis: Diagnosis) -> str:
@@ -33,9 +35,9 @@ def numerics(diagnosis: Diagnosis) -> str:
     rows = [[*(_cell(one.get(key)) for key in _NUMERICS)] for one in diagnosis.numerics]
     why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
     head = ("what", "size", "unit", "with these settings", "cured", "cured by")
-    table = html.table(head, rows)
+    table = pieces.table(head, rows)
     title = "The simulation's numerics" if diagnosis.given else "Numerics first"
-    return html.section(title, html.paragraph(why), table, name="numerics")
+    return pieces.section(title, pieces.paragraph(why), table, name="numerics")
 
 
 _NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
@@ -56,5 +58,6 @@ def provenance(diagnosis: Diagnosis, *, seed: int | None) -> str:
         rows.append(["seed", str(seed)])
     rows.append(["seconds", html.number(diagnosis.seconds, 1)])
     rows += [[escape(name), escape(version)] for name, version in diagnosis.versions.items()]
+    rows.append(["command", f"<code>{escape(command())}</code>"])
     rows += [["note", escape(note)] for note in diagnosis.notes]
-    return html.section("Where this comes from", html.table(("", ""), rows), name="provenance")
+    return pieces.section("Where this comes from", pieces.table(("", ""), rows), name="provenance")

@@ -12,9 +12,11 @@ from station.diagnosis.report import html
 from station.diagnosis.report.onsets import onsets
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.scores import scores
-from station.diagnosis.report.sentences import own_level, singular
-from station.diagnosis.result import Diagnosis, Quality, read_name
-from station.pages.drawing import inline_svg
+from station.diagnosis.report.sentences import as_expected, own_level, singular
+from station.diagnosis.result import Diagnosis, FitQuality, Quality, read_name
+from station.pages import pieces
+from station.pages.caption import Caption
+from station.pages.figure import drawn
 
 
 def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
@@ -22,23 +24,32 @@ def fit(diagnosis: Diagnosis, pictures: PictureData) -> str:
     parts = [_table(diagnosis)]
     before, after = pictures.held_before, pictures.held_after
     if before is not None and after is not None:
-        svg = inline_svg(scores(diagnosis, pictures), name="scores", alt="before, after and floor")
-        number = f"n = {diagnosis.used_runs} held-out {diagnosis.counted}"
-        caption = (
-            f"Errors before and after, with 90 % intervals ({number}). Floor: how far equal {diagnosis.counted} are "
-            "apart; dashed at 0.9: what is due."
-        )
-        parts.append(html.figure(svg, caption))
-        if np.isfinite(before.onset_error_deg).sum() > 1:
-            drawn = onsets(before, after, both=bool(diagnosis.names), counted=diagnosis.counted)
-            caption = (
-                f"Onsets (n = {int(np.isfinite(before.onset_error_deg).sum())}, held out): errors; quantiles against "
-                "those of the predicted spread (on the line: right); and ranks in the predicted distribution (within "
-                "the grey band, which holds nine bins of ten: right)."
-            )
-            parts.append(html.figure(inline_svg(drawn, name="onsets", alt="errors of the onsets"), caption))
+        shown = scores(diagnosis, pictures)
+        parts.append(drawn(shown, _of_scores(diagnosis), name="scores", alt="before, after and floor"))
+        known = int(np.isfinite(before.onset_error_deg).sum())
+        if known > 1:
+            shown = onsets(before, after, both=bool(diagnosis.names), counted=diagnosis.counted)
+            parts.append(drawn(shown, _of_onsets(known), name="onsets", alt="errors of the onsets"))
     parts.append(_parameters(diagnosis))
-    return html.section("How much better it fits", *parts, name="fit")
+    return pieces.section("How much better it fits", *parts, name="fit")
+
+
+def _of_scores(diagnosis: Diagnosis) -> Caption:
+    return Caption(
+        shows="Errors of predictions before and after what was found is put into the simulation. Dashed in the first "
+        f"panel, the floor: how far equal {diagnosis.counted} are apart; dashed at 0.9: what is due.",
+        count=f"{diagnosis.used_runs} held-out {diagnosis.counted}",
+        interval="bars: 90 % intervals",
+    )
+
+
+def _of_onsets(known: int) -> Caption:
+    return Caption(
+        shows="Left: errors of the predicted onsets. Middle: recorded quantiles against those of the predicted spread "
+        "(on the line: right). Right: ranks in the predicted distribution (within the band: right).",
+        count=f"{known} held-out onsets",
+        interval="band: holds nine bins of ten",
+    )
 
 
 def _table(diagnosis: Diagnosis) -> str:
@@ -52,11 +63,18 @@ def _table(diagnosis: Diagnosis) -> str:
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "
-        f"a {singular(diagnosis)}; share of the gap to the ceiling that was closed: {html.number(fit.gap_closed)} "
-        f"± {html.number(fit.gap_closed_se)}. Names and numbers were found without the {diagnosis.counted} that are "
-        "predicted."
+        f"a {singular(diagnosis)}{_expected(fit)}. Names and numbers were found without the {diagnosis.counted} that "
+        "are predicted."
     )
-    return html.table(head, rows, caption="Before and after") + html.paragraph(gain)
+    return pieces.table(head, rows, caption="Before and after") + pieces.paragraph(gain)
+
+
+def _expected(fit: FitQuality) -> str:
+    """The gain beside that of sessions drawn from the model; empty where the plain model leaves nothing to gain."""
+    if not np.isfinite(fit.gap_closed):
+        return ""
+    ratio = f"{html.number(fit.gap_closed)} ± {html.number(fit.gap_closed_se)}"
+    return f", {as_expected(ratio)}; that is the ceiling, of sessions that are drawn from the model itself"
 
 
 def _quality(name: str, quality: Quality) -> list[str]:
@@ -117,7 +135,7 @@ def _parameters(diagnosis: Diagnosis) -> str:
         rows += [
             [escape(effect.id), escape(each.expression), *html.with_error(each.known)] for each in effect.determined
         ]
-    return html.table(
+    return pieces.table(
         ("of", "parameter", "value", "90 % interval", "unit"),
         rows,
         caption="Parameters (model.toml has them in SI units)",

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from html import escape
 
-from station.diagnosis.report.html import number, p_equals, paragraph
+from station.diagnosis.report.html import number, p_equals
 from station.diagnosis.report.sentences import claimed_effects, next_lines, sentence, set_differently, singular, used
 from station.diagnosis.result import Diagnosis
+from station.pages.pieces import paragraph
 
 _CLASS = {"supported": "yes", "indistinguishable": "maybe", "not supported": "no", "untestable": "cannot"}
 

@@ -1,35 +1,11 @@
-"""Pieces of the page: figures, tables and numbers, with everything that comes from outside escaped."""
+"""Numbers of the page as text."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from html import escape
 
 from station.diagnosis.result import Value
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, caption: str = "") -> str:
-    """An HTML table of cells that are HTML already."""
-    title = f"<caption>{escape(caption)}</caption>" if caption else ""
-    top = "".join(f"<th>{escape(word)}</th>" for word in head)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="wide"><table>{title}<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
-
-
-def figure(svg: str, caption: str) -> str:
-    """A drawing with its caption."""
-    return f"<figure>{svg}<figcaption>{escape(caption)}</figcaption></figure>"
-
-
-def section(title: str, *parts: str, name: str) -> str:
-    """A section; `name` is its anchor."""
-    return f'<section id="{name}"><h2>{escape(title)}</h2>{"".join(parts)}</section>'
-
-
-def paragraph(text: str, *, kind: str = "") -> str:
-    """A paragraph of plain text."""
-    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
 def number(value: float, digits: int = 2, *, sign: bool = False) -> str:

@@ -9,6 +9,7 @@ from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.what import what
 from station.diagnosis.report.where import where
 from station.diagnosis.result import Diagnosis
+from station.pages.caption import command, command_line, made_by
 from station.pages.drawing import style
 from station.pages.page import whole_page
 
@@ -23,9 +24,13 @@ _LINKS = (("where", "Where"), ("what", "What"), ("fit", "Fit"), ("next", "Next")
 
 
 def html_page(diagnosis: Diagnosis, pictures: PictureData, *, seed: int | None = None, motion: str = "") -> str:
-    """The report as HTML; `seed` is listed in its provenance, `motion` is a figure of one run that moves."""
+    """The report as HTML; `seed` is listed in its provenance, `motion` is a figure of one run that moves.
+
+    Figures name the command of `made_by`, or else the one that diagnoses the recording with this seed.
+    """
     links = "".join(f'<a href="#{name}">{word}</a>' for name, word in _LINKS)
-    with style():
+    usual = command_line("station", "diagnose", diagnosis.recording, seed=seed, report="page.html")
+    with style(), made_by(command(usual)):
         parts = [about(diagnosis), headline(diagnosis), f"<nav>{links}</nav>"]
         if diagnosis.verdict != "untestable":
             told = [where(diagnosis, pictures), what(diagnosis)]

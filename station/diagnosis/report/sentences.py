@@ -58,6 +58,11 @@ def singular(diagnosis: Diagnosis) -> str:
     return diagnosis.counted.removesuffix("s")
 
 
+def as_expected(told: str) -> str:
+    """Compares the gain with the one that the model expects of itself; `told` is the ratio, which may exceed 1."""
+    return f"{told} times the gain to expect if the model is right (about 1: nothing is left to gain)"
+
+
 def own_level(rerun: Mapping[str, Any]) -> str:
     """Whose own level of friction a simulator was run again with; empty if no run has an onset that tells it."""
     before = rerun.get("before") or {}

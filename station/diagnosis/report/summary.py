@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from station.diagnosis.report.sentences import (
+    as_expected,
     in_order,
     next_lines,
     own_level,
@@ -146,7 +147,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
     fit = diagnosis.fit
     parts = [
         _number(f"log score {{}} a {singular(diagnosis)}", fit.log_score_gain, fit.gain_se, sign=True),
-        _number("closes {} of what it could gain", fit.gap_closed, fit.gap_closed_se),
+        _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
         _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),

@@ -8,6 +8,7 @@ from html import escape
 from station.diagnosis.report import html
 from station.diagnosis.report.sentences import in_order
 from station.diagnosis.result import Candidates, Diagnosis
+from station.pages import pieces
 
 _MOST = 10
 _CLASS_ODDS = 6.0
@@ -20,8 +21,8 @@ def what(diagnosis: Diagnosis) -> str:
     parts += [_comparison(diagnosis, stage) for stage in stages]
     if diagnosis.untestable:
         rows = [[escape(name), escape(why)] for name, why in sorted(diagnosis.untestable.items())]
-        parts.append(html.table(("effect", "why not"), rows, caption="Untestable with this recording"))
-    return html.section("What is missing", *parts, name="what")
+        parts.append(pieces.table(("effect", "why not"), rows, caption="Untestable with this recording"))
+    return pieces.section("What is missing", *parts, name="what")
 
 
 def _probabilities(diagnosis: Diagnosis) -> str:
@@ -34,8 +35,8 @@ def _probabilities(diagnosis: Diagnosis) -> str:
     rows.append(["none", right, html.number(diagnosis.none_probability), "", ""])
     columns = ("effect or class", "in words", "probability", "verdict", "who has it")
     shown = len(columns) if diagnosis.given else len(columns) - 1
-    table = html.table(columns[:shown], [row[:shown] for row in rows], caption="Posterior probabilities")
-    tried = html.paragraph(
+    table = pieces.table(columns[:shown], [row[:shown] for row in rows], caption="Posterior probabilities")
+    tried = pieces.paragraph(
         f"{diagnosis.candidates_tried} candidates (effects alone and in pairs, smooth places) were tried; that the "
         "best of so many looks good by chance is part of every p."
     )
@@ -46,7 +47,7 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
     rows = [row for row in diagnosis.candidates if row.stage == stage][:_MOST]
     fitted = [row for row in rows if row.fitted]
     if not fitted and stage > 0:
-        return html.paragraph(f"Stage {stage + 1}: nothing stood out any more.")
+        return pieces.paragraph(f"Stage {stage + 1}: nothing stood out any more.")
     best = max(row.twice_log_odds for row in (fitted or rows))
     # A gain that only a score promises is no evidence yet: such a row has a rank and no weight.
     weights = [math.exp(0.5 * (row.twice_log_odds - best)) if row.fitted or not fitted else 0.0 for row in rows]
@@ -56,7 +57,7 @@ def _comparison(diagnosis: Diagnosis, stage: int) -> str:
     ]
     head = ("rank", "candidate", "gain", "parameters", "BIC gain", "2 ln odds", "weight", "class", "doubts")
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
-    return html.table(head, told, caption=caption)
+    return pieces.table(head, told, caption=caption)
 
 
 def _row(diagnosis: Diagnosis, row: Candidates, *, best: float, weight: float, rank: int) -> list[str]:

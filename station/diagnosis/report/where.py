@@ -11,7 +11,9 @@ from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
 from station.diagnosis.report.sentences import singular, used
 from station.diagnosis.result import Diagnosis, Located
-from station.pages.drawing import inline_svg
+from station.pages import pieces
+from station.pages.caption import Caption
+from station.pages.figure import drawn
 
 _MOST_RUNS, _MOST_STRETCHES = 15, 3
 _MOMENT_NS = 5_000_000
@@ -21,23 +23,25 @@ def where(diagnosis: Diagnosis, pictures: PictureData) -> str:
     """The section with residual maps over phase and covariate, the located curves, the plate map, and the places."""
     parts = [*_maps(diagnosis, pictures), *_curves(diagnosis, pictures), *_plate(diagnosis, pictures)]
     parts.append(_places(diagnosis))
-    return html.section("Where they differ", *parts, name="where")
+    return pieces.section("Where they differ", *parts, name="where")
 
 
 def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not pictures.spots_before:
         return []
     first = heat_map(pictures.spots_before, title="Plain model: recorded − simulated")
-    caption = (
-        "Every kind of evidence (rows, in the order of a run) against everything that could explain it (columns). The "
-        "effect size is the share of the residuals that a smooth curve over the covariate takes up; p is corrected for "
-        f"the whole search. Framed: beyond chance (p < 0.05). n = {used(diagnosis)}."
+    caption = Caption(
+        shows="Every kind of evidence (rows, in the order of a run) against everything that could explain it "
+        "(columns). The effect size is the share of the residuals that a smooth curve over the covariate takes up; p "
+        "is corrected for the whole search. Framed: beyond chance (p < 0.05).",
+        count=used(diagnosis),
     )
-    parts = [html.figure(inline_svg(first, name="map1", alt="map of residuals before"), caption)]
+    parts = [drawn(first, caption, name="map1", alt="map of residuals before")]
     if diagnosis.names:
         second = heat_map(pictures.spots_after, title="With what was found")
-        svg = inline_svg(second, name="map2", alt="map of residuals after")
-        parts.append(html.figure(svg, "The same map for the model that was found: what it explains should be pale."))
+        pale = "The same map for the model that was found: what it explains should be pale."
+        caption = Caption(shows=pale, count=used(diagnosis))
+        parts.append(drawn(second, caption, name="map2", alt="map of residuals after"))
     return parts
 
 
@@ -45,28 +49,32 @@ def _curves(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     places = drawable(diagnosis.located)
     if not places:
         return []
-    svg = inline_svg(curves(places, pictures), name="curves", alt="residuals over what explains them")
-    caption = f"The clearest places: mean residual in ten bins, with 90 % intervals; n = {used(diagnosis)}."
-    return [html.figure(svg, caption)]
+    caption = Caption(
+        shows="The clearest places: the mean residual in ten bins of what explains it.",
+        count=used(diagnosis),
+        interval="bars: 90 % intervals",
+    )
+    return [drawn(curves(places, pictures), caption, name="curves", alt="residuals over what explains them")]
 
 
 def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not channels_on_plate(pictures):
         return []
-    svg = inline_svg(plate_map(pictures, after=bool(diagnosis.names)), name="plate", alt="residuals on the plate")
-    caption = (
-        "Residuals where the block was on the plate (each picture less its median), a dot for each onset or window of "
-        f"a slide; n = {used(diagnosis)}; dotted: the foam's opening."
+    caption = Caption(
+        shows="Residuals where the block was on the plate (each picture less its median), a dot for each onset or "
+        "window of a slide. Dotted: the foam's opening.",
+        count=used(diagnosis),
     )
-    return [html.figure(svg, caption)]
+    shown = plate_map(pictures, after=bool(diagnosis.names))
+    return [drawn(shown, caption, name="plate", alt="residuals on the plate")]
 
 
 def _places(diagnosis: Diagnosis) -> str:
     if not diagnosis.located:
-        return html.paragraph("No place stands out beyond chance.")
+        return pieces.paragraph("No place stands out beyond chance.")
     head = ("phase", "place", "effect size", "p", diagnosis.counted, "longest stretches")
     rows = [_row(place, singular(diagnosis)) for place in diagnosis.located]
-    return html.table(head, rows, caption="Places by rank")
+    return pieces.table(head, rows, caption="Places by rank")
 
 
 def _row(place: Located, one: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""One file a figure, found by being here: NUMBER (its place), CAPTION, and draw(pair) -> Figure."""
+"""One file a figure, found by being here: NUMBER (its place), CAPTION, INTERVAL, draw(pair) -> Figure."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from station.friction.drawing import Draw
 
 @dataclass(frozen=True, slots=True)
 class FigureKind:
-    """A figure that every surface pair gets."""
+    """A figure that every surface pair gets: what it shows, and what its bars and bands are (empty: it has none)."""
 
     name: str
     number: float
     caption: str
+    interval: str
     draw: Draw
 
 
@@ -24,5 +25,5 @@ def figure_kinds() -> tuple[FigureKind, ...]:
     found: list[FigureKind] = []
     for info in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{info.name}")
-        found.append(FigureKind(info.name, module.NUMBER, module.CAPTION, module.draw))
+        found.append(FigureKind(info.name, module.NUMBER, module.CAPTION, module.INTERVAL, module.draw))
     return tuple(sorted(found, key=lambda kind: kind.number))

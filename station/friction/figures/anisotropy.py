@@ -15,10 +15,11 @@ from station.friction.pairs import Pair
 
 NUMBER = 10.0
 CAPTION = (
-    "Friction coefficient by direction over the whole circle: mean and standard error of 32 bins, and the harmonics "
-    "that the test of anisotropy fits (red dots: only where there are samples). Left against the object, by the mark's "
-    "identity; right against the plate."
+    "Friction coefficient by direction over the whole circle: the mean of 32 bins, and the harmonics that the test of "
+    "anisotropy fits (coloured dots: only where there are samples). Left against the object, by the mark's identity; "
+    "right against the plate."
 )
+INTERVAL = "bars: ± 1 standard error"
 
 
 def draw(pair: Pair) -> Figure:

@@ -13,10 +13,10 @@ from station.friction.pairs import Pair
 
 NUMBER = 7.0
 CAPTION = (
-    "Angle of repose by direction relative to the object, as the paper folds it: 32 bins over 180°, mean (line) and "
-    "standard deviation (shaded) of each, and below how many samples it has. Dashed: the mean of all. Compare the "
-    "paper's Fig. 7."
+    "Angle of repose by direction relative to the object, as the paper folds it: the mean of 32 bins over 180°, and "
+    "below how many samples each has. Dashed: the mean of all. Compare the paper's Fig. 7."
 )
+INTERVAL = "shaded: ± 1 standard deviation of a bin"
 
 
 def draw(pair: Pair) -> Figure:

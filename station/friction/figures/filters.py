@@ -19,6 +19,7 @@ CAPTION = (
     "The filters: distance, angle, circumference before against after the slide, and the slides that ran along the "
     "foam. Red: flagged. Compare the paper's Fig. 6."
 )
+INTERVAL = ""
 _MOST_BINS = 60
 
 

@@ -16,6 +16,7 @@ CAPTION = (
     "Mean angle of repose by the place before the slide: one pixel is a patch of 10×10 camera pixels, the brighter the "
     "higher, black: no sample. Its scale is its own. Compare the paper's Fig. 8."
 )
+INTERVAL = ""
 
 
 def draw(pair: Pair) -> Figure:

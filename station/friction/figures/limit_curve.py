@@ -18,12 +18,13 @@ from station.friction.pairs import Pair
 
 NUMBER = 11.0
 CAPTION = (
-    "Limit curve. Left: friction by the direction of the slide (median of all runs), its 90 % interval shaded, each "
+    "Limit curve. Left: friction by the direction of the slide (median of all runs), each "
     "slide a dot, and the paper's mean of 32 bins as squares. Right: what holds the block against a pull, by the "
     "pull's direction, which is what a tilt measures; triangles are runs that ended without a slide and would have "
     "taken more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where the "
     "curve is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
 )
+INTERVAL = "shaded: 90 % interval"
 _BINS = 32
 _RIM = 1.6
 """The rim of the plot over the curve's highest value: a run that the foam held would else make a point of the curve."""

@@ -19,6 +19,7 @@ CAPTION = (
     "0° along the mark's short side (compare its Fig. 9); right over the whole circle, which the mark's identity "
     "gives, 0° along the mark's own x."
 )
+INTERVAL = ""
 
 
 def draw(pair: Pair) -> Figure:

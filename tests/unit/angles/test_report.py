@@ -12,6 +12,7 @@ from station.angles.compare import Comparison, compare
 from station.angles.figure import write_figure
 from station.angles.page import comparison_page
 from station.angles.report import fits_csv, table_csv, text_of
+from station.pages.caption import made_by
 from tests.unit.angles.test_compare import stop
 
 
@@ -62,21 +63,22 @@ def test_what_is_not_determined_is_empty_and_said() -> None:
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_the_figure_is_drawn(comparison: Comparison, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"figure.{suffix}"
-    write_figure(comparison, path)
+    with made_by("station compare-angles --from a.mcap"):
+        write_figure(comparison, path)
     data = path.read_bytes()
     assert data[:8].startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[suffix])
     assert len(data) > 5000
 
 
 def test_a_figure_of_an_unknown_kind_is_told(comparison: Comparison, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="png, svg or pdf"):
+    with pytest.raises(UserError, match="png, svg or pdf"), made_by("station compare-angles"):
         write_figure(comparison, tmp_path / "figure.docx")
 
 
 def test_the_page_has_every_number_the_figure_and_its_command(comparison: Comparison) -> None:
     page = comparison_page(comparison, source="a & b.mcap")
     assert page.count("<svg") == 1
-    assert "station compare-angles --from a &amp; b.mcap" in page
+    assert "station compare-angles --from &#x27;a &amp; b.mcap&#x27;" in page
     for fit in comparison.fits:
         assert f"<td>{fit.source}</td>" in page
     assert "nan" not in re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL)

@@ -15,23 +15,28 @@ import pytest
 from station.__main__ import main
 from station.app.one_run import run_in_motion
 from station.diagnosis.result import Diagnosis
+from station.pages.caption import Caption, made_by
 from station.pages.motion import Moving, moving_figure
 
 
-def block(**changes: Any) -> Moving:
+def sliding(**changes: Any) -> Moving:
     time_s = np.linspace(-1.0, 3.0, 400)
     way = np.clip(time_s - 0.2, 0.0, 0.3) ** 2
     still = Moving(name="a < b", colour="#000", time_s=time_s, pose=np.column_stack([way, -way, 0.1 * way]))
     return replace(still, **changes)
 
 
-def figure(*blocks: Moving) -> ET.Element:
-    return ET.fromstring(moving_figure(blocks, size_m=(0.01, 0.02), lasts_s=1.0, shown_s=4.0, caption="this & that"))
+CAPTION = Caption(shows="The run from above, with this & that.", count="1 run")
+
+
+def figure_of(*blocks: Moving) -> str:
+    with made_by("station diagnose a.mcap"):
+        return moving_figure(blocks, size_m=(0.01, 0.02), lasts_s=1.0, shown_s=4.0, caption=CAPTION)
 
 
 @pytest.mark.parametrize("pose", [None, np.zeros((400, 3))], ids=["slides", "rests"])
 def test_moments_are_in_order_and_each_has_its_pose(pose: np.ndarray[Any, Any] | None) -> None:
-    drawn = figure(block() if pose is None else block(pose=pose))
+    drawn = ET.fromstring(figure_of(sliding() if pose is None else sliding(pose=pose)))
     motions = list(drawn.iter("animateTransform"))
     assert [one.get("type") for one in motions] == ["translate", "rotate"]
     for one in motions:
@@ -43,7 +48,7 @@ def test_moments_are_in_order_and_each_has_its_pose(pose: np.ndarray[Any, Any] |
 
 def test_without_motion_it_shows_where_the_block_came_to() -> None:
     """On paper, and where somebody has motions switched off."""
-    places = [group.get("transform", "") for group in figure(block()).iter("g")]
+    places = [group.get("transform", "") for group in ET.fromstring(figure_of(sliding())).iter("g")]
     assert places[0] == "translate(90.000 90.000)"  # mm; y is down in a drawing
     assert math.isclose(float(places[1][len("rotate(") : -1]), -math.degrees(0.009), abs_tol=0.01)
 
@@ -63,12 +68,14 @@ def answer(*names: str, verdict: str = "supported") -> Diagnosis:
 
 
 def test_a_session_has_its_middle_run_beside_what_was_found(recording: Path) -> None:
-    drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop")))
+    with made_by("station diagnose a.mcap"):
+        drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop")))
+        without = ET.fromstring(run_in_motion(recording, answer()))
     names = [text.text for text in drawn.iter("text")]
     assert names == ["recorded", "simulated, plain", "simulated with what was found"]
     caption = drawn.findtext("figcaption") or ""
     assert caption.startswith("Run ")
-    assert len(list(ET.fromstring(run_in_motion(recording, answer())).iter("rect"))) == 2
+    assert len(list(without.iter("rect"))) == 2
 
 
 def test_what_cannot_be_tested_has_no_drawing(recording: Path) -> None:

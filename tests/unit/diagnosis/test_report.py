@@ -21,7 +21,7 @@ from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.what import what
 from station.diagnosis.result import Located, Stretch, Value
-from station.pages.drawing import kept_in
+from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.page import Page
 from tests.unit.diagnosis.tables import grained, samples

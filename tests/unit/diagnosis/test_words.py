@@ -49,6 +49,18 @@ def test_a_simulation_that_leaves_nothing_out_may_differ_all_the_same() -> None:
     assert "no name explains all that differs" in sentence(replace(given, global_p=1e-6))
 
 
+def test_a_gain_beyond_the_expected_one_is_compared_and_never_called_a_share() -> None:
+    found = grained()
+    fit = replace(found.diagnosis.fit, gap_closed=1.51, gap_closed_se=0.28)
+    lucky = replace(found.diagnosis, fit=fit)
+    words = "1.51 ± 0.28 times the gain to expect if the model is right"
+    for text in (told(lucky), html_page(lucky, found.pictures)):
+        assert words in " ".join(text.split())
+        assert not re.search(r"share of the gap|closes 1|could gain", text)
+    nothing = replace(lucky, fit=replace(fit, gap_closed=math.nan, gap_closed_se=math.nan))
+    assert "the gain to expect" not in told(nothing) + html_page(nothing, found.pictures)
+
+
 def test_other_says_on_what_it_depends_and_how_strongly() -> None:
     table = [
         replace(one, temperature_c=20.0 + 10.0 * math.sin(place / 7.0)) for place, one in enumerate(samples(runs=120))

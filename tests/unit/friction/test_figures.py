@@ -12,6 +12,8 @@ from shared.messages import Sample
 from station.friction.drawing import render
 from station.friction.figures import FigureKind, figure_kinds, limit_curve
 from station.friction.pairs import Session, pairs_of
+from station.friction.report import caption_of
+from station.pages.caption import made_by
 from tests.unit.friction.sessions import GEOMETRY, sample, session
 
 TABLES: dict[str, Callable[[], list[Sample]]] = {
@@ -28,7 +30,8 @@ GEOMETRIES = {"full": GEOMETRY, "one": None, "filtered": GEOMETRY, "censored": G
 @pytest.mark.parametrize("kind", figure_kinds(), ids=lambda kind: kind.name)
 def test_every_figure_is_drawn_of_every_table(kind: FigureKind, table: str, tmp_path: Path):
     (pair,) = pairs_of([Session(TABLES[table](), GEOMETRIES[table])])
-    picture = render(kind.draw, pair, folder=tmp_path, stem="figure")
+    with made_by("station analyze a.mcap"):
+        picture = render(kind.draw, pair, folder=tmp_path, stem="figure", caption=caption_of(kind, pair))
     image = cv2.imdecode(np.frombuffer(picture, dtype=np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
     assert image.shape[1] >= 600

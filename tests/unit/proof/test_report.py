@@ -5,11 +5,14 @@ from pathlib import Path
 
 from rich.console import Console
 
+from station.pages.caption import made_by
 from tests.proof.families import families
-from tests.proof.pictures import confusion_counts, detected, draw_all
+from tests.proof.page import html_page
+from tests.proof.pictures import Shown, confusion_counts, detected, draw_all
 from tests.proof.report import MISSED, NO_CASES, About, Column, as_json, column_of, markdown, printed, rows
 from tests.proof.run import Proof
 from tests.proof.scoring import Scored
+from tests.unit.diagnosis.page import Page
 from tests.unit.proof.made_up import claim, concealed, said, scored, truth
 
 CASES = [
@@ -24,7 +27,8 @@ ABOUT = About(date="2026-11-21", command="python -m tests.proof --seed 1", versi
 def column(family: str, cases: list[Scored], **more: dict[str, str]) -> Column:
     told = {"seals": {"single": "ab" * 32}, "not_made": {}, "absent": {}} | more
     return column_of(
-        Proof(family=families()[family], cases=tuple(cases), digest="1234", **told), pictures=["confusion"]
+        Proof(family=families()[family], cases=tuple(cases), digest="1234", **told),
+        pictures=[Shown(name=f"{family}-confusion", told="What was named. n = 3 cases.", html="<figure></figure>")],
     )
 
 
@@ -39,10 +43,14 @@ def test_confusion_and_detection_are_counted():
 
 
 def test_pictures_are_drawn_where_there_is_something(tmp_path: Path):
-    drawn = draw_all(CASES, tmp_path, "own")
-    assert [path.name for path in drawn] == ["own-confusion.svg", "own-reliability.svg", "own-detection.svg"]
-    assert draw_all([], tmp_path, "own") == []
-    assert all(path.stat().st_size > 2000 for path in drawn)
+    with made_by(ABOUT.command):
+        drawn = draw_all(CASES, tmp_path, "own")
+        assert draw_all([], tmp_path, "own") == []
+    assert [shown.name for shown in drawn] == ["own-confusion", "own-reliability", "own-detection"]
+    for shown in drawn:
+        assert (tmp_path / f"{shown.name}.svg").stat().st_size > 2000
+        assert (tmp_path / f"{shown.name}.pdf").read_bytes().startswith(b"%PDF")
+        assert "n = 3 c" in shown.told or "n = 2 " in shown.told
 
 
 def test_a_missed_gate_is_marked_in_its_own_family_and_not_averaged_away():
@@ -66,7 +74,20 @@ def test_the_page_says_where_it_is_from_and_what_was_left_out():
     assert "own generator: single 2, null 1" in text
     assert "Tier artefact: the generator made no cases" in text
     assert "Key of own/single: sha256 " + "ab" * 32 in text
-    assert "![confusion](confusion.svg)" in text
+    assert "![own-confusion](own-confusion.svg)" in text
+    assert "What was named. n = 3 cases." in text
+
+
+def test_the_page_has_every_row_marks_what_is_missed_and_fetches_nothing():
+    text = html_page(ABOUT, COLUMNS)
+    page = Page(text)
+    assert [place for place in page.fetched if not place.startswith("data:")] == []
+    assert len(page.ids) == len(set(page.ids))
+    assert all(cell in page.text for row in rows(COLUMNS) for cell in row)
+    assert text.count('class="missed"') == sum(cell.startswith(MISSED) for row in rows(COLUMNS) for cell in row) > 0
+    assert "Missed: false alarms on nulls: anything claimed (own generator)" in page.text
+    assert "Key of own/single: sha256 " + "ab" * 32 in page.text
+    assert ABOUT.command in page.text
 
 
 def test_the_terminal_has_every_row():

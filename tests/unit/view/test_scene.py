@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import rerun as rr
+import rerun.blueprint as rrb
 
 from shared import foxglove, frames
 from shared import messages as m
@@ -17,6 +19,7 @@ from shared.topics import TOPICS
 from station.view import entities, shapes
 from station.view.camera import CameraPart
 from station.view.canvas import Canvas, Cap
+from station.view.layout import layout
 from station.view.part import Part, Rates
 from station.view.plots import DisplacementPart, TiltPart
 from station.view.reference import ReferenceTracker
@@ -170,7 +173,10 @@ def feed(board: Board, make: Callable[[Canvas, Setup, Rates], Part], *items: tup
 def test_displacement_crosses_the_threshold_where_the_paper_says() -> None:
     board = Board()
     feed(board, DisplacementPart, *session.session_messages())
-    moved = {stamp: values for stamp, path, values in board.points if path == entities.DISPLACEMENT}
+    moved: dict[int, list[float]] = {}
+    for stamp, path, values in board.points:
+        if path in entities.DISPLACEMENT:
+            moved.setdefault(stamp, []).append(values[0])
     limits = {stamp: values[0] for stamp, path, values in board.points if path == entities.THRESHOLD}
     crossing = min(stamp for stamp, values in moved.items() if sum(np.array(values) > limits[stamp]) >= 3)
     at_s = (crossing - session.START_NS) * 1e-9
@@ -184,9 +190,25 @@ def test_displacement_crosses_the_threshold_where_the_paper_says() -> None:
 def test_displacement_ends_with_the_run() -> None:
     board = Board()
     feed(board, DisplacementPart, *session.session_messages())
-    last = [values for _, path, values in board.points if path == entities.DISPLACEMENT][-1]
-    assert all(math.isnan(value) for value in last)
-    assert sum(path == entities.DISPLACEMENT and math.isnan(values[0]) for _, path, values in board.points) == 1
+    for corner in entities.DISPLACEMENT:
+        drawn = [values[0] for _, path, values in board.points if path == corner]
+        assert math.isnan(drawn[-1])
+        assert sum(map(math.isnan, drawn)) == 1
+
+
+def test_each_corner_has_a_panel_of_its_own_with_the_threshold() -> None:
+    """A block that does not turn moves its corners alike: in one panel three of the four curves are hidden."""
+    views = layout({"camera/corners"}, setup=Setup()).root_container
+    contents = [set(map(str, view.contents)) for view in _views(views) if view.origin == "plots/displacement"]
+    assert contents == [{f"/{corner}", f"/{entities.THRESHOLD}"} for corner in entities.DISPLACEMENT]
+
+
+def _views(part: Any) -> Iterator[Any]:
+    """Every view of a layout's part."""
+    if isinstance(part, rrb.View):
+        yield part
+    for inner in part.contents if isinstance(part, rrb.Container) else ():
+        yield from _views(inner)
 
 
 def test_corners_over_an_image_are_those_of_its_own_frame() -> None:
