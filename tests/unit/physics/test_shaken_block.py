@@ -81,6 +81,40 @@ def test_strong_shaking_throws_blocks_off_early() -> None:
     assert found.mean / found.scatter > 2.0
 
 
+@pytest.mark.parametrize(("sd_m_s2", "hz"), [(0.19, 3.0), (0.06, 6.0), (0.4, 6.0), (0.19, 12.0), (0.4, 12.0)])
+def test_a_traced_onset_scatters_as_the_law_says(sd_m_s2: float, hz: float) -> None:
+    """Whatever the moment of the slip: the slide is pushed to and fro, and what is traced back is its mean course."""
+    vibration = catalogue()["arm_vibration"]
+    values = {**vibration.neutral(), "sd_m_s2": sd_m_s2, "cos1": 0.0, "sin1": 0.0, "tone_hz": hz}
+    tilted = contacts(1, down_rad=0.0)
+    scatter, push = vibration.shaking(tilted, values), vibration.push(tilted, values)
+    assert push is not None
+    loads = traced_m_s2(sd_m_s2, hz, rate_deg_s=10.0)
+    assert float(np.ravel(scatter)[0]) == pytest.approx(float(loads.std()), rel=0.4)
+    assert push[0, 0] == pytest.approx(-float(loads.mean()), rel=0.5)
+
+
+def traced_m_s2(sd_m_s2: float, hz: float, *, rate_deg_s: float, read_s: float = 0.15) -> Array:
+    """The load beyond friction (blocks,), m/s², at which slides that were shaken seem to begin.
+
+    A slide from rest on an even ramp has the way growth (t - t0)³ / 6, whose cube root is a line that begins at t0.
+    """
+    rng = np.random.default_rng(20261125)
+    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
+    tone = sd_m_s2 / math.sqrt(0.5 * sum(share * share for share in SHARES))
+    first, phase = rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+    times = np.arange(-2.0 * sum(SHARES) * tone / growth, 1.5, STEP_S)
+    speed, place, rested = np.zeros(BLOCKS), np.zeros((len(times), BLOCKS)), np.zeros(BLOCKS)
+    for k, now in enumerate(times):
+        speed = np.maximum(speed + STEP_S * (growth * now + _tones(now + first, tone, hz, phase)), 0.0)
+        place[k] = place[k - 1] + STEP_S * speed
+        rested = np.where(speed > 0.0, rested, place[k])
+    roots = np.cbrt(6.0 / growth * np.maximum(place - rested, 0.0))
+    begins = (place - rested > 2e-4).argmax(axis=0) + np.arange(round(read_s / STEP_S))[:, None]
+    read = np.take_along_axis(roots, begins, axis=0)
+    return growth * (times[begins] - read).mean(axis=0)
+
+
 @pytest.mark.parametrize("apart", [0.5, 1.0, 1.5])
 def test_blocks_below_their_limit_creep_as_the_law_says(apart: float) -> None:
     """Plain Coulomb steps under 25 tones, at a constant distance to the limit in the push's deviations."""
