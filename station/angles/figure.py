@@ -39,7 +39,7 @@ def shown(comparison: Comparison) -> str:
 
 
 def counted(comparison: Comparison) -> str:
-    """What the comparison rests on, in words."""
+    """Says in words on what the comparison rests."""
     return f"{sum(fit.readings for fit in comparison.fits)} readings at {comparison.stops} stops of the plate"
 
 

@@ -33,7 +33,7 @@ _REFINE = 16
 _ANGLES = 24
 """Angles of the plain slider's first look. A larger one has a shorter way at every moment, so χ² has one valley."""
 _BEYOND_RAD = 0.01
-"""How far beyond the steepest tilt an onset is sought: a plate that stops its turning lifts a block, by less."""
+"""An onset is sought so far beyond the steepest tilt: a plate that stops its turning lifts a block, by less."""
 _SLIGHT_RAD = 1e-6
 """Half of the difference of two angles whose ways give the slope."""
 _HELD_RAD = 1e-5

@@ -17,7 +17,7 @@ from station.pages.svg import inline
 
 _folder: ContextVar[Path | None] = ContextVar("folder", default=None)
 DOTS_PER_INCH = 200
-"""Of bitmaps: a figure as wide as a page of paper is then as sharp as print."""
+"""The resolution of bitmaps: a figure as wide as a page of paper is then as sharp as print."""
 
 
 @contextmanager
@@ -89,5 +89,5 @@ def write(drawing: Any, path: Path, caption: Caption) -> None:
 
 
 _METADATA = {".svg": ("Description", "Date", "Creator"), ".pdf": ("Subject", "CreationDate"), ".png": ("Description",)}
-"""What a file tells of itself: neither date nor version of the program, so that equal data give equal files."""
+"""A file tells neither its date nor the version of the program, so that equal data give equal files."""
 _CAPTIONS = ("Description", "Subject")

@@ -74,7 +74,7 @@ class Opening:
         return touches_round(self.radius_m, corners_m, TOUCH_M).any(axis=1)
 
     def way_m(self, corners_m: Array, pull: Array) -> Array:
-        """How far (n,), m, blocks with these corners (n, 4, 2) can slide along unit vectors (n, 2) up to the foam.
+        """Returns how far (n,), m, blocks with corners (n, 4, 2) can slide along unit vectors (n, 2) up to the foam.
 
         It is 0 for a block that touches foam that does not let it go that way, and inf where there is no foam.
         """

@@ -116,7 +116,7 @@ class Phases:
         self.next_step()
 
     def _way_px(self, direction: Direction) -> float:
-        """How far the foam lets the block slide from its reference, px."""
+        """Returns how far the foam lets the block slide from its reference, px."""
         reference, specimen = self.state.run.reference, self._specimen
         return self.tracks.way_px(
             reference.corners_px if reference else (),

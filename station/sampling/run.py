@@ -37,7 +37,7 @@ class Run:
     rate_deg_s: float = 5.0
     reference: Reference | None = None
     way_px: float = math.inf
-    """How far the foam lets the block slide: up to where it meets the foam, and not at all where that holds it."""
+    """The way, px, that the foam lets the block slide: none where it holds the block."""
     angles_rad: tuple[float, ...] = ()
     step: int = 0
     rest_ns: int = 0

@@ -96,7 +96,7 @@ class Tracks:
         return points if lens is None else undistort(points, intrinsics=lens.K, distortion=lens.D)
 
     def way_px(self, corners_px: tuple[float, ...], opening: Opening, *, side_m: float, azimuth_rad: float) -> float:
-        """How far (px) a square block can slide when tilted at β until the foam stops it; inf if that is not known."""
+        """Returns how far, px, a square block slides when tilted at β until the foam stops it; inf if not known."""
         if self.geometry is None or not corners_px or not opening.walled or not self.geometry.mm_per_px > 0:
             return math.inf
         block = square_corners(0.5 * side_m, self.place_of(corners_px))

@@ -108,7 +108,7 @@ def _run_effects(evidence: Evidence, part: Fit) -> Array:
     channel = evidence.onsets
     if not isinstance(channel, Onsets):
         return np.zeros(evidence.runs)
-    # What onset and slide do not share is known from their difference, with the error of the reading in it.
+    # The difference of onset and slide tells what they do not share, with the error of the reading in it.
     shown = part.noise.scatter**2 + channel.shaking(part.model) ** 2
     share, known = np.full(evidence.runs, np.nan), ~channel.rows.limit & (shown > 0)
     share[channel.rows.run[known]] = part.noise.friction**2 / shown[known]

@@ -29,6 +29,7 @@ from shared.messages import (
 )  # fmt: skip
 from shared.rig import RigConfig
 from station.recording.writer import Recording
+from station.rig.opening import Opening
 from station.sampling.actions import Action, Report, Tilt
 from station.sampling.machine import INPUTS, SamplingMachine
 from station.sampling.plan import Plan
@@ -96,6 +97,7 @@ class Session:
             plate=self.rig.plate.material,
             block_mass_kg=self.rig.block.mass_kg,
             block_area_m2=length * width,
+            opening=Opening(radius_m=self.rig.plate.opening_m / 2, outline_m=self.rig.plate.opening_outline_m),
         )
         self._machine = SamplingMachine(
             plan, size_px=(SIZE_PX, SIZE_PX), reach=self._arm.reach, specimen=specimen, geometry=None
