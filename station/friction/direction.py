@@ -67,7 +67,7 @@ def slide_direction(pre: Array, post: Array) -> Array:
 
 
 def mark_sides(corners: Array) -> Array:
-    """Mean lengths (n, 2) of the mark's two pairs of sides, in the unit of its `corners` (n, 4, 2): along its x and y."""
+    """Mean lengths (n, 2) of the mark's pairs of sides, along its x and its y, in the unit of `corners` (n, 4, 2)."""
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     return np.column_stack([edges[:, [0, 2]].mean(axis=1), edges[:, [1, 3]].mean(axis=1)])
 
