@@ -110,7 +110,7 @@ def undistort(points_px: ArrayLike, *, intrinsics: ArrayLike, distortion: Sequen
 
 
 def apply_homography(homography: Array, points: ArrayLike) -> Array:
-    """Maps points (n, 2)."""
+    """Maps `points` (n, 2) by a `homography` (3, 3) of column vectors (x, y, 1); both keep their own units."""
     xy = np.asarray(points, dtype=float)
     mapped = xy @ homography[:, :2].T + homography[:, 2]
     return mapped[:, :2] / mapped[:, 2:]

@@ -94,7 +94,7 @@ class AnisotropyTest:
 
 
 def resultant(direction_rad: Array) -> float:
-    """Length, 0 to 1, of the mean of the unit vectors at twice the directions (n,), rad: 1 if all lie on one line."""
+    """Length, 0 to 1, of the mean of the unit vectors at twice `direction_rad` (n,): 1 if all lie on one line."""
     known = direction_rad[np.isfinite(direction_rad)]
     return float(abs(np.exp(2j * known).mean())) if len(known) else 1.0
 

@@ -25,7 +25,10 @@ class Bins:
 
 
 def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.pi, bins: int = BINS) -> Bins:
-    """Mean and standard deviation (bins,) of values (n,) by direction (n,), rad, in equal parts of [0, span)."""
+    """Mean and standard deviation (bins,) of `values` (n,) by `direction_rad` (n,), in equal parts of [0, span).
+
+    The values keep their unit.
+    """
     known = np.isfinite(direction_rad) & np.isfinite(values)
     place = np.minimum((direction_rad[known] % span_rad / span_rad * bins).astype(np.int64), bins - 1)
     count = np.bincount(place, minlength=bins)
@@ -37,7 +40,14 @@ def by_direction(direction_rad: Array, values: Array, *, span_rad: float = math.
 
 
 def heat_map(centre_px: Array, values: Array, *, size_px: tuple[int, int], patch_px: int = PATCH_PX) -> Array:
-    """Mean of the values in patches of the image, (rows, columns); NaN where there is none. Centres are (n, 2)."""
+    """Mean of the values in patches of the image, (rows, columns); NaN where there is none.
+
+    Args:
+        centre_px: (n, 2) places in the image, px.
+        values: (n,) what is averaged, in any unit.
+        size_px: width and height of the image, px.
+        patch_px: side of a patch, px.
+    """
     columns, rows = (math.ceil(size / patch_px) for size in size_px)
     # The image begins half a pixel before the centre of its first one.
     place = np.floor((centre_px + 0.5) / patch_px)

@@ -58,13 +58,16 @@ def friction_coefficient(theta_rad: ArrayLike) -> Array:
 
 
 def slide_direction(pre: Array, post: Array) -> Array:
-    """Direction (n) in radians of the mark's mean displacement between two sets of corners (n, 4, 2), plate frame."""
+    """Direction (n,), rad, of the mark's mean displacement from corners `pre` (n, 4, 2) to `post` (n, 4, 2).
+
+    Both are in the plate frame P, m.
+    """
     moved = (post - pre).mean(axis=1)
     return np.arctan2(moved[:, 1], moved[:, 0])
 
 
 def mark_sides(corners: Array) -> Array:
-    """Mean lengths (n, 2) of the mark's two pairs of sides: along its x and along its y."""
+    """Mean lengths (n, 2) of the mark's pairs of sides, along its x and its y, in the unit of `corners` (n, 4, 2)."""
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     return np.column_stack([edges[:, [0, 2]].mean(axis=1), edges[:, [1, 3]].mean(axis=1)])
 

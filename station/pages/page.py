@@ -33,7 +33,7 @@ th { border-bottom: 1px solid var(--rule); white-space: nowrap; } td { border-bo
 li.finding { color: var(--bad); }
 figure { margin: 1.5rem 0; overflow-x: auto; }
 figure img, figure svg { max-width: 100%; height: auto; background: #fff; color: #000; border-radius: 4px; }
-pre, code { background: var(--card); } pre { padding: .8rem; overflow-x: auto; }
+pre, code { background: var(--card); } code { overflow-wrap: anywhere; } pre { padding: .8rem; overflow-x: auto; }
 $style
 @media print {
 :root { --ink: #000; --faint: #333; --paper: #fff; --card: #fff; --line: #ccc; --rule: #000; --bad: #000; }

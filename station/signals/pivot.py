@@ -34,7 +34,7 @@ Acceleration = Callable[[Array], Array]
 
 
 def pivot_in_plate(known: AttitudeTrack, time_s: Array) -> Array | None:
-    """The pivot's acceleration (n, 3) in P, m/s², at readings at times (n,), s; None where it is not known."""
+    """The pivot's acceleration (n, 3) in P, m/s², at readings at times `time_s` (n,), s; None where it is not known."""
     acceleration = pivot_acceleration(time_s, known.pivot_m)
     if acceleration is None:
         return None

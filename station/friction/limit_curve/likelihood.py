@@ -93,7 +93,10 @@ class Likelihood:
         return onset, slide
 
     def expected_pull(self, values: Array) -> Array:
-        """ln tan (n) of the tilt at which each run should start, for a multiplier of 1."""
+        """ln tan (n,) of the tilt at which each run should start, for a multiplier of 1.
+
+        `values` (k,) are the parameters of the layout, each in its own unit.
+        """
         onset, _ = self._solved(values, self._ease(values))
         local = self._at(values, onset, self.data.orientation_rad, slopes=False).local
         drift = values[self.layout.index("drift")] * self.data.place

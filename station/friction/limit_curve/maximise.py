@@ -59,7 +59,7 @@ def _spread(values: Array) -> float:
 
 
 def maximise(layout: Layout, observations: Observations, *, start: Array, start_layout: Layout) -> Maximum:
-    """Climbs from the values of another model.
+    """Climbs from the values `start` (k,) of another model, each in its parameter's own unit.
 
     Where that has no ease the climb is made twice: from slides that go by maximum dissipation, and from ones that just
     go downhill. A block that slides straight though friction depends on the direction is else taken for isotropic.

@@ -74,7 +74,7 @@ class Layout:
         return [_BOUNDS[_family(name)] for name in self.names]
 
     def shape(self, values: Array, frame: str) -> Shape:
-        """The shape in one frame."""
+        """The shape in one frame, by the `values` (k,) of the parameters, each in its own unit."""
         found = {name: float(value) for name, value in zip(self.names, values, strict=True)}
 
         def pair(order: int) -> tuple[float, float]:
@@ -92,7 +92,10 @@ class Layout:
         )
 
     def slopes(self, values: Array, frame: str) -> list[tuple[int, Complex]]:
-        """The place of each shape parameter of a frame, and the derivative (ORDER + 1) of the series by it."""
+        """The place of each shape parameter of a frame, and the derivative (ORDER + 1,) of the series by it.
+
+        `values` (k,) are the parameters, each in its own unit.
+        """
         found: list[tuple[int, Complex]] = []
         stretch = self.shape(values, frame).stretch
         for place, name in enumerate(self.names):
@@ -131,6 +134,9 @@ def _stretch_slope(stretch: complex, unit: complex) -> Complex:
 
 
 def extended(layout: Layout, values: Array, *, to: Layout, ease: float) -> Array:
-    """The values of a model as a start of another: those that it lacks are 0, but for the ease."""
+    """The `values` (k,) of a model as a start (m,) of another: those that it lacks are 0, but for the ease.
+
+    Each is in its parameter's own unit.
+    """
     known = dict(zip(layout.names, values.tolist(), strict=True))
     return np.array([known.get(name, ease if name == "ease" else 0.0) for name in to.names])
