@@ -98,7 +98,7 @@ def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_pat
     ends = {line.name: line.end for line in state.recordings[0].timelines}
     assert ends["elapsed"] == pytest.approx(session.END_S * 1e9, rel=0.02)
     assert [view.name for view in state.views if view.reports] == []
-    assert len(state.views) == 8
+    assert len(state.views) == 11
 
 
 @pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
