@@ -47,12 +47,12 @@ class Loads:
         return Twice(once, twice, self.at_frames(twice))
 
     def integral(self, values: Array) -> Array:
-        """∫ of values (..., n) on the grid from its beginning."""
+        """The integral over time of `values` (…, n), of any unit, on the grid from its beginning."""
         means = 0.5 * self.step_s * (values[..., 1:] + values[..., :-1])
         return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(means, axis=-1)], axis=-1)
 
     def at_frames(self, values: Array) -> Array:
-        """Values (..., n) on the grid, read off at the frames (..., m)."""
+        """The `values` (…, n) on the grid, of any unit, read off at the frames (…, m)."""
         place = np.clip((self.frames_s - self.grid[0]) / self.step_s, 0.0, len(self.grid) - 1.0)
         before = np.minimum(place.astype(np.int64), len(self.grid) - 2)
         return values[..., before] + (place - before) * (values[..., before + 1] - values[..., before])

@@ -68,13 +68,15 @@ class Opening:
         return -away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), 1e-9)
 
     def touches(self, corners_m: Array) -> Bools:
-        """True (n,) for blocks with these corners (n, 4, 2), m, in the plate, that touch the foam or lie in it."""
+        """True (n,) for blocks that touch the foam or lie in it; `corners_m`: (n, 4, 2), m, in the plate."""
         if self.outline_m:
             return touches_outline(np.array(self.outline_m), corners_m, TOUCH_M)
-        return touches_round(self.radius_m, corners_m, TOUCH_M).any(axis=1)
+        return np.asarray(touches_round(self.radius_m, corners_m, TOUCH_M).any(axis=1))
 
     def way_m(self, corners_m: Array, pull: Array) -> Array:
-        """Returns how far (n,), m, blocks with corners (n, 4, 2) can slide along unit vectors (n, 2) up to the foam.
+        """Returns how far (n,), m, blocks can slide up to the foam.
+
+        The blocks have `corners_m` (n, 4, 2) in the plate, and slide along the unit vectors `pull` (n, 2).
 
         It is 0 for a block that touches foam that does not let it go that way, and inf where there is no foam.
         """

@@ -37,7 +37,7 @@ def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
 
 
 def turn_of(outline_m: Array) -> float:
-    """1 if the corners (k, 2) of an outline follow each other to the left, against the clock, or −1."""
+    """1 if the corners `outline_m` (k, 2) of an outline follow each other to the left, against the clock, or −1."""
     x, y = outline_m.T
     return float(np.sign((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
 

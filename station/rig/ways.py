@@ -14,12 +14,14 @@ Bools = NDArray[np.bool_]
 
 
 def touches_round(radius_m: float, corners_m: Array, touch_m: float) -> Bools:
-    """True (n, 4) for corners (n, 4, 2) within `touch_m` of a circle round the middle, or beyond it."""
+    """True (n, 4) for `corners_m` (n, 4, 2) within `touch_m` of a circle round the middle, or beyond it."""
     return np.linalg.norm(corners_m, axis=2) > radius_m - touch_m
 
 
 def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
-    """The way (n,), m, along `pull` (n, 2) until a corner meets the circle; 0 where foam holds a corner.
+    """The way (n,), m, until a corner meets the circle; 0 where foam holds a corner.
+
+    The blocks have `corners_m` (n, 4, 2) from the middle, and slide along the unit vectors `pull` (n, 2).
 
     Foam holds what touches it and is not pulled inwards by more than `lets_go`, a sine.
     """
@@ -32,12 +34,18 @@ def way_in_round(radius_m: float, corners_m: Array, pull: Array, *, touch_m: flo
 
 
 def touches_outline(outline_m: Array, corners_m: Array, touch_m: float) -> Bools:
-    """True (n,) for blocks (n, 4, 2) that come within `touch_m` of an outline with corners (k, 2), or beyond it."""
+    """True (n,) for blocks that come within `touch_m` of an outline, or beyond it.
+
+    The blocks have `corners_m` (n, 4, 2), and the outline has the corners `outline_m` (k, 2).
+    """
     return np.array([any(room < touch_m for room, _ in _contacts(outline_m, block)) for block in corners_m], dtype=bool)
 
 
 def way_in_outline(outline_m: Array, corners_m: Array, pull: Array, *, touch_m: float, lets_go: float) -> Array:
-    """The way (n,), m, as `way_in_round` has it, in an outline with corners (k, 2)."""
+    """The way (n,), m, as `way_in_round` has it, in an outline.
+
+    The blocks have `corners_m` (n, 4, 2), slide along unit vectors `pull` (n, 2), and `outline_m` (k, 2) are corners.
+    """
     ways = np.empty(len(corners_m))
     for row, (block, along) in enumerate(zip(corners_m, pull, strict=True)):
         held = any(room < touch_m and inward @ along < lets_go for room, inward in _contacts(outline_m, block))

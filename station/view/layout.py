@@ -28,7 +28,8 @@ def layout(topics: Collection[str], *, setup: Setup, live: bool = False, diagnos
     if camera:
         upper.insert(0, _camera(setup))
     window = _window() if live else None
-    curves, shares = [_curves("plots/tilt", "Tilt (°)", window)], [4]
+    shares = [4]
+    curves: list[rrb.View | rrb.Container] = [_curves("plots/tilt", "Tilt (°)", window)]
     if camera:
         curves.append(_displacement(window))
         shares.append(5)

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def _tilt_rad(scene: TwinScene) -> float:
     return 2.0 * math.asin(min(1.0, math.hypot(scene.qx, scene.qy)))
 
 
-def column(samples: Sequence[Sample], name: str) -> Array:
+def column(samples: Sequence[Sample], name: str) -> NDArray[Any]:
     """A field of each sample (n,)."""
     values = [getattr(sample, name) for sample in samples]
     return np.array(values, dtype=np.int64 if name.endswith("_ns") else np.float64)
