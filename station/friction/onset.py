@@ -116,7 +116,7 @@ def estimate_onset(
     origin = int(times[0])
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
     readings_s = np.asarray((times - origin) * 1e-9, dtype=np.float64)
-    loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m + along * path)
+    loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m, way_m=along * path)
     fit = _Fit(t, path, loads, along=along, sigma_m=max(sigma_m, 1e-7))
     best = fit.best()
     if fit.without_slide() - best.chi2 < _SLIDE_CHI2:
@@ -204,7 +204,7 @@ class _Fit:
         way = self.way(angle)
         chi2 = float(self._chi2(self.path - way))
         mu = self.along * float(np.tan(angle))
-        return _Best(self.loads.first_at(angle), angle, mu, chi2, way, self._slope(angle))
+        return _Best(self.loads.begin(mu, along=self.along), angle, mu, chi2, way, self._slope(angle))
 
     def _slope(self, angle_rad: float) -> Array:
         less, more = self.way(np.array([angle_rad - _SLIGHT_RAD, angle_rad + _SLIGHT_RAD]))
@@ -231,7 +231,7 @@ class _Fit:
         sigma_t = min(self.sigma_m / max(float(np.linalg.norm(by_time)), 1e-9), 1.0)
         rate = 0.5 * abs(float(loads.tilt(t0 + sigma_t) - loads.tilt(t0 - sigma_t))) / sigma_t
         way = self.along * loads.since(loads.drive, t0) - mu_k * loads.since(loads.press, t0)
-        return _Best(t0, theta, mu_k, chi2, way, by_time / max(rate, 1e-9))
+        return _Best(t0, loads.resting_tilt(t0), mu_k, chi2, way, by_time / max(rate, 1e-9))
 
     def _minimum(self, score: Callable[[Array], Array]) -> tuple[float, float]:
         """A grid, a finer one around its best point, then golden sections there.

@@ -9,6 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 GRAVITY_M_S2 = 9.81
+AROUND_S = 0.03
+"""A plate's acceleration is that of its tilt's readings within this time: over less it is mostly their noise."""
+LEAST_READINGS = 5
+SURE = 2.0
+"""An acceleration of so many standard errors or less is taken for the readings' noise (of which 5 % are larger)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +32,8 @@ class Loads:
     line from the axis of the turning.
     """
 
-    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: Array) -> None:
-        """Takes the tilt's readings (m,) and, at the frames (n,), how far the block lies ahead."""
+    def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: float, way_m: Array) -> None:
+        """Takes the tilt's readings (m,), how far the block lies ahead, m, and its way from there (n,) by the frames."""
         self.frames_s = frames_s
         self.readings_s, self.readings_rad = tilt_s, tilt_rad
         self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)
@@ -36,7 +41,8 @@ class Loads:
         # A straight line between two readings would lie beside an accelerating tilt by half a thousandth of a degree,
         # which is more than what the noise of a good camera does.
         self.theta = hermite(tilt_s, tilt_rad, np.gradient(tilt_rad, tilt_s), at=self.grid)
-        rate, ahead = np.gradient(self.theta, self.step_s), np.interp(self.grid, frames_s, ahead_m)
+        self.rate, self.ahead_m = np.gradient(self.theta, self.step_s), ahead_m
+        rate, ahead = self.rate, np.interp(self.grid, frames_s, ahead_m + way_m)
         self.drive = self._twice(self.integral(GRAVITY_M_S2 * np.sin(self.theta) + rate * rate * ahead))
         # θ″ d + 2 θ′ d′ = (θ′ d)′ + θ′ d′: the tilt need not be differentiated twice.
         lifted = rate * ahead + np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(ahead))])
@@ -76,11 +82,32 @@ class Loads:
         """θ (...), rad, at each t (...), s."""
         return np.interp(np.asarray(t, dtype=np.float64), self.grid, self.theta)
 
-    def first_at(self, tilt_rad: float) -> float:
-        """The first time, s, at which the plate has that tilt, or its steepest one if it never has."""
-        steepest = np.maximum.accumulate(self.theta)
-        k = max(int(np.searchsorted(steepest, min(tilt_rad, float(steepest[-1])))), 1)
-        return float(np.interp(tilt_rad, steepest[k - 1 : k + 1], self.grid[k - 1 : k + 1]))
+    def resting_tilt(self, t: float) -> float:
+        """The tilt, rad, at which a plate at rest loads a resting block as this one does at t."""
+        theta, (rate, faster) = float(self.tilt(t)), self._turning(t)
+        drive = GRAVITY_M_S2 * np.sin(theta) + rate * rate * self.ahead_m
+        return float(np.arctan2(drive, GRAVITY_M_S2 * np.cos(theta) - faster * self.ahead_m))
+
+    def _turning(self, t: float) -> tuple[float, float]:
+        """θ′ and θ″ at t by the parabola through the readings around it; less of θ″ where their noise could be it."""
+        away = np.abs(self.readings_s - t)
+        near = away <= max(AROUND_S, float(np.sort(away)[min(LEAST_READINGS, len(away)) - 1]))
+        powers = np.vander(self.readings_s[near] - t, 3, increasing=True)
+        (_, rate, bend), *_ = np.linalg.lstsq(powers, self.readings_rad[near])
+        noise = SURE * self._noise_rad() * float(np.sqrt(np.linalg.pinv(powers.T @ powers)[2, 2]))
+        return float(rate), 2.0 * float(bend) * max(1.0 - (noise / max(abs(float(bend)), 1e-12)) ** 2, 0.0)
+
+    def _noise_rad(self) -> float:
+        """The noise (rad) of the tilt's readings, by their third differences, which hold √20 of it."""
+        return float(np.median(np.abs(np.diff(self.readings_rad, 3)))) / (0.6745 * np.sqrt(20.0))
+
+    def begin(self, mu: float, *, along: float) -> float:
+        """When the slide that the last frame shows begins, s, with friction mu: the last moment at rest before it.
+
+        A plate that stops its turning can shake the block by less than a step of it, and hold it again.
+        """
+        resting = np.flatnonzero((self.speed(mu, along=along) <= 0.0) & (self.grid < self.frames_s[-1]))
+        return float(self.grid[resting[-1]]) if len(resting) else float(self.grid[0])
 
     def tilt_sigma_rad(self, t: float) -> float:
         """The error (rad) of the curve through the tilt's readings, from how abruptly that bends there.

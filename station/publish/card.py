@@ -14,9 +14,9 @@ TABLES = {"samples": "a row for each run that came to its end", "runs": "a row f
 """The tables by name: each is `data/NAME.parquet`, and a configuration of the dataset."""
 
 _COLUMNS = """\
-Units end the names of columns (`_rad`, `_m`, `_s`, `_ns`). `onset_angle_rad` is the tilt at which the block began to
-slide; of a `censored` run, which did not slide, the steepest tilt. `flags` say what speaks against a sample; without
-any it is kept. The plate frame has its origin at the plate's centre and z along its normal. In `runs`, `x_m`, `y_m` and
+Units end the names of columns (`_rad`, `_m`, `_s`, `_ns`). `onset_angle_rad` is the tilt at which the block begins
+to slide on a plate at rest; of a `censored` run, which did not slide, the steepest tilt. `flags` say what speaks
+against a sample; without any it is kept. The plate frame has its origin at the plate's centre and z along its normal. In `runs`, `x_m`, `y_m` and
 `yaw_rad` are the block in that frame at the times `path_s`, and `tilt_rad` is the plate's tilt at `tilt_s`, both since
 `started_ns`."""
 _CHECKED = """\

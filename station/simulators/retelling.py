@@ -34,7 +34,7 @@ class Outcome:
 
     Attributes:
         onset_s: (n,) the first onset as the camera would stamp it; nan if the block never slid.
-        onset_rad: (n,) the tilt that the arm reports then.
+        onset_rad: (n,) the tilt at which a plate at rest would have let go, by what the arm reports then.
         pose: (q, 3) x, y, yaw at the moments asked for.
         gravity: (q, 3) unit vector of gravity in the plate as it truly stands then.
     """

@@ -91,10 +91,10 @@ class Recording:
     def samples(self) -> Table:
         """A row for each run that came to its end, with the columns of `station samples --csv`.
 
-        `onset_angle_rad` is the tilt at which the block began to slide, with its standard deviation `onset_sigma_rad`;
-        of a `censored` run, which did not slide, the steepest tilt. `flags` are separated by "|". Vectors are numbered:
-        `euler_rad_0` to `_2`; corners as x0, y0, x1, y1, x2, y2, x3, y3 in pixels. `start_…` is the block's pose in the
-        plate frame before the tilt.
+        `onset_angle_rad` is the tilt at which the block begins to slide on a plate at rest, with its standard deviation
+        `onset_sigma_rad`; of a `censored` run, which did not slide, the steepest tilt. `flags` are separated by "|".
+        Vectors are numbered: `euler_rad_0` to `_2`; corners as x0, y0, x1, y1, x2, y2, x3, y3 in pixels. `start_…` is
+        the block's pose in the plate frame before the tilt.
         """
         free_m = free_of_foam_m(self.every_sample, self.reader.path)
         more = {name: np.array(values) for name, values in free_m.items()}

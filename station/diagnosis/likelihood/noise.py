@@ -200,5 +200,7 @@ def _share(means: Mapping[str, Array], errors: Mapping[str, Array], own: dict[st
     apart = max(apart - float(np.median(errors[ALONG][both])) ** 2, 1e-10)
     first, second = own[ONSET] ** 2, own[ALONG] ** 2
     of_onset = min(max(0.5 * (first - second + apart), 0.02 * apart), 0.98 * apart, first)
-    own[ONSET], own[ALONG] = math.sqrt(of_onset), math.sqrt(max(apart - of_onset, 1e-12))
-    return math.sqrt(max(first - of_onset, 0.0))
+    of_along = max(apart - of_onset, 1e-12)
+    own[ONSET], own[ALONG] = math.sqrt(of_onset), math.sqrt(of_along)
+    # Both channels tell what is shared; they differ where an onset's stated error is larger than the runs' scatter.
+    return math.sqrt(max(0.5 * (first - of_onset + second - of_along), 0.0))

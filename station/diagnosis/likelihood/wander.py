@@ -87,7 +87,7 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
     """Residuals (n,), ordered by run, less the course that the runs share from window to window.
 
     The course is the cumulative sum of the median steps, which do not depend on the runs' levels: a run that has fewer
-    windows than others leaves no trace where it ends.
+    windows than others leaves no trace where it ends. Where too few runs have a step, the last known one goes on.
     """
     first = np.flatnonzero(np.diff(run, prepend=-1))
     number = np.arange(len(run)) - np.repeat(first, np.diff(np.append(first, len(run))))
@@ -95,7 +95,7 @@ def _of_its_own(residual: Array, run: NDArray[np.int64]) -> Array:
     steps = np.zeros(int(number.max(initial=0)) + 1)
     for one in np.unique(after):
         mine = step[after == one]
-        steps[one] = float(np.median(mine)) if len(mine) >= thresholds.LEAST_KNOWN else 0.0
+        steps[one] = float(np.median(mine)) if len(mine) >= thresholds.LEAST_KNOWN else steps[one - 1]
     return residual - np.cumsum(steps)[number]
 
 

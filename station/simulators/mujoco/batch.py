@@ -174,7 +174,7 @@ class _Batch:
         delay_s = self._model.delay_s()
         return Motions(
             onset_s=self._onset_s,
-            onset_rad=self._commands.tilt_at(self._onset_s + delay_s),
+            onset_rad=self._commands.resting_tilt_at(self._onset_s + delay_s),
             way_rad=self._way,
             slip_end_s=self._slip_end_s,
             place=self._place,

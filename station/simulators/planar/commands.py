@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from station.physics.contact import Array
+from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.reversals import last_sign, rising, turned_at
 from station.rig.opening import Opening
 
@@ -88,8 +88,25 @@ class Commands:
 
     def tilt_at(self, time_s: Array) -> Array:
         """The reported tilt (n,) of each run at a time of its own (n,); nan stays nan."""
-        k = self.time_s.shape[1]
-        left = np.clip((self.time_s <= time_s[:, None]).sum(axis=1) - 1, 0, k - 2)
+        return tilt_of(self._gravity_at(time_s, self._left(time_s)))
+
+    def resting_tilt_at(self, time_s: Array) -> Array:
+        """The tilt (n,) at which a plate at rest loads each run's block as the turning one does at times (n,).
+
+        The block lies at its start. An onset is told so, for the friction is that tilt's tangent.
+        """
+        left, row = self._left(time_s), np.arange(len(self))
+        place = np.column_stack([self.start[:, :2], np.zeros(len(self))])
+        rate, faster = self.rate_rad_s[row, left], self.acceleration_rad_s2[row, left]
+        turning = np.cross(faster, place) + np.cross(rate, np.cross(rate, place))
+        return tilt_of(GRAVITY_M_S2 * self._gravity_at(time_s, left) - turning)
+
+    def _left(self, time_s: Array) -> NDArray[np.intp]:
+        """The knot (n,) before each run's time (n,)."""
+        return np.clip((self.time_s <= time_s[:, None]).sum(axis=1) - 1, 0, self.time_s.shape[1] - 2)
+
+    def _gravity_at(self, time_s: Array, left: NDArray[np.intp]) -> Array:
+        """The reported direction of gravity (n, 3), between the knots `left` (n,) and the next ones."""
         row = np.arange(len(self))
         begin, end = self.time_s[row, left], self.time_s[row, left + 1]
         share = np.clip((time_s - begin) / np.maximum(end - begin, 1e-12), 0.0, 1.0)[:, None]
@@ -99,7 +116,7 @@ class Commands:
         sine = np.where(small, 1.0, np.sin(angle))
         near = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
         far = np.where(small, share, np.sin(share * angle) / sine)
-        return tilt_of(near * first + far * last)
+        return near * first + far * last
 
 
 def tilt_of(gravity: Array) -> Array:

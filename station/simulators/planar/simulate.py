@@ -60,7 +60,8 @@ class Motions:
 
     Attributes:
         onset_s: (n,) the true time of the first onset from rest of a slip beyond `ONSET_M`; nan without one.
-        onset_rad: (n,) the tilt that the arm reports at the time which the camera would give that onset.
+        onset_rad: (n,) the tilt at which a plate at rest would have let go, by what the arm reports at the time that the
+            camera gives that onset.
         way_rad: (n,) direction in P of the first motion; nan without one.
         slip_end_s: (n,) when the first slide ended.
         place: (n, 3) x, y (m), yaw (rad) at the end.
@@ -117,7 +118,7 @@ def _chunk(
     batch.run()
     return Motions(
         onset_s=batch.onset_s,
-        onset_rad=commands.tilt_at(batch.onset_s + delay_s),
+        onset_rad=commands.resting_tilt_at(batch.onset_s + delay_s),
         way_rad=batch.way_rad,
         slip_end_s=batch.slip_end_s,
         place=batch.place,

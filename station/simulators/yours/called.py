@@ -54,7 +54,7 @@ class Called(OwnFriction):
         path = np.stack([answer.at(own) for answer, own in zip(answers, stamps - delay_s, strict=True)])
         return Motions(
             onset_s=onset_s,
-            onset_rad=commands.tilt_at(onset_s + delay_s),
+            onset_rad=commands.resting_tilt_at(onset_s + delay_s),
             way_rad=np.array([_way(answer) for answer in answers]),
             slip_end_s=np.full(len(commands), math.nan),
             place=np.stack([answer.pose[-1] for answer in answers]),

@@ -42,7 +42,7 @@ def changed(kind: type, number: int, **values: object) -> Edit:
 def test_a_recording_as_it_was_made_is_identical(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", str(GOLDEN)]) == 0
     printed = capsys.readouterr().out
-    assert "✓ decisions identical: all 146" in printed
+    assert "✓ decisions identical: all 157" in printed
     assert "✓ samples   identical: all 3" in printed
     assert "– corners   not derived" in printed
     assert "nobody signed it" in printed

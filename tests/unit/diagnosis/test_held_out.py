@@ -55,7 +55,7 @@ def test_a_plate_with_play_leads_blocks_where_they_were_seen() -> None:
     evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
     everyone = np.ones(evidence.runs, dtype=np.bool_)
     own = np.nan_to_num(evidence.channels[0].residual(play))
-    assert np.nanmedian(path_errors(evidence, play, everyone, run_effects=own)) < 0.1e-3  # it was 1.4 mm
+    assert np.nanmedian(path_errors(evidence, play, everyone, run_effects=own)) < 0.2e-3  # it was 1.4 mm
 
 
 def test_every_run_is_predicted_by_a_fit_that_has_not_seen_it() -> None:

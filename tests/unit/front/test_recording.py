@@ -18,8 +18,8 @@ from tests.unit.recording import session
 
 def test_it_prints_what_was_recorded() -> None:
     said = repr(station.open(str(GOLDEN)))
-    assert said.startswith(f"{GOLDEN}: 3 samples; 24.7 s from 2020-09-13 12:26:40 UTC")
-    assert "21.17" in said
+    assert said.startswith(f"{GOLDEN}: 3 samples; 26.9 s from 2020-09-13 12:26:40 UTC")
+    assert "22.39" in said
     assert max(map(len, said.splitlines()[1:])) <= 120
 
 
@@ -28,12 +28,12 @@ def test_a_notebook_shows_it_with_a_figure_that_fetches_nothing() -> None:
     assert page.figures == 1
     assert [place for place in page.fetched if not place.startswith("data:")] == []
     assert "Onset angle by direction" in page.text
-    assert "21.17" in page.text
+    assert "22.39" in page.text
 
 
 def test_a_table_shows_its_columns_and_first_values() -> None:
     events = station.open(GOLDEN).events
-    assert repr(events).splitlines()[0] == f"events of {GOLDEN}: 105 rows"
+    assert repr(events).splitlines()[0] == f"events of {GOLDEN}: 113 rows"
     assert "  phase    'SYNC', 'STEP_BEGIN', 'STEP_END', …" in repr(events).splitlines()
     page = Page(events._repr_html_())  # pyright: ignore[reportPrivateUsage]
     assert "phase" in page.text
