@@ -33,7 +33,7 @@ class Loads:
     """
 
     def __init__(self, tilt_s: Array, tilt_rad: Array, *, frames_s: Array, ahead_m: float, way_m: Array) -> None:
-        """Takes the tilt's readings (m,), how far the block lies ahead, m, and its way from there (n,) by the frames."""
+        """Takes the tilt's readings (m,), how far the block lies ahead, m, and its way from there (n,) in frames."""
         self.frames_s = frames_s
         self.readings_s, self.readings_rad = tilt_s, tilt_rad
         self.grid = np.linspace(tilt_s[0], tilt_s[-1], max(int((tilt_s[-1] - tilt_s[0]) * 1000), 16) + 1)

@@ -16,9 +16,9 @@ TABLES = {"samples": "a row for each run that came to its end", "runs": "a row f
 _COLUMNS = """\
 Units end the names of columns (`_rad`, `_m`, `_s`, `_ns`). `onset_angle_rad` is the tilt at which the block begins
 to slide on a plate at rest; of a `censored` run, which did not slide, the steepest tilt. `flags` say what speaks
-against a sample; without any it is kept. The plate frame has its origin at the plate's centre and z along its normal. In `runs`, `x_m`, `y_m` and
-`yaw_rad` are the block in that frame at the times `path_s`, and `tilt_rad` is the plate's tilt at `tilt_s`, both since
-`started_ns`."""
+against a sample; without any it is kept. The plate frame has its origin at the plate's centre and z along its normal.
+In `runs`, `x_m`, `y_m` and `yaw_rad` are the block in that frame at the times `path_s`, and `tilt_rad` is the plate's
+tilt at `tilt_s`, both since `started_ns`."""
 _CHECKED = """\
 The digest is the SHA-256 of every measured message (`station samples FILE --digest`; provenance.json has all of it);
 `station verify FILE` derives the samples again. Each recording carries its rig file, its plan and its calibration."""

@@ -1,8 +1,8 @@
 """`python -m tests.soak.truth FILE`: each sample of a simulated session against the truth in its file.
 
-It prints how far the onset is from the twin's tilt at the slip, the place at the start from the block's, and the onset from
-the friction that was drawn for the run, for samples that count and for those that the foam disturbed; how many that
-count are false, with Wilson's interval; and how the onsets' errors compare with those that the samples state.
+It prints how far the onset is from the twin's tilt at the slip, the place at the start from the block's, and the onset
+from the friction that was drawn for the run, for samples that count and for those that the foam disturbed; how many
+that count are false, with Wilson's interval; and how the onsets' errors compare with those that the samples state.
 
 Exit status 1: a sample that counts has an onset that is FALSE_RAD from its friction, or was held although its friction
 is below the tilt by as much, or a sample has a run or a tilt that never was.
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 FALSE_RAD = math.radians(0.1)
 """A step that begins or ends shakes the block loose some hundredths of a degree early or late: that is its friction."""
 LIFTED_RAD = math.radians(0.5)
-"""The onset is the tilt that a plate at rest would need: one that stops its turning lets a block go this much earlier."""
+"""An onset is the tilt that a plate at rest would need: one that stops its turning lets a block go so much earlier."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,8 +60,8 @@ class Motions:
 
     Attributes:
         onset_s: (n,) the true time of the first onset from rest of a slip beyond `ONSET_M`; nan without one.
-        onset_rad: (n,) the tilt at which a plate at rest would have let go, by what the arm reports at the time that the
-            camera gives that onset.
+        onset_rad: (n,) the tilt at which a plate at rest would have let go, by what the arm reports at the time
+            that the camera gives that onset.
         way_rad: (n,) direction in P of the first motion; nan without one.
         slip_end_s: (n,) when the first slide ended.
         place: (n, 3) x, y (m), yaw (rad) at the end.

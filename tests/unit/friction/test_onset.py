@@ -123,7 +123,9 @@ def test_a_few_readings_that_are_no_number_or_come_twice_change_nothing() -> Non
     assert bad.angle_rad == pytest.approx(good.angle_rad, abs=1e-5)
 
 
-def stepping(d_m: float, *, mu: float = 0.45, rate: float = 0.1745, acceleration: float = 3.49, kinetic: float = 1.0) -> Onset:
+def stepping(
+    d_m: float, *, mu: float = 0.45, rate: float = 0.1745, acceleration: float = 3.49, kinetic: float = 1.0
+) -> Onset:
     """The onset of a block d down the slope of a plate that goes by steps of 1.35°, holding 50 ms between them.
 
     Integrated by small steps: the plate falls away from under the block's lower side while its tilt accelerates.
