@@ -102,7 +102,7 @@ class Loads:
         return float(np.median(np.abs(np.diff(self.readings_rad, 3)))) / (0.6745 * np.sqrt(20.0))
 
     def begin(self, mu: float, *, along: float) -> float:
-        """When the slide that the last frame shows begins, s, with friction mu: the last moment at rest before it.
+        """The time, s, at which friction mu lets the slide in the last frame begin: the last moment at rest before it.
 
         A plate that stops its turning can shake the block by less than a step of it, and hold it again.
         """
