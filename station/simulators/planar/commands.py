@@ -91,7 +91,7 @@ class Commands:
         return tilt_of(self._gravity_at(time_s, self._left(time_s)))
 
     def resting_tilt_at(self, time_s: Array) -> Array:
-        """The tilt (n,), rad, at which a plate at rest loads each run's block as the turning one does at `time_s` (n,), s.
+        """The tilt (n,), rad, at which a plate at rest loads each block as the turning one does at `time_s` (n,), s.
 
         The block lies at its start. An onset is told so, for the friction is that tilt's tangent.
         """
