@@ -23,6 +23,7 @@ from station.friction.direction import (
     turn,
     yaw_of,
 )
+from station.signals.flags import UNRESOLVED
 
 Bools = NDArray[np.bool_]
 _LEAST_SLIDE_PX = 1e-6
@@ -116,7 +117,7 @@ def slides_of(samples: Sequence[Sample], geometry: CameraGeometry | None = None)
         run=np.array([s.run for s in samples], dtype=np.int64),
         direction=np.array([s.direction for s in samples], dtype=np.int64),
         censored=np.array([s.censored for s in samples], dtype=bool),
-        unresolved=np.array(["onset_unresolved" in s.flags for s in samples], dtype=bool),
+        unresolved=np.array([UNRESOLVED in s.flags for s in samples], dtype=bool),
         at_border=np.array(["border" in s.flags for s in samples], dtype=bool),
         tilt_rad=tilt,
         azimuth_rad=azimuth,

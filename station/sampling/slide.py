@@ -7,6 +7,7 @@ import math
 from station.sampling.plan import SlipPlan
 from station.sampling.run import Run
 from station.sampling.tracks import Tracks
+from station.signals.flags import UNRESOLVED
 
 _FITTED_NS = 3_000_000_000
 """The stretch of path before the detection that is fitted: it has a second and more of rest at any tilt rate."""
@@ -31,4 +32,4 @@ def read_slide(run: Run, *, tracks: Tracks, plan: SlipPlan) -> None:
     low, high = run.bracket_rad(run.detect_ns)
     run.onset_rad = tracks.mean_tilt_rad(from_ns=averaged_from_ns)
     run.onset_sigma_rad = (high - low) / math.sqrt(12.0)
-    run.flags.append("onset_unresolved")
+    run.flags.append(UNRESOLVED)

@@ -18,6 +18,7 @@ from shared.messages import Sample
 from shared.rig import RigConfig
 from station.physics.contact import Array
 from station.physics.model import Model
+from station.signals.flags import EXACT_RAD, UNRESOLVED
 from station.signals.session import Signals
 from station.signals.tracks import AngleTrack, CornerTrack, PoseTrack
 from station.simulators.observation import Camera, Seen
@@ -290,7 +291,8 @@ def _sample(sample: Sample, simulated: Signals, run: RecordedRun, number: int, o
         slip_ns=slip_ns,
         detect_ns=_detected_ns(simulated, run, began.reference_corners_px) or slip_ns,
         onset_angle_rad=float(outcome.onset_rad[number]),
-        onset_sigma_rad=0.0,
+        onset_sigma_rad=EXACT_RAD,
+        flags=tuple(flag for flag in began.flags if flag != UNRESOLVED),
         step_from_rad=low,
         step_to_rad=high,
     )

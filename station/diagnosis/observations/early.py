@@ -12,6 +12,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.swing import Swing
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
+from station.signals.flags import EXACT_RAD
 
 FARTHEST_M = 4e-3
 BEFORE_S, AFTER_S = 0.3, 0.25
@@ -60,8 +61,11 @@ class Early:
 
 
 def early(track: RunTrack, plate: PlateMotion, setting: Setting) -> Early | None:
-    """The first millimetres of a run; None if it did not slide, or not far enough before it came to the foam."""
-    if not track.slid or not track.sample.onset_sigma_rad > 0:
+    """The first millimetres of a run; None if it did not slide, or not far enough before it came to the foam.
+
+    An onset that is exact needs none, and of one that could not be fitted none is known.
+    """
+    if not track.slid or not track.sample.onset_sigma_rad > EXACT_RAD:
         return None
     from_ns = max(track.tilt_ns, track.slip_ns - round((BEFORE_S + LEAD_S) * 1e9))
     frames = track.frames(from_ns, track.stop_ns)

@@ -20,12 +20,11 @@ from station.diagnosis.observations.starts import leans, starts
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
-from station.signals.flags import NO_TILT
+from station.signals.flags import NO_TILT, UNRESOLVED
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
 
-UNRESOLVED = "onset_unresolved"
 LEAST_SIGMA_RAD = 2e-4
 """The smallest standard error of an onset's angle: an attitude is not trusted to less."""
 

@@ -31,7 +31,7 @@ from station.recording.importers.tracks.runs import Run, each, has_one_clock, ru
 from station.recording.importers.tracks.slips import Motion, Slip, held, released, slip_of
 from station.recording.importers.tracks.table import Tracks, read_table
 from station.recording.provenance import Provenance
-from station.signals.flags import NO_TILT
+from station.signals.flags import NO_TILT, UNRESOLVED
 
 NAME = "tracks"
 HELP = (
@@ -143,7 +143,7 @@ def _sample(run: Run, plate: Array, block: Poses, slip: Slip | None, facts: Samp
         azimuth_rad=azimuth_of(downhill_of(plate[[slip.place]])[0]),
         onset_angle_rad=slip.angle_rad,
         onset_sigma_rad=slip.sigma_rad,
-        flags=() if slip.resolved else ("onset_unresolved",),
+        flags=() if slip.resolved else (UNRESOLVED,),
         censored=not slip.slip_ns,
         step_to_rad=0.0 if slip.resolved else slip.sigma_rad * math.sqrt(12.0),
     )
