@@ -28,12 +28,12 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
-    """base_from_pivot, (..., 4, 4), for joint angles `q` (…, n), rad."""
+    """base_from_pivot, (…, 4, 4), for joint angles `q` (…, n), rad."""
     return link_transforms(model, q)[..., -1, :, :] @ model.last_from_flange @ model.flange_from_pivot
 
 
 def pivot_jacobian(model: ArmModel, q: Array) -> tuple[Array, Array]:
-    """The pose of the pivot (..., 4, 4) and its Jacobian (..., 6, n) at joint angles `q` (…, n), rad.
+    """The pose of the pivot (…, 4, 4) and its Jacobian (…, 6, n) at joint angles `q` (…, n), rad.
 
     The Jacobian is linear over angular velocity, in the base frame.
     """
@@ -50,7 +50,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def pose_error(pose: Array, target: Array) -> Array:
-    """The small twist (..., 6) from `pose` (…, 4, 4) to `target` (…, 4, 4): metres over radians, base frame.
+    """The small twist (…, 6) from `pose` (…, 4, 4) to `target` (…, 4, 4): metres over radians, base frame.
 
     Both are base_from_pivot.
     """
@@ -61,7 +61,7 @@ def pose_error(pose: Array, target: Array) -> Array:
 
 
 def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> tuple[Array, Array]:
-    """Joint angles near `q` (…, n), rad, that bring the pivot to `target` (…, 4, 4), and the error left (...,).
+    """Joint angles near `q` (…, n), rad, that bring the pivot to `target` (…, 4, 4), and the error left (…,).
 
     The target is base_from_pivot. Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and
     not in a leap. The error is the norm of the twist in metres and radians to the target as it is `aimed` at: above
@@ -102,7 +102,7 @@ def _about_z(angle: Array) -> Array:
 
 
 def solve_rate(jacobian: Array, twist: Array) -> Array:
-    """Joint rates (..., n) that give a twist, damped a little, so that it is finite at a singular pose.
+    """Joint rates (…, n) that give a twist, damped a little, so that it is finite at a singular pose.
 
     `jacobian` (…, 6, n) is that of `pivot_jacobian`, and `twist` (…, 6) is metres over radians in the base frame: a
     step's, which gives a step of the joints in rad, or its rate by anything, which gives the joints' rate by the same.
@@ -118,7 +118,7 @@ def solve_rate(jacobian: Array, twist: Array) -> Array:
 
 
 def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDArray[np.bool_]:
-    """True (...,) if all joints `q` (…, n), rad, are inside their limits by at least the margin."""
+    """True (…,) if all joints `q` (…, n), rad, are inside their limits by at least the margin."""
     return np.all((q >= model.lower_rad + margin_rad) & (q <= model.upper_rad - margin_rad), axis=-1)
 
 
