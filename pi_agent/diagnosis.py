@@ -24,7 +24,10 @@ class Diagnosis:
         """One sentence, or empty."""
 
     def format_fault(self, image: Image) -> str:
-        """The reason why a frame cannot be tracked at all; empty when it can."""
+        """The reason why a frame cannot be tracked at all; empty when it can.
+
+        An `image` (height, width) of 8-bit grey values can, if it has the size that the camera told.
+        """
         if image.dtype == np.uint8 and image.shape == self._shape:
             return ""
         wanted = f"{self._shape[1]} x {self._shape[0]} pixels of 8 bits in one grey plane"
@@ -45,7 +48,7 @@ class Diagnosis:
 def light_fault(image: Image) -> str:
     """Says in a sentence that there is too little or too much light to see anything; empty while there is enough.
 
-    A sample of the pixels is looked at.
+    A sample of the pixels of `image` (height, width), 8-bit grey values, is looked at.
     """
     sample = image[::STRIDE, ::STRIDE]
     level = float(sample.mean())

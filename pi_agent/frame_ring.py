@@ -39,7 +39,7 @@ class FrameRing:
         self._lock = threading.Lock()
 
     def put(self, image: Image, corners: MarkerCorners) -> None:
-        """Copies a frame in, over the oldest one."""
+        """Copies the frame `image` (height, width), 8-bit grey values, over the oldest one."""
         with self._lock:
             place = self._count % self.capacity
             self._images[place] = image

@@ -117,5 +117,5 @@ class Preview:
 
 
 def encode(image: Image, *, quality: int) -> bytes:
-    """A JPEG of a grey picture (height, width)."""
+    """A JPEG of the picture `image` (height, width), 8-bit grey values."""
     return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()

@@ -79,12 +79,15 @@ class Lens:
     size_px: tuple[int, int]
 
     def undistorted(self, points_px: Floats) -> Floats:
-        """Pixels (n, 2) as an ideal pinhole with the same matrix would have them."""
+        """Pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them."""
         return undistorted(points_px, self.intrinsics, self.distortion)
 
 
 def undistorted(points_px: Floats, intrinsics: Floats, distortion: tuple[float, ...]) -> Floats:
-    """Pixels (n, 2) as an ideal pinhole with the same matrix would have them."""
+    """Pixels `points_px` (n, 2), px, as an ideal pinhole with the same matrix would have them.
+
+    `intrinsics` (3, 3), px, is that matrix, and `distortion` has OpenCV's numbers, none for an ideal lens.
+    """
     if not any(distortion):
         return np.asarray(points_px, dtype=np.float64)
     points = np.asarray(points_px, dtype=np.float64).reshape(-1, 1, 2)

@@ -95,9 +95,10 @@ def _resting(frames: Image, tracker: Tracker, *, name: str) -> Floats:
 def calibrate_plate(
     corners_px: Floats, rig: RigConfig, *, intrinsics: Floats | None, distortion: tuple[float, ...] = ()
 ) -> PlateView:
-    """The map from the fiducials' corners (16, 2) in pixels.
+    """The map from the fiducials' corners `corners_px` (16, 2), px.
 
-    Without `intrinsics` the camera is taken to be `height_mm` above the plate, which then gives the focal length.
+    Without the lens's `intrinsics` (3, 3), px, the camera is taken to be `height_mm` above the plate, which then gives
+    the focal length.
 
     Raises:
         UserError: when what was seen does not fit the plate that the rig file describes.

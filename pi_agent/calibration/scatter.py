@@ -59,7 +59,7 @@ def measure_scatter(frames: Image, rig: RigConfig, info: CameraInfo) -> Scatter:
 
 
 def exposure_row(frames: Image, rig: RigConfig, info: CameraInfo) -> ExposureRow:
-    """The results of one exposure."""
+    """The results of one exposure, from `frames` (n, height, width), 8-bit grey values."""
     corners, _ = _corners(frames, rig, info)
     sigma = float(np.sqrt(np.mean(corners.var(axis=0, ddof=1)))) if len(corners) > 2 else float("nan")
     white = float(np.quantile(frames.mean(axis=0), 0.995))

@@ -198,7 +198,10 @@ class UsbCamera:
 
 
 def grey(image: np.ndarray) -> Image:
-    """The luminance (height, width) of what OpenCV retrieved: grey, luminance and chroma in turns, or colours."""
+    """The luminance (height, width) of what OpenCV retrieved: grey, luminance and chroma in turns, or colours.
+
+    `image` (height, width) or (height, width, channels) has 8-bit values.
+    """
     if image.ndim == 2:
         return np.asarray(image, dtype=np.uint8)
     if image.shape[2] <= 2:

@@ -52,7 +52,10 @@ class Coat:
     height_mm: float = 0.0
 
     def seen(self, scene: Scene, rows: Floats, instant_s: float) -> tuple[Floats, Floats]:
-        """Ends of the edges in the image, (rows or 1, edges, 2), each row at its own time plus `instant_s`."""
+        """Ends of the edges in the image, px, (rows or 1, edges, 2), each row at its own time plus `instant_s`.
+
+        `rows` (n,), px, are the rows' places in the frame.
+        """
         if self.pose is None:
             return self.edges.starts[None], self.edges.ends[None]
         times = scene.shutter.dt_s(rows) + instant_s
@@ -116,7 +119,10 @@ def exposure_instants(scene: Scene, pose: Pose, *, quality: Quality) -> Floats:
 
 
 def fast_quality(instants: Floats) -> Quality:
-    """The resolution of a live picture: with sub-pixels where no motion within the exposure blurs it."""
+    """The resolution of a live picture: with sub-pixels where no motion within the exposure blurs it.
+
+    `instants` (k,), s, are those of `exposure_instants`.
+    """
     return FAST if len(instants) > 1 else FAST_AT_REST
 
 
@@ -130,7 +136,11 @@ def paint(
     quality: Quality,
     sag_px: tuple[float, float] = (0.0, 0.0),
 ) -> Image:
-    """The coats over `ground` (reflectance, patch-sized, not blurred), blurred by the lens; patch-sized."""
+    """The coats over `ground` (height, width), reflectance, blurred by the lens.
+
+    The ground is as large as the patch, as is the result, and not blurred. `instants` (k,), s about the middle of the
+    exposure, are the points in time whose images are averaged.
+    """
     fine = quality.fine
     base = np.repeat(np.repeat(ground, fine, axis=0), fine, axis=1) if fine > 1 else ground
     views = [
@@ -181,7 +191,10 @@ def _within(starts: Floats, layer: NDArray[np.int64], *, layers: int, size: tupl
 
 
 def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[float, ...]) -> Image:
-    """The layers painted one after another over the base."""
+    """The layers painted one after another over `base` (height, width), reflectance.
+
+    `covered` (layers, height, width): the share of each pixel that each layer covers.
+    """
     image = base
     for cover, reflectance in zip(covered, reflectances, strict=True):
         image = image + cover * (np.float32(reflectance) - image)
@@ -189,7 +202,7 @@ def composite(base: Image, covered: NDArray[np.float32], reflectances: tuple[flo
 
 
 def blur(image: Image, sigma: float) -> Image:
-    """Gaussian spread of the lens; none at 0."""
+    """Gaussian spread of the lens in `image` (height, width), reflectance; none where `sigma`, px, is 0."""
     if sigma <= 0:
         return image
     size = 2 * int(np.ceil(4 * sigma)) + 1
@@ -197,7 +210,7 @@ def blur(image: Image, sigma: float) -> Image:
 
 
 def shrink(image: Image, fine: int) -> Image:
-    """Means of fine × fine sub-pixels: the sensor's square pixels."""
+    """Means of fine × fine sub-pixels of `image` (height, width), in its unit: the sensor's square pixels."""
     if fine == 1:
         return image
     rows, columns = image.shape[0] // fine, image.shape[1] // fine
@@ -205,7 +218,10 @@ def shrink(image: Image, fine: int) -> Image:
 
 
 def plate_patch(plate: Plate, patch: Patch, *, sag_px: tuple[float, float]) -> Image:
-    """The plate's own reflectance under the patch, moved by whole and by fractions of a pixel."""
+    """The plate's own reflectance under the patch, moved by whole and by fractions of a pixel.
+
+    `plate` (height, width), reflectance, begins PAD_PX before the frame.
+    """
     x = patch.left + PAD_PX - sag_px[0]
     y = patch.top + PAD_PX - sag_px[1]
     moved = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])

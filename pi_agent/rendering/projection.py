@@ -39,7 +39,7 @@ def collect_edges(layers: tuple[Layer, ...], *, cuts: int = 1) -> Edges:
 
 
 def project(points_mm: Floats, pose: Pose, *, optics: Optics, height_mm: float, dt_s: ArrayLike = 0.0) -> Floats:
-    """Pixels (times, points, 2) of the points (points, 2) of the mark's frame, at each time after the capture."""
+    """Pixels (times, n, 2) of `points_mm` (n, 2), mm in the mark's frame, at each time after the capture."""
     dt = np.clip(np.atleast_1d(np.asarray(dt_s, dtype=np.float64))[:, None], *pose.moves_s)
     gain_x, gain_y, gain_yaw = (0.5 * gain * dt * dt for gain in pose.gain)
     yaw = pose.yaw_rad + pose.yaw_rate_rad_s * dt + gain_yaw

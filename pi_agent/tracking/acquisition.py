@@ -40,7 +40,8 @@ class Acquisition:
     def look(self, frame: Frame, why: validation_gate.Verdict, *, blur_px: float) -> Attempt:
         """The candidate that is believed, when it is the only one; else none, and why (`why` when there is none).
 
-        Its corners are named by its shape alone.
+        It is looked for in `frame` (height, width), 8-bit grey values, the one that the reader has open. `blur_px`:
+        expected blur of the lens. Its corners are named by its shape alone.
         """
         left, top, width, height = self._config.region_px or (0, 0, frame.shape[1], frame.shape[0])
         part = frame[max(top, 0) : top + height, max(left, 0) : left + width]

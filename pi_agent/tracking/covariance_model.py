@@ -87,7 +87,8 @@ def _three_on_end(marked: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def bent(line: lines.LineFit, believed: Floats, *, shortest_px: float, texture_px: Floats) -> bool:
     """True if neighbours on an edge all show an edge on the same side of its line: two edges, and one is not its.
 
-    `texture_px` (4,): the width of each edge by all blur beside a textured plate, else 0.
+    `believed` (4, n): weights of the profiles. `texture_px` (4,): the width of each edge by all blur beside a textured
+    plate, else 0.
     """
     beside_line = line.weight < AGREES
     if max(np.add.reduce(beside_line, axis=1).tolist()) < _ENDS.shape[1]:
@@ -129,7 +130,8 @@ def covering(line: lines.LineFit, agreeing: Integers, *, contrast: Matrix, dark:
     """True if an edge that is seen in part has a lighter dark than the others, and not by light, beside an even margin.
 
     What covers an edge along it has an edge of its own, as straight. A shadow changes the dark as it changes the
-    contrast, and a highlight makes the margin as much lighter.
+    contrast, and a highlight makes the margin as much lighter. `agreeing` (4,): how many profiles agree with their
+    line; `contrast`, `dark` (4, n): light of the profiles, of 255.
     """
     whole = WHOLE_EDGE * line.weight.shape[1]
     if min(agreeing.tolist()) > whole:
@@ -206,10 +208,11 @@ def _light_differs(contrast: Matrix, weight: Floats) -> bool:
 
 
 def margin_variance(line: lines.LineFit, *, profiles: Floats) -> Floats:
-    """Variance (4,) of the points of each edge beside an even margin.
+    """Variance (4,), px², of the points of each edge beside an even margin.
 
     Few points that were chosen for agreeing with each other scatter less than those that they were chosen from: of an
-    edge that is seen in part it is that of all edges, if that is larger.
+    edge that is seen in part it is that of all edges, if that is larger. `profiles` (4,): number of profiles of each
+    edge.
     """
     own = lines.point_variance(line)
     in_part = line.moments[:, 0] < IN_PART * profiles

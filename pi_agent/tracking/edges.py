@@ -92,7 +92,10 @@ def _blur_between_pixels(read_at: Light, tangent: Points, blur_px: Floats) -> Li
 
 
 def misfits(light: Light, matrix: Matrix) -> Matrix:
-    """The departure (4, n), RMS, of profiles (4, n, m) from what `matrix` leaves nothing of."""
+    """The departure (4, n), RMS, of 255, of profiles `light` (4, n, m), of 255, from what `matrix` leaves nothing of.
+
+    `matrix` is (m, m) for all edges, or (4, m, m), one for each; it has no unit.
+    """
     return _root_of_squares(_times(light, matrix))
 
 

@@ -17,7 +17,7 @@ CLEAR = 0.35  # the white must stand out by this share of the light between dark
 
 
 def nearest_turn(corners: Points, expected: Points, *, step: int = 1) -> int:
-    """The turn that brings the corners closest to the expected ones; `step` 2 for a rectangle."""
+    """The turn that brings `corners` (4,), px, closest to the ones `expected` (4,), px; `step` 2 for a rectangle."""
     turns = range(0, 4, step)
     return min(turns, key=lambda turn: float(np.sum(np.abs(np.roll(corners, -turn) - expected) ** 2)))
 
@@ -26,6 +26,7 @@ def first_turn(corners: Points, *, aspect: float) -> int:
     """The turn for a first sight: corner 0 nearest to the image's top left; the first side of a rectangle is its own.
 
     For a rectangle the first side (its short one when aspect > 1) runs towards +x, as the paper's local axis.
+    The `corners` (4,), px, lie clockwise as seen.
     """
     place = corners.tolist()
     if aspect != 1.0:
@@ -45,7 +46,10 @@ class FeatureReader:
         self._bits = tag_bits(mark.tag_dictionary, mark.tag_id) if mark.feature == "tag" else None
 
     def turn(self, reader: PixelReader, corners: Points) -> int | None:
-        """The turn k, or None when the mark says nothing or cannot be read (covered, glare)."""
+        """The turn k, or None when the mark says nothing or cannot be read (covered, glare).
+
+        The mark has `corners` (4,), px, in the frame that `reader` has open.
+        """
         if self.mark.feature == "none":
             return None
         light = reader.bilinear(_place(corners, self._points))

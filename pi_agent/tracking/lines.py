@@ -85,9 +85,11 @@ def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floats) -> tuple[Floats, Floats]:
-    """The line of each edge that most points (4, n) agree with: offset and rise (4,).
+    """The line of each edge that most points agree with: offset and rise (4,), px.
 
     Tries the line through every pair of points that are not close together; right with up to half the points astray.
+    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts; `tolerance`: distance, px,
+    from which a point no longer agrees; `largest_rise` (4,): no line rises more along its edge's free part, px.
     """
     place = places(offset.shape[1])
     first, second = _pairs(len(place))
@@ -104,9 +106,10 @@ def vote(offset: Floats, weight: Floats, *, tolerance: float, largest_rise: Floa
 def fit_lines(
     offset: Floats, weight: Floats, *, start: tuple[Floats, Floats] | None, floor_px: float, rounds: int
 ) -> LineFit:
-    """Robust straight lines (Tukey's biweight) through the points (4, n), from a line to start with or least squares.
+    """Robust straight lines (Tukey's biweight) through points, from a line to start with or least squares.
 
-    `weight` 0 leaves a point out; `floor_px` is the smallest deviation believed.
+    `offset` (4, n): the points' places outwards, px; `weight` (4, n): how much each counts, and 0 leaves it out;
+    `start`: offset and rise (4,), px; `floor_px` is the smallest deviation believed.
     """
     count = offset.shape[1]
     basis = powers(count)
@@ -140,7 +143,7 @@ def weighted(offset: Floats, fit: LineFit) -> Floats:
 
 
 def along(terms: Floats, *, count: int) -> Floats:
-    """The points (4, count) of lines (4, 2) or parabolas (4, 3): terms by the powers of the place."""
+    """The points (k, count) of lines or parabolas: `terms` (k, 2) or (k, 3), px, by the powers of the place."""
     return terms @ powers(count)[:, : terms.shape[1]].T
 
 
@@ -171,7 +174,7 @@ def _solved(moments: Floats, products: Floats) -> Floats:
 
 
 def intersect(edges: Edges, offset: Floats, rise: Floats) -> Points:
-    """Corners (4,) where the moved edges k − 1 and k meet."""
+    """Corners (4,), px, where the edges k − 1 and k meet that were moved by `offset` (4,) and `rise` (4,), px."""
     lines = []
     parts = (edges.start, edges.tangent, edges.length, edges.free, offset, rise)
     for start, tangent, length, free, out, lift in zip(*(part.tolist() for part in parts), strict=True):
@@ -203,10 +206,10 @@ def at_corners(variance: Floats, fit: LineFit, edges: Edges) -> Floats:
 def at_corners_and_edges(
     variance: Floats, fit: LineFit, edges: Edges, *, everywhere: float
 ) -> tuple[list[float], EdgeVariance]:
-    """The variances of `at_corners`, and those of each edge's offset at its middle and rise from corner to corner.
+    """The variances of `at_corners`, and those of each edge's offset at its middle and rise from corner to corner, px².
 
-    A corner moves with the ends of the two lines that meet there, each across itself. `everywhere`: what is added to
-    the variance of every corner.
+    A corner moves with the ends of the two lines that meet there, each across itself. `variance` (4,): of each edge's
+    points, px²; `everywhere`: what is added to the variance of every corner, px².
     """
     ends, told = [], []
     parts = (fit.moments, 0.5 * edges.length / edges.free, variance)

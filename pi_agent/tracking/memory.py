@@ -40,7 +40,7 @@ class Memory:
         self._departed = 0
 
     def unsteady_px(self, corners: Points, way: Way) -> float:
-        """The change of the outline by the rolling shutter, by a speed that is not steady."""
+        """The change of the outline `corners` (4,), px, by the rolling shutter, by a speed that is not steady."""
         return 0.5 * way.unsteady_px_s * self._line_s * abs(complex(corners[2] - corners[0]))
 
     def settled(self, fit: Fit, way: Way) -> Fit:

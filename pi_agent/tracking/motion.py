@@ -42,7 +42,7 @@ def centre_of(corners: Points) -> complex:
 
 
 def unsheared(corners: Points, *, way: Way, line_s: float) -> Four:
-    """Corners at the time of their centre's row, from corners at their own rows' times."""
+    """Corners, px, at the time of their centre's row, from `corners` (4,), px, at their own rows' times."""
     seen: Four = corners.tolist()
     if line_s == 0.0:
         return seen
@@ -72,7 +72,7 @@ class Motion:
         self._asked: tuple[Points, float, Way] | None = None  # the last answer: a frame asks several times
 
     def update(self, corners: Points, time_s: float) -> None:
-        """Takes the corners seen at a time."""
+        """Takes the `corners` (4,), px, seen at a time."""
         if self.corners is not None:
             seen, gap_s = self.gains(time_s), time_s - self.time_s
             way = self.way_to(corners, time_s)
@@ -90,7 +90,7 @@ class Motion:
         return self.corners is not None and 0.0 < time_s - self.time_s < LONGEST_GAP_S
 
     def way_to(self, corners: Points, time_s: float) -> Way:
-        """The motion of the mark at these corners, by the way from the last ones and by that before."""
+        """The motion of the mark at these `corners` (4,), px, by the way from the last ones and by that before."""
         asked = self._asked
         if asked is None or asked[0] is not corners or asked[1] != time_s:
             asked = self._asked = corners, time_s, self._way_to(corners, time_s)

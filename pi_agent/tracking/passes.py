@@ -41,7 +41,11 @@ class Task:
 
     @staticmethod
     def beside(*, textured: bool, left_out: Floats | None = None) -> "Task":
-        """The task for bare tape on a textured plate, or for a mark with its own margin."""
+        """The task for bare tape on a textured plate, or for a mark with its own margin.
+
+        `left_out` (4, 2): where the part of each edge begins and ends that is no edge, in sides from its start; None:
+        nowhere.
+        """
         model, moving = steps.step_model(textured=textured), steps.moving_models(textured=textured)
         if not textured:
             return Task(model, model, (model,) * len(DIM), moving, left_out)
@@ -186,7 +190,7 @@ def one_pass(
 
 
 def within(values: Floats, low: float, high: float) -> Floats:
-    """Clips as np.clip does, in less than half its time for four numbers."""
+    """Clips `values` (4,), in any unit, as np.clip does, in less than half its time for four numbers."""
     return np.minimum(np.maximum(values, low), high)
 
 

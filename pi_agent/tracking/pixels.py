@@ -64,7 +64,7 @@ class PixelReader:
         self._flat = np.lib.stride_tricks.as_strided(frame, shape=(size,), strides=(1,), writeable=False)
 
     def nearest(self, points: Points) -> Light:
-        """Light of the nearest pixels; points outside read the border."""
+        """Light, of 255, of the pixels nearest to `points` (…,), px, in their shape; points outside read the border."""
         column = np.clip(points.real + 0.5, 0, self.width - 1).astype(np.intp)
         row = np.clip(points.imag + 0.5, 0, self.height - 1).astype(np.intp)
         return self._table.take(self._flat.take(row * self._stride + column))
@@ -97,7 +97,7 @@ class PixelReader:
         return _remapped(light, places[0::2], places[1::2]).reshape(4, count, size), places
 
     def bilinear(self, points: Points) -> Light:
-        """Light between the pixels; points outside read the border."""
+        """Light, of 255, between the pixels at `points` (…,), px, in their shape; points outside read the border."""
         x, y = points.real, points.imag
         if x.min() < 0 or y.min() < 0 or x.max() >= self.width - 1 or y.max() >= self.height - 1:
             x, y = np.clip(x, 0.0, self.width - 1.001), np.clip(y, 0.0, self.height - 1.001)

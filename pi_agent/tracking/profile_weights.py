@@ -27,7 +27,10 @@ OTHER_NOISE = 2.0  # the same in median deviations of single profiles
 
 
 def weights_of(found: edges.Profiles, typical: float, blur: Floats) -> Floats:
-    """Weight 1 of profiles that look like the mark's edge, else 0 (4, n)."""
+    """Weight 1 of profiles that look like the mark's edge, else 0 (4, n).
+
+    `typical`: median contrast, of 255; `blur` (4,): deviation of all blur of each edge, px.
+    """
     good = (found.contrast > LIT[0] * typical) & (found.contrast < LIT[1] * typical)
     good &= found.misfit < LIMIT_MISFIT * np.minimum(found.contrast, typical) + 2.0
     good &= np.abs(found.offset) < 2.5 * blur[:, None]
@@ -41,8 +44,8 @@ def level(
 ) -> edges.Profiles:
     """The profiles as read with a slope in the light allowed for where a highlight lies on them.
 
-    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight` is
-    set to 0.
+    Where that is no highlight, since it is not straight, and where no whole edge is left beside the slope, `weight`
+    (4, n) is set to 0. `blur` (4,): the lens's blur for each edge, px; `typical`: median contrast, of 255.
     """
     glowing = _glowing(found, weight, max((GLOW_BESIDE_MARGIN if even else GLOW) * typical, LEAST_GLOW))
     if glowing is None:
@@ -96,7 +99,8 @@ def _unlit(found: edges.Profiles, weight: Floats) -> tuple[float, float]:
 def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edges.Profiles:
     """The profiles, those that a shadow's soft edge crosses as the estimator reads them that does not mind it.
 
-    Where it crosses sharply, `weight` is set to 0; beside what covers the edge the contrast changes as well.
+    Where it crosses sharply, `weight` (4, n) is set to 0; beside what covers the edge the contrast changes as well.
+    `typical`: median contrast, of 255.
     """
     total, good = np.add.accumulate(found.contrast, axis=1), np.add.accumulate(weight, axis=1)
     change = np.abs(total[:, 2 * CROSSED :] - 2.0 * total[:, CROSSED:-CROSSED] + total[:, : -2 * CROSSED])
@@ -111,7 +115,7 @@ def through_shadow(found: edges.Profiles, weight: Floats, typical: float) -> edg
 
 
 def beside_another(found: edges.Profiles, weight: Floats) -> float:
-    """Sets the weights (4, n) to 0 beside an even margin where what lies beside the dark is not the margin.
+    """Sets `weight` (4, n) to 0 beside an even margin where what lies beside the dark is not the margin.
 
     Light and shadow scale the dark and the margin alike, and a highlight is added to both. Where the contrast is
     another one and the dark is not, another thing's edge lies there, or the edge of a shadow along this one. Returns
@@ -140,7 +144,7 @@ def _middle(values: Floats) -> float:
 
 
 def leave_out(weight: Floats, expected: lines.Edges, gap: Floats) -> Floats:
-    """Sets the weights (4, n) to 0 where a part of each edge is missing (a notch): `gap` (4, 2), in sides.
+    """Sets `weight` (4, n) to 0 where a part of each edge is missing (a notch): `gap` (4, 2), in sides.
 
     Returns how many profiles of each edge are left (4,).
     """

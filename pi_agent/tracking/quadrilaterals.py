@@ -16,7 +16,10 @@ DARKER = 0.72  # a dark pixel is below this share of its neighbourhood's mean
 
 
 def candidates(frame: Frame, *, side_px: tuple[float, float], aspect: float) -> list[Points]:
-    """Rough corners (4,), clockwise as seen, of dark quadrilaterals of about the size wanted; the best first."""
+    """Rough corners (4,), px, clockwise as seen, of dark quadrilaterals of about the size wanted; the best first.
+
+    `frame` (height, width) has 8-bit grey values.
+    """
     longest = side_px[1] * max(1.0, aspect)
     halve = side_px[0] * min(1.0, aspect) > 30
     small = _half(frame) if halve else frame

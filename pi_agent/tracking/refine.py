@@ -83,7 +83,7 @@ class Fit(NamedTuple):
 
 
 def search_edges(reader: PixelReader, corners: Points, *, reach_px: int) -> Points | None:
-    """Corners (4,) to within about half a pixel from ones that are up to `reach_px` off; None without edges."""
+    """Corners (4,), px, to about half a pixel, from `corners` (4,), px, up to `reach_px` off; None without edges."""
     expected = lines.expected_edges(corners, clear_px=0.08 * float(np.abs(corners[1] - corners[0])))
     offset, strength = edges.search(reader, expected, count=SEARCHED, reach_px=reach_px)
     typical = float(np.sort(strength.ravel())[strength.size // 2])
@@ -106,7 +106,7 @@ def refine(
     motion_blur: MotionBlur | None = None,
     turn_per_row_rad: float = 0.0,
 ) -> Fit | None:
-    """The exact corners from ones that are within about a pixel; None when there is no mark.
+    """The exact corners from `corners` (4,), px, that are within about a pixel; None when there is no mark.
 
     `blur_px`: (4,) expected blur of the edges, with `motion_blur` that of the lens; `blur_known`: from earlier frames;
     `turn_per_row_rad`: the mark's turn from one row's exposure to the next one's. When the blur is not known, all edges

@@ -74,7 +74,7 @@ class RestingShape:
         return max(limit, DEVIATIONS * float(np.hypot(sigma_px, self._sigma_px))) + LENS * way_px
 
     def learn(self, corners: Points, *, way: Way, sigma_px: float) -> None:
-        """Takes the corners of a frame that was believed, and their sigma."""
+        """Takes the `corners` (4,), px, of a frame that was believed, and their sigma."""
         near = self.departed(corners, way=way)
         self._compared = None
         if near is None or near[2] > self._near_px or self._place is None:
@@ -95,10 +95,10 @@ def noise_px(*, contrast: float, blur_px: float) -> float:
 
 
 def lean_of(arms: Points, seen: Points, *, limit_px: float) -> float:
-    """The lean (rad) that turns the outline `arms` (4,) into `seen`; 0 when no lean does.
+    """The lean (rad) that turns the outline `arms` (4,), px, into `seen` (4,), px; 0 when no lean does.
 
-    A leaning mark is shorter in one direction and as long as before in the other, up to the perspective of its near
-    and far edges.
+    Both are about the outline's centre. A leaning mark is shorter in one direction and as long as before in the other,
+    up to the perspective of its near and far edges.
     """
     basis = np.stack([arms, arms.conj()], axis=1)
     # The best linear map: seen = a × arms + b × conj(arms); its stretches are |a| + |b| and |a| − |b|.

@@ -198,6 +198,11 @@ def regress(difference: Array, *, angle_rad: Array, approach: Array) -> tuple[di
 
     A term that the stops cannot tell apart is left out and None: gain with one angle only, hysteresis with stops on
     one way only. With too few stops all are None and the deviation is NaN.
+
+    Args:
+        difference: (n,) a source's mean reading less the reference, rad.
+        angle_rad: (n,) the reference, rad.
+        approach: (n,) +1 for a stop on the way up, −1 on the way down, 0 for the first.
     """
     terms = {"offset": np.ones_like(difference)}
     if len(angle_rad) and np.ptp(angle_rad) > 1e-6:

@@ -107,7 +107,7 @@ class CollisionScene:
         ]
 
     def clearance(self, joints_rad: Array) -> Clearance:
-        """The closest two parts at joint angles (n,)."""
+        """The closest two parts at joint angles `joints_rad` (n,), rad."""
         self._data.qpos[:] = joints_rad
         mj.mj_kinematics(self._model, self._data)
         nearest = Clearance(_FAR_M, "nothing")
@@ -118,7 +118,7 @@ class CollisionScene:
         return nearest
 
     def touching(self, joints_rad: Array) -> str:
-        """The parts that come too close at joint angles (n,), in one phrase; empty when all is clear."""
+        """The parts that come too close at joint angles `joints_rad` (n,), rad, in one phrase; empty if clear."""
         nearest = self.clearance(joints_rad)
         if nearest.distance_m >= self._clearance_m:
             return ""
@@ -128,7 +128,10 @@ class CollisionScene:
         )
 
     def holding_torque_nm(self, joints_rad: Array) -> Array:
-        """The torques (n,) that hold the arm, plate and camera at rest against gravity."""
+        """The torques (n,), N m, that hold the arm, plate and camera at rest against gravity.
+
+        The joints are at the angles `joints_rad` (n,), rad.
+        """
         self._data.qpos[:] = joints_rad
         self._data.qvel[:] = 0
         mj.mj_forward(self._model, self._data)

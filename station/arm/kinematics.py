@@ -28,12 +28,15 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def pivot_pose(model: ArmModel, q: Array) -> Array:
-    """base_from_pivot, (..., 4, 4), for joint angles (..., n)."""
+    """base_from_pivot, (…, 4, 4), for joint angles `q` (…, n), rad."""
     return link_transforms(model, q)[..., -1, :, :] @ model.last_from_flange @ model.flange_from_pivot
 
 
 def pivot_jacobian(model: ArmModel, q: Array) -> tuple[Array, Array]:
-    """The pose of the pivot (..., 4, 4) and its Jacobian (..., 6, n): linear over angular velocity, base frame."""
+    """The pose of the pivot (…, 4, 4) and its Jacobian (…, 6, n) at joint angles `q` (…, n), rad.
+
+    The Jacobian is linear over angular velocity, in the base frame.
+    """
     links = link_transforms(model, q)
     pose = links[..., -1, :, :] @ model.last_from_flange @ model.flange_from_pivot
     axes = np.einsum("...nij,nj->...ni", links[..., :3, :3], np.array([joint.axis for joint in model.joints]))
@@ -47,7 +50,10 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def pose_error(pose: Array, target: Array) -> Array:
-    """The small twist (..., 6) from `pose` to `target`, (..., 4, 4): metres over radians, base frame."""
+    """The small twist (…, 6) from `pose` (…, 4, 4) to `target` (…, 4, 4): metres over radians, base frame.
+
+    Both are base_from_pivot.
+    """
     turn = target[..., :3, :3] @ np.swapaxes(pose[..., :3, :3], -1, -2)
     vee = np.stack([turn[..., 2, 1], turn[..., 0, 2], turn[..., 1, 0]], axis=-1)
     vee = vee - np.stack([turn[..., 1, 2], turn[..., 2, 0], turn[..., 0, 1]], axis=-1)
@@ -55,11 +61,11 @@ def pose_error(pose: Array, target: Array) -> Array:
 
 
 def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> tuple[Array, Array]:
-    """Joint angles near `q` (..., n) whose pivot is at `target` (..., 4, 4), and the error left (...,).
+    """Joint angles near `q` (…, n), rad, that bring the pivot to `target` (…, 4, 4), and the error left (…,).
 
-    Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and not in a leap. The error is the
-    norm of the twist in metres and radians to the target as it is `aimed` at: above 1e-9 the arm has left the poses
-    that it can reach.
+    The target is base_from_pivot. Newton steps are shortened to 0.2 rad, so that a singular pose ends in an error and
+    not in a leap. The error is the norm of the twist in metres and radians to the target as it is `aimed` at: above
+    1e-9 the arm has left the poses that it can reach.
     """
     for _ in range(iterations):
         pose, jacobian = pivot_jacobian(model, q)
@@ -71,10 +77,10 @@ def follow(model: ArmModel, q: Array, target: Array, *, iterations: int = 4) -> 
 
 
 def aimed(model: ArmModel, pose: Array, target: Array) -> Array:
-    """The target (..., 4, 4) of an arm at `pose` (..., 4, 4); a stage's is turned about the vertical as the pose is.
+    """The `target` (…, 4, 4) of an arm at `pose` (…, 4, 4); a stage's is turned about the vertical as the pose is.
 
-    A stage of one or two axes cannot choose how its plate is turned about the vertical, the z of the base. Gravity in
-    the plate, and with it the friction, does not depend on that.
+    Both are base_from_pivot. A stage of one or two axes cannot choose how its plate is turned about the vertical, the z
+    of the base. Gravity in the plate, and with it the friction, does not depend on that.
     """
     if len(model.joints) >= FULL:
         return target
@@ -96,8 +102,10 @@ def _about_z(angle: Array) -> Array:
 
 
 def solve_rate(jacobian: Array, twist: Array) -> Array:
-    """Joint rates (..., n) that give the twist (..., 6), damped a little, so that it is finite at a singular pose.
+    """Joint rates (…, n) that give a twist, damped a little, so that it is finite at a singular pose.
 
+    `jacobian` (…, 6, n) is that of `pivot_jacobian`, and `twist` (…, 6) is metres over radians in the base frame: a
+    step's, which gives a step of the joints in rad, or its rate by anything, which gives the joints' rate by the same.
     Fewer than six joints come as near to the twist as they can, with its turn about the vertical left out (`aimed`).
     """
     transposed = np.swapaxes(jacobian, -1, -2)
@@ -110,7 +118,7 @@ def solve_rate(jacobian: Array, twist: Array) -> Array:
 
 
 def within_limits(model: ArmModel, q: Array, *, margin_rad: float = 0.0) -> NDArray[np.bool_]:
-    """True (...,) if all joints (..., n) are inside their limits by at least the margin."""
+    """True (…,) if all joints `q` (…, n), rad, are inside their limits by at least the margin."""
     return np.all((q >= model.lower_rad + margin_rad) & (q <= model.upper_rad - margin_rad), axis=-1)
 
 
@@ -155,10 +163,10 @@ def solver(model: ArmModel) -> Manipulator:
 
 
 def all_branches(model: ArmModel, base_from_pivot: Array, *, arm: Manipulator | None = None) -> Array:
-    """All joint poses (k, n) that bring the pivot to a pose (4, 4), inside the limits, each joint within one turn.
+    """All joint poses (k, n), rad, that bring the pivot to `base_from_pivot` (4, 4), inside the limits.
 
-    Limited joints are brought as near to the middle of their range as whole turns do, endless ones into 0 to 2 pi.
-    `arm` saves building the solver.
+    Each joint is within one turn: limited joints are brought as near to the middle of their range as whole turns do,
+    endless ones into 0 to 2 pi. `arm` saves building the solver.
     """
     arm = arm or solver(model)
     pivot_from_flange = np.linalg.inv(model.flange_from_pivot)

@@ -176,6 +176,7 @@ def search(
     A grid over distance and height of the pivot, the turns of the plate and all branches; then a finer grid round the
     best; then the surroundings, roughly at first. A spherical wrist turns the plate by its last joint alone: one
     turn is enough.
+    A pose is as good as its reach at the azimuths `azimuths_rad` (a,), rad in the plate's frame.
     Raises UserError for a stage, which has no other pose.
     """
     if len(model.joints) < FULL:

@@ -55,7 +55,11 @@ class Candidates:
 def home_poses(
     model: ArmModel, *, distances_m: Array, heights_m: Array, turns_rad: Sequence[float]
 ) -> tuple[Array, Array, Array]:
-    """All level poses within limits on a grid: joints (k, n), pivots (k, 3), turns (k,), in the base frame."""
+    """All level poses within limits on a grid: joints (k, n), rad, pivots (k, 3), m, and turns (k,), rad.
+
+    The grid has the pivot's distances `distances_m` (d,), m, from the base's axis and heights `heights_m` (h,), m, in
+    the base frame, and the turns of the plate about the vertical, rad.
+    """
     arm = solver(model)
     joints: list[Array] = []
     pivots: list[tuple[float, float, float]] = []
@@ -73,7 +77,10 @@ def home_poses(
 def evaluate(
     model: ArmModel, poses: tuple[Array, Array, Array], *, azimuths_rad: Array, max_angle_rad: float
 ) -> Candidates:
-    """The reach of each pose (m, joints) at each azimuth (n,), rad, measured in the plate's frame."""
+    """The reach of each of k poses, as `home_poses` has them, at each azimuth.
+
+    The azimuths `azimuths_rad` (a,), rad, are measured in the plate's frame.
+    """
     joints, pivots, turns = poses
     reach = np.zeros((len(joints), len(azimuths_rad)))
     margin = _margin(model, joints)

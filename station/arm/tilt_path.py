@@ -53,7 +53,7 @@ class TiltPath:
         return np.abs(np.gradient(self.slopes, self.angles_rad, axis=0))
 
     def at(self, angles_rad: Array) -> tuple[Array, Array]:
-        """Joint angles (m, n) and dq/dangle (m, n) at the angles (m,), which are clipped to the path."""
+        """Joint angles (m, n), rad, and dq/dangle (m, n) at `angles_rad` (m,), rad, which are clipped to the path."""
         x = np.minimum(np.maximum(angles_rad, 0.0), self.reach_rad)
         k = self.angles_rad.searchsorted(x, side="right") - 1
         k = np.minimum(np.maximum(k, 0), max(len(self.angles_rad) - 2, 0))

@@ -68,7 +68,7 @@ class Contact:
         return len(self.run)
 
     def chosen(self, rows: NDArray[np.int64]) -> Contact:
-        """The moments with these indices (m,); an index may repeat."""
+        """The moments with the indices `rows` (m,); an index may repeat."""
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     @property

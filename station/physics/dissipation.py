@@ -28,7 +28,7 @@ _FARTHEST_RAD = 1.5
 
 
 def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
-    """Friction h (n,) against slides in directions (n,), the force across, and its derivative, relative to N.
+    """Friction h (n,) against slides along `way_rad` (n,), rad in P, the force across, its derivative, relative to N.
 
     By maximum dissipation they are the support function, h′ and h″.
     """
@@ -41,7 +41,7 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
 
 
 def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
-    """The force across directions (n,), relative to N: h′ (n,) by maximum dissipation."""
+    """The force across the directions `way_rad` (n,), rad in P, relative to N: h′ (n,) by maximum dissipation."""
     behind, ahead = (replace(contact, way_rad=way_rad + turn) for turn in (-STEP_RAD, STEP_RAD))
     slope = (model.steering(ahead) - model.steering(behind)) / (2 * STEP_RAD)
     if model.is_dissipative:
@@ -78,11 +78,12 @@ def threshold(model: Model, contact: Contact, load_rad: Array) -> tuple[Array, A
 
 
 def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) -> Array:
-    """The ratio T/N (n,) that holds against a load in direction `load_rad` a block that can only slide along `way_rad`.
+    """The ratio T/N (n,) that holds against a load a block that can only slide along one way.
 
-    Along the direction in which another model's block slips it is the threshold of a model near that one, to first
-    order in their difference: by maximum dissipation the threshold is a minimum over the directions, and never above
-    it. Of friction that opposes the motion alone a fortieth of that order is missed where an effect is a tenth.
+    The load is in direction `load_rad` (n,), and the way is `way_rad` (n,), both rad in P. Along the direction in which
+    another model's block slips it is the threshold of a model near that one, to first order in their difference: by
+    maximum dissipation the threshold is a minimum over the directions, and never above it. Of friction that opposes the
+    motion alone a fortieth of that order is missed where an effect is a tenth.
     """
     return model.friction(replace(contact, way_rad=way_rad)) / np.cos(way_rad - load_rad)
 

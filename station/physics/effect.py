@@ -188,5 +188,5 @@ def _overridden(kind: type[Effect]) -> frozenset[str]:
 
 
 def unit(angle_rad: Array) -> Array:
-    """Unit vectors (n, 2) of angles (n,)."""
+    """Unit vectors (n, 2) of the angles `angle_rad` (n,), rad."""
     return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])

@@ -37,7 +37,7 @@ PARAMETERS = (
 
 
 def grain(angle_rad: Array, values: Values) -> Array:
-    """The factor h (n,) on friction for slides at angles φ (n,) from the grain's own axis."""
+    """The factor h (n,) on friction for slides at angles φ, `angle_rad` (n,), rad, from the grain's own axis."""
     size = math.hypot(values["cos2"], values["sin2"])
     from_axis = angle_rad - 0.5 * math.atan2(values["sin2"], values["cos2"])
     if values["shape"] == ELLIPSE:

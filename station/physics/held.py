@@ -35,18 +35,18 @@ class Held(Protocol):
         ...
 
     def radius(self, angle_rad: Array) -> Array:
-        """r (n,) at angles (n,) from its axis."""
+        """r (n,) at `angle_rad` (n,), rad, from its axis."""
         ...
 
     def slopes(self, angle_rad: Array) -> tuple[Array, Array]:
-        """d ln r / dψ and d² ln r / dψ² (n,)."""
+        """d ln r / dψ and d² ln r / dψ² (n,) at ψ, `angle_rad` (n,), rad, from its axis."""
         ...
 
     def __hash__(self) -> int: ...
 
 
 def support_of(held: Held, angle_rad: Array) -> Array:
-    """The support function h (n,) for slides at angles φ (n,) from the curve's axis."""
+    """The support function h (n,) for slides at angles φ, `angle_rad` (n,), rad, from the curve's axis."""
     period = 2.0 * np.pi / held.folds
     return _table(held)(np.abs(angle_rad - period * np.round(angle_rad / period)))
 

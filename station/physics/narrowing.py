@@ -28,7 +28,7 @@ class Bracket:
         return cls(np.full(count, -farthest), np.full(count, farthest), np.zeros(count), np.full(count, np.inf))
 
     def narrowed(self, value: Array, slope: Array) -> Bracket:
-        """The narrower bracket from the functions' values and slopes (n,) at `at`.
+        """The narrower bracket from the functions' `value` (n,) and `slope` (n,) at `at`, in the functions' own units.
 
         A value's sign says on which side the zero lies, also where Newton's step is worthless; the next place is
         Newton's if that is inside and the steps at least halve, else the middle (Press et al. 2007, section 9.4).

@@ -14,7 +14,10 @@ An arm that overshoots by a hundredth of a millidegree, or whose report is round
 
 
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
-    """The tilt's sign of change (m,) at times `at_s` (m,), from readings (n,): +1 at first, its last sign at rest."""
+    """The tilt's sign of change (m,) at times `at_s` (m,), s: +1 at first, its last sign at rest.
+
+    It is told from the readings `tilt_rad` (n,), rad, at the times `time_s` (n,), s, ascending.
+    """
     change = np.interp(at_s + NEAR_S, time_s, tilt_rad) - np.interp(at_s - NEAR_S, time_s, tilt_rad)
     return last_sign(change, STILL_RAD)
 
@@ -29,7 +32,8 @@ def last_sign(change: Array, still_rad: float) -> Array:
 def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> Array:
     """The tilt (n,), rad, at which it last turned round: the farthest that it had come the other way.
 
-    Before the signs (n,) change for the first time it is `before_rad`.
+    `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1. Before they change for the first time it is
+    `before_rad`.
     """
     ends = [*(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(tilt_rad)]
     turned = np.full(len(tilt_rad), before_rad)

@@ -67,7 +67,7 @@ class Harmonics(Form):
         return "harmonic " + "+".join(str(k) for k in sorted({k for _, k in self.waves}))
 
     def of(self, values: Array) -> Array:
-        """The waves (n, size) in their order."""
+        """The waves (n, size), in their order, of the angles `values` (n,), rad; 0 where one is unknown."""
         known = np.isfinite(values)
         angle = np.where(known, values, 0.0)
         waves = [WAVES[wave](k * angle) for wave, k in self.waves]
@@ -97,7 +97,7 @@ class Powers(Form):
         return f"degree {self.degree}"
 
     def of(self, values: Array) -> Array:
-        """The powers (n, degree), from the first on."""
+        """The powers (n, degree), from the first on, of a covariate's `values` (n,), in its unit; 0 if unknown."""
         known = np.where(np.isfinite(values), values, self.middle)
         scaled = np.clip((known - self.middle) / self.spread, -FARTHEST, FARTHEST)
         return np.column_stack([scaled**k for k in range(1, self.degree + 1)])
@@ -122,7 +122,7 @@ class Swings(Form):
         return f"{self.often:g} swings"
 
     def of(self, values: Array) -> Array:
-        """Cosine and sine (n, 2)."""
+        """Cosine and sine (n, 2) for a covariate's `values` (n,) in its own unit; 0 where one is unknown."""
         known = np.isfinite(values)
         phase = 2 * np.pi * self.often * (np.where(known, values, self.low) - self.low) / self.width
         return np.where(known[:, None], np.column_stack([np.cos(phase), np.sin(phase)]), 0.0)

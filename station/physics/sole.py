@@ -45,6 +45,9 @@ def left_against_turning(lead: Array) -> Array:
 
 
 def carried_across(lead: Array, side_m: Array, *, yaw_rate_rad_s: Array | float, speed_m_s: Array) -> Array:
-    """The force (n,) across the way, to the right for a turn to the left, over the friction against sliding alone."""
+    """The force (n,) across the way, to the right for a turn to the left, over the friction against sliding alone.
+
+    `lead` (n,) is in widths of the sole, which are `side_m` (n,), m; the block slides at `speed_m_s` (n,), m/s.
+    """
     together = np.maximum(np.hypot(speed_m_s, TURNING_RADIUS * side_m * yaw_rate_rad_s), LEAST_M_S)
     return lead * side_m * yaw_rate_rad_s / together

@@ -25,7 +25,7 @@ LEAST_MARGIN = 1e-6
 
 
 def toppling_load(lean: Array, mass: Array) -> Array:
-    """The share (m, n) of what a block stands that n leans (n, 4) make of it with its mass at places (m, 3).
+    """The share (m, n) of what a block stands that `lean` (n, 4) makes of it with its mass at places `mass` (m, 3).
 
     A lean is tan θ cos β towards each edge's normal, at quarter turns from the block's x, at least 0; a place is from
     the sole's middle, in the block's frame, in widths of the sole. From 1 on it topples; without a height it never

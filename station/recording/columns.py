@@ -70,7 +70,10 @@ class Columns:
         """Log times of payloads that are no message of this class: they are left out."""
 
     def add(self, payloads: Payloads, *, log_ns: Integers, publish_ns: Integers) -> None:
-        """Takes messages (n,) as they stand in the file; a payload that is not of this class is `malformed`."""
+        """Takes messages (n,) as they stand in the file; a payload that is not of this class is `malformed`.
+
+        They were logged at `log_ns` (n,) and published at `publish_ns` (n,), ns.
+        """
         fields = fields_of(self._cls, payloads, names=self._names)
         good = np.ones(len(log_ns), dtype=bool)
         for number in np.flatnonzero(~fields.understood | _odd(fields.values, len(log_ns))).tolist():

@@ -186,7 +186,10 @@ def joint_transforms(model: ArmModel, q: ArrayLike) -> Array:
 
 
 def forward_kinematics(model: ArmModel, q: ArrayLike, *, world_from_base: Array | None = None) -> Array:
-    """world_from_flange, (4, 4), for joint angles `q` in radians, (n,); the base is the world when none is given."""
+    """world_from_flange, (4, 4), for joint angles `q` in radians, (n,).
+
+    The base is the world unless `world_from_base` (4, 4) is given; its shift is in m.
+    """
     pose = np.eye(4) if world_from_base is None else world_from_base
     for step in joint_transforms(model, q):
         pose = pose.dot(step)

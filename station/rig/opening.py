@@ -55,13 +55,19 @@ class Opening:
         return max(float(inside_by_m(np.array(self.outline_m), np.zeros((1, 2)))[0]), 0.0)
 
     def room_m(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """Distance (n,), m, of square blocks from the foam, negative in it; the arguments are those of `room_m`."""
+        """Distance (n,), m, of square blocks from the foam, negative in it; see `room_m` for the arguments.
+
+        `half_m` (n,), m, is half a block's side.
+        """
         if self.outline_m:
             return room_within(np.array(self.outline_m), half_m, pose)[0]
         return room_m(self.radius_m, half_m, pose)
 
     def inward(self, half_m: Array, pose: tuple[Array, Array, Array]) -> Array:
-        """The unit vectors (n, 2) along which the foam pushes blocks: to the middle, or square to the nearest side."""
+        """The unit vectors (n, 2) along which the foam pushes blocks: to the middle, or square to the nearest side.
+
+        `half_m` (n,), m, is half a block's side, and `pose` its x, y (m) and yaw (rad) in the plate, (n,).
+        """
         if self.outline_m:
             return room_within(np.array(self.outline_m), half_m, pose)[1]
         away = np.stack(pose[:2], axis=-1)

@@ -8,16 +8,19 @@ from shared.geometry import Array
 
 
 def inside_by_m(outline_m: Array, place_m: Array) -> Array:
-    """Distance (n,), m, of places (n, 2) inside an outline with corners (k, 2) from its nearest side; negative outside.
+    """Distance (n,), m, of places inside an outline from its nearest side; negative outside.
 
-    A place is inside if a ray from it crosses an odd number of sides, so the outline may be concave, and its corners
-    may follow each other either way round.
+    A place of `place_m` (n, 2), m, is inside if a ray from it crosses an odd number of sides, so the outline may be
+    concave, and its corners `outline_m` (k, 2), m, may follow each other either way round.
     """
     return nearest_side(outline_m, place_m)[0]
 
 
 def nearest_side(outline_m: Array, place_m: Array) -> tuple[Array, Array]:
-    """The distance `inside_by_m` (n,), m, and the unit vector (n, 2) that leads inwards from the nearest side."""
+    """The distance `inside_by_m` (n,), m, and the unit vector (n, 2) that leads inwards from the nearest side.
+
+    The places are `place_m` (n, 2), m, and the outline has the corners `outline_m` (k, 2), m.
+    """
     begin, end = outline_m, np.roll(outline_m, -1, axis=0)
     side, off = end - begin, place_m[:, None] - begin
     share = np.clip((off * side).sum(axis=-1) / np.maximum((side * side).sum(axis=-1), 1e-18), 0.0, 1.0)
@@ -45,9 +48,9 @@ def turn_of(outline_m: Array) -> float:
 def room_within(outline_m: Array, half_m: Array, pose: tuple[Array, Array, Array]) -> tuple[Array, Array]:
     """Distance (n,), m, of square blocks from an outline, negative if they reach beyond it, and the way back (n, 2).
 
-    `half_m` (n,) is half a square's side, `pose` its x, y (m) and yaw (rad), (n,). Two outlines are nearest where a
-    corner of one meets a side of the other: the block's corners are looked at, and those of the outline, which may
-    point into the opening.
+    The outline has the corners `outline_m` (k, 2), m. `half_m` (n,), m, is half a square's side, `pose` its x, y (m)
+    and yaw (rad), (n,). Two outlines are nearest where a corner of one meets a side of the other: the block's corners
+    are looked at, and those of the outline, which may point into the opening.
     """
     x, y, yaw = pose
     along, aside = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1), np.stack([-np.sin(yaw), np.cos(yaw)], axis=-1)

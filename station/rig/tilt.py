@@ -72,7 +72,7 @@ def gravity_in_plate(angle_rad: float, *, azimuth_rad: float, gravity_m_s2: floa
 
 
 def tilt_of_rotation(world_from_plate: Array) -> tuple[float, float]:
-    """Angle and azimuth in radians of a plate with rotation (3, 3); the azimuth is 0 when the plate is level.
+    """Angle and azimuth in radians of a plate with `world_from_plate` (3, 3); the azimuth is 0 when it is level.
 
     Inverse of tilt_rotation, also for a plate that is turned about its own normal: the azimuth then is that of the
     axis in the plate frame.

@@ -46,12 +46,12 @@ class Camera:
         return self._pixels(corners, seen, model, on_block=True)
 
     def fiducial_px(self, corners_m: Array, seen: Seen, model: Model) -> Array:
-        """A mark (4, 2) that is fixed to the plate at every moment: (n, 4, 2) pixels."""
+        """A mark `corners_m` (4, 2), m, that is fixed to the plate at every moment: (n, 4, 2) pixels."""
         everywhere = np.broadcast_to(corners_m, (len(seen.tilt_rad), 4, 2))
         return self._pixels(everywhere, seen, model, on_block=False)
 
     def inside(self, corner_px: Array) -> Bools:
-        """True (n,) if all corners (n, 4, 2) are in the picture."""
+        """True (n,) if all corners `corner_px` (n, 4, 2), px, are in the picture."""
         limit = np.array(self.size_px, dtype=float)
         return np.all((corner_px >= 0.0) & (corner_px < limit), axis=(1, 2), keepdims=True)[:, 0, 0]
 

@@ -108,7 +108,10 @@ class ArmShape:
         return rr.Capsules3D.from_fields(lengths=self._lengths, radii=self._radii, colors=shades, fill_mode="solid")
 
     def pose(self, world_from_link: Array) -> rr.Capsules3D:
-        """Places for world_from_base and every world_from_link, (n + 1, 4, 4)."""
+        """Places for world_from_base and every one of n links.
+
+        `world_from_link` (k, 4, 4), with k = n + 1, has the base first; its shifts are in m.
+        """
         poses = world_from_link @ self._link_from_capsule
         quaternions = [quaternion_from_matrix(pose[:3, :3]) for pose in poses]
         return rr.Capsules3D.from_fields(

@@ -91,7 +91,10 @@ def of_track(track: Any) -> Columns:
 
 
 def run_at(signals: Signals, time_ns: Times) -> Integers:
-    """The number of the run that goes on at each time (n,), from its first event to its last; `NO_RUN` if none does."""
+    """The number of the run that goes on at each time, from its first event to its last; `NO_RUN` if none does.
+
+    The times `time_ns` (n,), ns, ascend.
+    """
     found = np.full(len(time_ns), NO_RUN, dtype=np.int64)
     for run in signals.runs:
         first, last = np.searchsorted(time_ns, signals.span_ns(run))

@@ -24,7 +24,11 @@ class TwinWire(Protocol):
     """The connection by which set-points get to the twin and its readings come back."""
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
-        """Wants the joints there at `now_ns`, moving on at that velocity; both (n,), and never written to again."""
+        """Wants the joints there at `now_ns`, moving on at that velocity.
+
+        `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s, are in the order of the arm's joints, and never
+        written to again.
+        """
         ...
 
     def read(self) -> JointReading | None:
@@ -49,7 +53,7 @@ class BusWire:
         self._bus.subscribe("twin/joints", self._receive)
 
     def send(self, now_ns: int, position_rad: Array, velocity_rad_s: Array) -> None:
-        """See `TwinWire.send`."""
+        """See `TwinWire.send`: `position_rad` (n,), rad, and `velocity_rad_s` (n,), rad/s."""
         target = JointTarget(now_ns, tuple(position_rad.tolist()), tuple(velocity_rad_s.tolist()))
         self._bus.publish("twin/target", target)
 

@@ -19,7 +19,7 @@ _SHORTEST_M = 1e-3
 
 
 def enclosing_capsule(points_m: Array) -> Capsule:
-    """The capsule of the least volume that holds the points (n, 3); its line is at least 1 mm long.
+    """The capsule of the least volume that holds `points_m` (n, 3), m, in their frame; its line is at least 1 mm long.
 
     The axis is looked for from each of the cloud's principal ones, by a search over both ends.
     """

@@ -19,7 +19,7 @@ _MOST_FACES = 40
 
 
 def enclosing_hull(points_m: Array) -> tuple[Vector, ...]:
-    """The corners of a convex body that holds the points (n, 3); none where they lie in one plane."""
+    """The corners, m, of a convex body that holds `points_m` (n, 3), m; none where they lie in one plane."""
     try:
         hull = ConvexHull(points_m)
     except (QhullError, ValueError):

@@ -19,8 +19,9 @@ SINGULAR = 1e-8
 def gain(scored: Scores, columns: Sequence[int], score: Array | None = None) -> tuple[Array, int]:
     """Twice the gain in log likelihood (draws,) within the columns' bounds, and the number of columns.
 
-    `score` (K, draws) are drawn scores; None: the recording's own, with draws = 1. Columns whose null is a bound and
-    whose step would cross it are held there, and the rest is solved again; draws and recording are treated alike.
+    `score` (m, draws) are drawn scores of all m columns that `scored` has; None: the recording's own, with draws = 1.
+    They have no unit. Columns whose null is a bound and whose step would cross it are held there, and the rest is
+    solved again; draws and recording are treated alike.
     """
     own = scored.score[:, None] if score is None else score
     if len(columns) == 1:
@@ -99,7 +100,7 @@ def overdispersion(scored: Scores, columns: Sequence[int]) -> float:
 
 
 def p_value(total: Array, size: int) -> Array:
-    """The asymptotic p-value (n,) of twice a gain (n,) with `size` numbers: chi-squared."""
+    """The asymptotic p-value (n,) of `total` (n,), twice a gain, with `size` numbers: chi-squared."""
     return chdtrc(size, total)
 
 

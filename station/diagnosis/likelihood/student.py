@@ -14,7 +14,11 @@ SETTLED = 1e-7
 
 
 def log_density(white: Array, tail: Array, limit: Bools) -> Array:
-    """Log density (n,) of each component; for a limit, the log probability to lie beyond it."""
+    """Log density (n,) of each component; for a limit, the log probability to lie beyond it.
+
+    The components `white` (n,) are whitened, so without a unit; `tail` (n,), or one for all, is their degrees of
+    freedom, and `limit` (n,) is True for limits.
+    """
     square = white**2
     gauss = -0.5 * square - 0.5 * np.log(2 * np.pi)
     density = np.where(tail >= thresholds.GAUSSIAN, gauss, _volume(tail) - 0.5 * (tail + 1) * np.log1p(square / tail))
@@ -30,6 +34,8 @@ def _volume(tail: Array) -> Array:
 def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
     """Slope (n,) of −log density by each component, and its weight (n,) in a Newton step.
 
+    The arguments are those of `log_density`: `white` (n,), `tail` (n,) and `limit` (n,).
+
     The weight is (ν + 1) / (ν + w²), as in iteratively reweighted least squares: unlike the curvature it is positive
     everywhere. For a limit it is the curvature itself.
     """
@@ -43,7 +49,7 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 
 def fitted_tail(white: Array) -> tuple[float, float]:
-    """The degrees of freedom, out of TAILS, and the scale that fit the components (n,) best."""
+    """The degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
     if len(white) < thresholds.LEAST_SCALED:
         return thresholds.GAUSSIAN, 1.0
     best, none = (-np.inf, thresholds.GAUSSIAN, 1.0), np.zeros(len(white), dtype=np.bool_)
@@ -55,7 +61,10 @@ def fitted_tail(white: Array) -> tuple[float, float]:
 
 
 def scale_of(white: Array, tail: float) -> float:
-    """Maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED."""
+    """Maximum-likelihood scale for given degrees of freedom, from the median on; 1 for fewer than LEAST_SCALED.
+
+    `white` (n,) are whitened components, without a unit.
+    """
     if len(white) < thresholds.LEAST_SCALED:
         return 1.0
     scale = max(1.4826 * float(np.median(np.abs(white))), 1e-6)

@@ -58,14 +58,23 @@ class AttitudeFit:
     delay_sd_s: float
 
     def of_mean(self, weight: Array) -> float:
-        """Standard deviation (rad) of the mean over successive readings (k,) with weights that sum to 1."""
+        """Standard deviation (rad) of the mean over successive readings.
+
+        `weight` (k,) are their weights, which sum to 1.
+        """
         apart = np.abs(np.subtract.outer(np.arange(len(weight)), np.arange(len(weight))))
         own = (1.0 - self.keeps) / (1.0 + self.keeps)
         return self.noise_rad * float(np.sqrt(own * (weight @ self.keeps**apart @ weight)))
 
 
 def fitted(time_s: Array, gravity: Array, rate_rad_s: Array) -> AttitudeFit:
-    """Fits gravity (n, 3) and rates (n, 3), rad/s, both in P at times (n,), s, to each other; n is 3 or more."""
+    """Fits gravity and rates to each other.
+
+    Args:
+        time_s: (n,) times of the readings, s, ascending; n is 3 or more.
+        gravity: (n, 3) unit vectors in P.
+        rate_rad_s: (n, 3) recorded rates in P, rad/s.
+    """
     parts = _parts(time_s)
     delay_s, sd_s, rate = _delay(time_s, gravity, rate_rad_s, parts)
     level, slopes = _level(time_s, gravity, rate, parts)

@@ -152,7 +152,7 @@ class Breakaways:
         return self.of_places(np.unique(np.linspace(0, len(self.runs) - 1, number).astype(int)))
 
     def of_places(self, chosen: Times) -> Breakaways:
-        """The runs with these places in it."""
+        """The runs at the places `chosen` (m,) among these."""
         rows = Rows(*(part[chosen] for part in self.rows))
         return Breakaways([self.runs[row] for row in chosen], rows, self.tried_s[chosen], self.log_expected[chosen])
 
@@ -161,13 +161,16 @@ class Breakaways:
         return replace(self, rows=self.rows._replace(sigma_m=times * self.rows.sigma_m))
 
     def turning_about(self, arm_m: Array) -> Breakaways:
-        """The same runs on a plate whose true pivot has this arm (3,), m, to the told one; see `swing`."""
+        """The same runs on a plate whose true pivot has the arm `arm_m` (3,), m in P, to the told one; see `swing`."""
         runs = [run.turning_about(arm_m) for run in self.runs]
         expected = [_expected(run, row) for run, row in zip(runs, self.tried_s, strict=True)]
         return replace(self, runs=runs, rows=_rows(runs, self.rows.sigma_m), log_expected=np.log(np.array(expected)))
 
     def loaded(self, arm_m: Array) -> Breakaways:
-        """The same, with the moments' prior as it is: an arm that is close by hardly changes it, and it is slow."""
+        """The same for the arm `arm_m` (3,), m in P, with the moments' prior as it is.
+
+        An arm that is close by hardly changes it, and it is slow.
+        """
         if self._swings is None:
             return self
         pull, press = self._swings @ np.array([1.0, *arm_m])

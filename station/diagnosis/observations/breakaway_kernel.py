@@ -37,10 +37,11 @@ class Laws(NamedTuple):
 
 
 def cubics(table: Array) -> Array:
-    """The cubics (…, COUNT - 1, 4) through a table (…, COUNT), by powers of the share of their interval.
+    """The cubics (…, COUNT - 1, 4) through a table, by powers of the share of their interval.
 
-    Their slopes are continuous (Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238, eq. 1). A path's slope by D
-    follows the law's own slope: where that jumps from interval to interval, the likelihood is a staircase.
+    `table` (…, n) has the values at the n = COUNT speeds SPEEDS_M_S, in a unit of its own. The cubics' slopes are
+    continuous (Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238, eq. 1). A path's slope by D follows the law's own
+    slope: where that jumps from interval to interval, the likelihood is a staircase.
     """
     width, rise = np.diff(SPEEDS_M_S), np.diff(table)
     slope = np.gradient(table, SPEEDS_M_S, axis=-1, edge_order=2)

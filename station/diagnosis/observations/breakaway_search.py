@@ -47,7 +47,10 @@ class Sloped:
 
 
 def climbed(at: Callable[[Array], Sloped], begin: Array, bounds: Array, effort: Effort) -> tuple[Array, float]:
-    """The likeliest numbers (p,) within bounds (p, 2) that are reached from `begin`, and their log likelihood."""
+    """The likeliest numbers (p,) within `bounds` (p, 2) that are reached from `begin` (p,), and their log likelihood.
+
+    Each number is in its own unit.
+    """
     low, high = bounds.T
     here = np.clip(begin, low, high)
     found, damping = at(here), DAMPING

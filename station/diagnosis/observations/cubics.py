@@ -36,7 +36,7 @@ class Cubics:
         return ends + step * along * back * (back * self.slopes(place) - along * self.slopes(place + 1))
 
     def slope(self, seconds: Array) -> Array:
-        """The slopes (m, k) at times (m,)."""
+        """The slopes (m, k), by the second, at times `seconds` (m,), s."""
         place, step, along = self._within(seconds)
         rise = (self.values[place + 1] - self.values[place]) / step
         first, last = self.slopes(place), self.slopes(place + 1)

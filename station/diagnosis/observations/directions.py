@@ -31,9 +31,10 @@ class Believed:
 
 
 def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Believed:
-    """The expectation of deviations (n, 3), measured with standard errors (n,), for slides at angles (n, 3) each, rad.
+    """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
-    The angles are those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
+    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad. The angles are
+    those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
     """
     if len(off_rad) == 0:
         return Believed(off_rad, sigma_rad)

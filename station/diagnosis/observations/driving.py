@@ -18,12 +18,18 @@ from station.physics.turning import turned_push
 
 
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
-    """Acceleration (n, 3), m/s² in P, without the contact, at places (n, 2), m, with velocities (n, 2), m/s, in P."""
+    """Acceleration (n, 3), m/s² in P, without the contact.
+
+    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    """
     return GRAVITY_M_S2 * plate.gravity + fictitious(plate, place_m, velocity_m_s)
 
 
 def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
-    """The part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest."""
+    """The part of `driving` that the plate's own motion causes (n, 3), m/s² in P; 0 on a plate at rest.
+
+    The blocks are at `place_m` (n, 2), m, with the velocities `velocity_m_s` (n, 2), m/s, in P.
+    """
     rate, place, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
     turned = turned_push(plate.acceleration_rad_s2, rate, place)
     return turned - plate.pivot_m_s2 - 2.0 * np.cross(rate, velocity)

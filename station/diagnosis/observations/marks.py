@@ -146,7 +146,10 @@ def common(values: Array, sigma: Array) -> Array:
 
 
 def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
-    """Strain (n, 3: xx, yy, xy), in the block's axes, of seen corners (n, 4, 2) against a rigid mark's (n, 4, 2)."""
+    """Strain (n, 3: xx, yy, xy), in the block's axes, of a mark's corners as seen against those of a rigid mark.
+
+    `seen_m` (n, 4, 2) and `model_m` (n, 4, 2) are in P, m, and the block's heading there is `yaw_rad` (n,), rad.
+    """
     rigid = model_m - model_m.mean(axis=1, keepdims=True)
     apparent = seen_m - seen_m.mean(axis=1, keepdims=True)
     cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)

@@ -62,7 +62,7 @@ class Paths:
         return _Speeds.of(self.contact)
 
     def of_runs(self, number: Array) -> Paths | None:
-        """The paths of the runs with these numbers, as `contact` has them; None without any."""
+        """The paths of the runs with the numbers `number` (m,), as `contact` has them; None without any."""
         places = np.flatnonzero(np.isin(self.contact.run, number))
         if not len(places):
             return None

@@ -62,9 +62,10 @@ class Attitude:
         return replace(self, acceleration_rad_s2=self.acceleration_rad_s2 + by_rad_s2)
 
     def again(self, rows: Times, *, turn_rad: Array, faster: Array, since: Array) -> Attitude:
-        """The chosen moments (m,) of runs that are done again, tilted `turn_rad` (m,) further round and `faster` (m,).
+        """The moments `rows` (m,) of runs that are done again, tilted `turn_rad` (m,) further round and `faster` (m,).
 
-        A tilt (n,) `since` which the plate has turned is passed at the other rate, so it changes by that much more.
+        The tilt `since` (m,), rad, up to which the plate has turned is passed at the other rate, so what is beyond it
+        changes by that factor.
         """
         way = np.column_stack([np.cos(turn_rad), np.sin(turn_rad)])
         tilt, down = (since + faster * (self.tilt_rad[rows] - since), self.down_rad[rows] + turn_rad)
@@ -132,7 +133,7 @@ class PlateMotion:
         return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < COVERED_S)
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
-        """The plate at `time_ns` − `delay_s`."""
+        """The plate, `delay_s` before the moments `time_ns` (n,), ns."""
         seconds = self._seconds(time_ns) - delay_s
         gravity = self._gravity_at(seconds)
         last = self._last(seconds)
@@ -147,13 +148,16 @@ class PlateMotion:
         return Attitude(gravity, self._rates_at(seconds), acceleration, self._rising[last], gone, since_s, pivot)
 
     def sigma_rad(self, time_ns: Times) -> Array:
-        """Standard deviation (n,) of gravity's direction at moments, rad, by the readings' noise."""
+        """Standard deviation (n,) of gravity's direction at `time_ns` (n,), ns, in rad, by the readings' noise."""
         if self.fit is None:
             return np.zeros(len(time_ns))
         return np.interp(self._seconds(time_ns), self._time_s, self.fit.sigma_rad)
 
     def mean_sigma_rad(self, weight: Array, length_s: float) -> float:
-        """Standard deviation (rad) of gravity's mean over `length_s` with weights (k,), even in time, that sum to 1."""
+        """Standard deviation (rad) of gravity's mean over `length_s` with the weights `weight` (k,).
+
+        They are even in time, and sum to 1.
+        """
         if self.fit is None:
             return 0.0
         count = max(1, round(length_s / float(np.median(np.diff(self._time_s)))))
@@ -166,11 +170,11 @@ class PlateMotion:
         return self._steps_ns[first:last]
 
     def gravity_at(self, time_ns: Times) -> Array:
-        """Unit vectors (n, 3) of gravity in P."""
+        """Unit vectors (n, 3) of gravity in P at `time_ns` (n,), ns."""
         return self._gravity_at(self._seconds(time_ns))
 
     def turns_at(self, time_ns: Times) -> tuple[Array, Array]:
-        """The tilt's sign of change (n,), and the tilt (n,), rad, at which that changed."""
+        """The tilt's sign of change (n,) at `time_ns` (n,), ns, and the tilt (n,), rad, at which that changed."""
         last = self._last(self._seconds(time_ns))
         return self._rising[last], self._turned_rad[last]
 

@@ -53,7 +53,10 @@ def weights(missed: Array, shifted: Array, step_s: float) -> Array:
 
 
 def answered(slope: Array, weight: Array, parts: Sequence[slice]) -> Array:
-    """The sums (n, 2) of b_k x'(t + k h) with weights b (2 K + 1,); beyond its ends a part goes on as there."""
+    """The sums (n, 2) of b_k x'(t + k h); beyond its ends a part goes on as there.
+
+    `slope` (n, 2), 1/s, is x', and `weight` (w,), s, the 2 K + 1 weights b.
+    """
     reach = len(weight) // 2
     found = np.zeros_like(slope)
     for part in parts:

@@ -46,7 +46,10 @@ class Rested:
 
 
 def rested(tracks: Sequence[RunTrack], rest_ns: Times, plate: PlateMotion) -> Rested:
-    """Each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace."""
+    """Each run's dwell by tilt, from when its block came to rest; a run that slid is extrapolated at its pace.
+
+    `rest_ns` (r,), ns, is when each run's block came to rest.
+    """
     slid = [track.slip_ns for track in tracks if track.slip_ns]
     typical = float(np.median(plate.at(np.array(slid)).tilt_rad)) if slid else float(GRID_RAD[-1])
     ramps = [_Ramp(track, plate) for track in tracks]

@@ -25,7 +25,10 @@ class Setting:
     block_mass_kg: float = 0.008
 
     def free_m(self, place_m: Array) -> Array:
-        """Distance (n,), m, from the foam of blocks at places or poses (n, 2 or 3), for any heading."""
+        """Distance (n,), m, from the foam of blocks at `place_m` (n, 2) or (n, 3), for any heading.
+
+        These are places x, y (m) in P, or poses, whose yaw does not matter.
+        """
         if self.opening_outline_m:
             inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
         else:

@@ -62,7 +62,7 @@ def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bo
 
 
 def mean_shape(seen: Array, turned_rad: Array) -> Array:
-    """The mean corners (4, 2) around their centre of corners (n, 4, 2) that have turned by `turned_rad` (n,).
+    """The mean corners (4, 2), m, around their centre, of `seen` (n, 4, 2), m, that have turned by `turned_rad` (n,).
 
     Each frame's corners are turned back by what that frame shows: the mean of a square in many headings is a smaller
     square. A steady turn will not do: an uneven sole turns a block by 50 rad/s², which shrinks the mean by .01 %.
@@ -74,7 +74,7 @@ def mean_shape(seen: Array, turned_rad: Array) -> Array:
 
 
 def view_of(stretches: Stretches, recorded: Recorded) -> View:
-    """The camera's view of the block's mark in each stretch."""
+    """The camera's view of the block's mark in each of `stretches` (n,), whose fields have the units of STRETCH."""
     middle = (stretches["from_ns"] + stretches["to_ns"]) // 2
     tilt_rad, down_rad = mean_attitude(recorded, stretches["from_ns"], stretches["to_ns"])
     return block_view(
@@ -89,7 +89,10 @@ def view_of(stretches: Stretches, recorded: Recorded) -> View:
 
 
 def mean_attitude(recorded: Recorded, from_ns: NDArray[np.int64], to_ns: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches (ns): the plate may move in them."""
+    """Tilt and direction of descent (n,), rad, of gravity's mean over stretches: the plate may move in them.
+
+    They last from `from_ns` (n,) to `to_ns` (n,), ns.
+    """
     gravity = recorded.plate.at(between(from_ns, to_ns, MEAN_POINTS)).gravity
     x, y, z = gravity.reshape(len(from_ns), MEAN_POINTS, 3).mean(axis=1).T
     return np.arctan2(np.hypot(x, y), -z), np.arctan2(y, x)

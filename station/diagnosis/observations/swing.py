@@ -35,7 +35,11 @@ class Swing:
 
     @classmethod
     def of(cls, at: Attitude, way: Array, *, sliding: Array, resting: Array) -> Swing:
-        """Builds it from the plate's motion, the slide's direction (2,), and the loads (m, 3), m/s² in P."""
+        """Builds it from the plate's motion, the slide's direction, and the loads.
+
+        The direction is the unit vector `way` (2,) in P, the loads are `sliding` (m, 3) and `resting` (m, 3), m/s² in
+        P.
+        """
         turning = _felt_per_m(at)
         return cls(
             way=way,
@@ -47,7 +51,7 @@ class Swing:
         )
 
     def loads(self, arm_m: Array) -> Array:
-        """Pull and press (2, m) of the sliding block with an arm (3,), m."""
+        """Pull and press (2, m), m/s², of the sliding block with the arm `arm_m` (3,), m in P."""
         return self.sliding + self.per_m @ arm_m
 
     def tilt_rad(self, added: Array) -> Array:

@@ -15,7 +15,7 @@ from station.physics.contact import Array
 
 
 def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
-    """The onsets of the rows at these places."""
+    """The onsets of the rows at the places `places` (m,), which are the places of their runs as well."""
     chosen = rows.chosen(places)
     time_ns, place_m = moments_ns(rows)[places], places_m(chosen)
     moments = Moments(

@@ -172,5 +172,5 @@ def _groups(table: Measured, order: Index) -> Index | None:
 
 
 def mass_of(load_n: Array, tilt_rad: Array | float = 0.0) -> Array:
-    """The mass (n,), kg, whose weight presses with a load on a plate of that tilt."""
+    """The mass (n,), kg, whose weight presses with `load_n` (n,), N, on a plate of that tilt."""
     return load_n / (GRAVITY_M_S2 * np.cos(tilt_rad))

@@ -47,7 +47,10 @@ def _rest_s(sample: Sample, typical_rad: float) -> float:
 
 
 def rows_from(chosen: TableRows, places: Times, sigma: Array, contact: Contact) -> Rows:
-    """A channel's rows, whose runs are at these places."""
+    """A channel's rows, whose runs are at `places` (n,).
+
+    `sigma` (n,) is the standard deviation of the measurement, in the residual's unit.
+    """
     return rows_of(
         {
             "run": places,

@@ -28,9 +28,15 @@ def corner_sigma_px(corners: CornerTrack) -> Array:
 
 
 def track_noise(time_ns: Times, values: Array, place_m: Array, flat: Bools) -> float | None:
-    """Standard deviation of values (n,) in one frame, from their third differences while the block slides `flat` (n,).
+    """Standard deviation of values in one frame, from their third differences while the block slides flat.
 
-    A steady acceleration leaves no third difference. It is None if the block (places (n, 2), m) slides too little.
+    A steady acceleration leaves no third difference. It is None if the block slides too little.
+
+    Args:
+        time_ns: (n,) times of the frames, ns.
+        values: (n,) what is measured, in any unit.
+        place_m: (n, 2) the block's places, m.
+        flat: (n,) True where the block lies flat.
     """
     span = STRIDE * (len(_THIRD) - 1)
     if len(values) <= span:

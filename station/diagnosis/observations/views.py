@@ -26,9 +26,18 @@ def block_view(
     down_rad: Array,
     rest_s: Array,
 ) -> View:
-    """The view of the mark on blocks at poses (n, 3: m, m, rad, in P); the other arguments are those of `View`.
+    """The view of the mark on blocks; the arguments but the first two are those of `View`.
 
     Without the camera's geometry the mark is taken to be as large as the block.
+
+    Args:
+        recorded: the recording, with the camera's geometry.
+        pose: (n, 3) x and y (m) and yaw (rad) of the blocks in P.
+        velocity_m_s: (n, 2) velocity of the mark's centre in P, m/s.
+        yaw_rate_rad_s: (n,) turning rate of the mark, rad/s.
+        tilt_rad: (n,) angle between the plate's normal and up, rad.
+        down_rad: (n,) direction of the steepest descent in P, rad.
+        rest_s: (n,) time since the run's tilt began, s.
     """
     geometry = recorded.signals.geometry or CameraGeometry(
         marker_side_m=recorded.setting.block_side_m, mm_per_px=0.1667
@@ -56,7 +65,10 @@ def block_view(
 
 
 def fixed_view(point_m: Array, geometry: CameraGeometry, *, tilt_rad: Array, down_rad: Array) -> View:
-    """The view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m."""
+    """The view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m.
+
+    `tilt_rad` (n,) and `down_rad` (n,), rad, are those of `View`.
+    """
     count = len(point_m)
     return View(
         point_m=point_m,

@@ -115,7 +115,7 @@ class Course:
 
     @classmethod
     def of(cls, place_m: Array, *, sigma_m: float) -> Course | None:
-        """The course of a path (n, 2), m; None if it is too short."""
+        """The course of a path `place_m` (n, 2), m in P; None if it is too short."""
         if len(place_m) < FRAMES:
             return None
         middle, main = place_m.mean(axis=0), place_m[-1] - place_m[0]
@@ -134,7 +134,7 @@ class Course:
         return cls(middle=middle, main=main, fit=fit, inverse=inverse @ inverse.T, scale_m=length, sigma_m=sigma_m)
 
     def at(self, place_m: Array) -> tuple[Array, Array]:
-        """The direction (m,), rad, at places (m, 2) near the path, and its standard error (m,)."""
+        """The direction (m,), rad in P, at `place_m` (m, 2), m, near the path, and its standard error (m,), rad."""
         along, _ = _along_aside(place_m - self.middle, self.main)
         share = along / self.scale_m
         order = np.arange(len(self.fit))

@@ -39,7 +39,10 @@ CHANNELS = {
 
 
 def covariate(name: str, values: Array) -> tuple[Array, str]:
-    """Values (n,) of a covariate in the unit that people read, and the axis's label."""
+    """The values (n,) of a covariate in the unit that people read, and the axis's label.
+
+    `values` (n,) are in the covariate's own unit.
+    """
     title = TITLES.get(name, {"x": "x on the plate", "y": "y on the plate", "all": "throughout"}.get(name, name))
     if name in _ANGLES:
         return np.degrees(values), f"{title} ({_UNITS.get(name, '°')})"

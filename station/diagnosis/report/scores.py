@@ -38,7 +38,10 @@ def scores(diagnosis: Diagnosis, pictures: PictureData) -> Any:
 
 
 def root_mean_square(values: Array) -> tuple[float, float, float]:
-    """The root mean square of errors (n,) with its 90 % interval (delta method); nan below two known errors."""
+    """The root mean square of errors with its 90 % interval (delta method); nan below two known errors.
+
+    The errors `values` (n,) keep their unit.
+    """
     known = values[np.isfinite(values)] ** 2
     if len(known) < 2:
         return math.nan, math.nan, math.nan

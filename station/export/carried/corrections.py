@@ -11,7 +11,10 @@ from station.physics.turned import seen_turned
 
 
 def true_gravity(model: Model, gravity: Array, **said: Any) -> Array:
-    """Gravity (3,) in the frame of the plate as it truly stands, from that (3,) in the plate as the arm reports it."""
+    """Gravity (3,) in the frame of the plate as it truly stands, in the unit of `gravity`.
+
+    `gravity` (3,), in any unit, is that in the plate as the arm reports it.
+    """
     return seen_turned(gravity, model.attitude(contact(**said))[0])
 
 

@@ -64,7 +64,10 @@ def tilt_test(bench: Bench, ramp: Ramp, *, enough_m: float = math.inf) -> Array:
 
 
 def onset(path: Array) -> float:
-    """The row of `tilt_test`, as a fraction, at which the block has gone `SEEN_M`; nan where it has not."""
+    """The row of `path` (n, 5), as a fraction, at which the block has gone `SEEN_M`; nan where it has not.
+
+    Its rows and their units are those of `tilt_test`.
+    """
     gone = np.hypot(*(path[:, 2:4] - path[0, 2:4]).T)
     seen = np.flatnonzero(gone > SEEN_M)
     if not len(seen) or not seen[0]:

@@ -50,7 +50,10 @@ class Friction:
         client.changeDynamics(plate, -1, lateralFriction=1.0)
 
     def before_step(self, gravity: Array) -> None:
-        """Asks the law, sets the friction of the coming step, and adds its force and torque to it."""
+        """Asks the law, sets the friction of the coming step, and adds its force and torque to it.
+
+        `gravity` (3,), m/s², is in the world's frame.
+        """
         client = self._client
         plate_m, plate_turn = client.getBasePositionAndOrientation(self._plate)
         block_m, block_turn = client.getBasePositionAndOrientation(self._block)

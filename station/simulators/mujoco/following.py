@@ -66,7 +66,7 @@ class Followed:
     bodies: list[TiltedBlock]
 
     def select(self, chosen: Index) -> Followed:
-        """The chosen runs of them."""
+        """The runs with the indices `chosen` (b,) among them."""
         return Followed(
             row=self.row[chosen],
             number=self.number[chosen],

@@ -156,7 +156,10 @@ class TiltedBlock:
         self.qvel: FLOATS = self.data.qvel
 
     def lay(self, place: FLOATS, *, velocity: FLOATS, normal_m_s2: float) -> None:
-        """Lays it down at x, y, yaw (3,) with their rates (3,), sunk in as the normal load has it."""
+        """Lays it down at `place` (3,), x, y (m) and yaw (rad), sunk in as the normal load has it.
+
+        `velocity` (3,) are their rates, m/s and rad/s.
+        """
         x, y, yaw = place.tolist()
         turned = (math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)) if self._solid else (yaw,)
         self.qpos[:] = (x, y, -self._plate.sunk_m * normal_m_s2 / _GRAVITY, *turned)

@@ -87,7 +87,7 @@ class Commands:
         return replace(self, **own)
 
     def tilt_at(self, time_s: Array) -> Array:
-        """The reported tilt (n,) of each run at a time of its own (n,); nan stays nan."""
+        """The reported tilt (n,), rad, of each run at a time of its own, `time_s` (n,), s; nan stays nan."""
         return tilt_of(self._gravity_at(time_s, self._left(time_s)))
 
     def resting_tilt_at(self, time_s: Array) -> Array:
@@ -120,7 +120,7 @@ class Commands:
 
 
 def tilt_of(gravity: Array) -> Array:
-    """Angle between the plate's normal and up (...) from gravity in P (..., 3)."""
+    """Angle (…), rad, between the plate's normal and up from `gravity` (…, 3) in P, of any length."""
     return np.arctan2(np.hypot(gravity[..., 0], gravity[..., 1]), -gravity[..., 2])
 
 

@@ -59,7 +59,10 @@ class LimitCurve:
         return total
 
     def at(self, contact: Contact | None, factor: Array, *, bends: bool = True) -> Support:
-        """h and its derivatives; h″ only if it is wanted (`bends`)."""
+        """h and its derivatives; h″ only if it is wanted (`bends`).
+
+        They are for the contact's direction, and times each run's `factor` (a,), a number without a unit.
+        """
         plain = factor * self._mu
         if contact is None:
             return Support(plain, 0.0, 0.0)
@@ -98,7 +101,7 @@ class LimitCurve:
 
 
 def facing_to(contact: Contact, way_rad: Array) -> Contact:
-    """The same contact with another direction of sliding (n,), rad."""
+    """The same contact with another direction of sliding `way_rad` (a,), rad in P."""
     return Asked.like(contact, way_rad=way_rad)
 
 

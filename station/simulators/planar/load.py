@@ -67,7 +67,7 @@ class Blocks:
     """The time at which the present slide began; inf at rest."""
 
     def select(self, chosen: Index) -> Blocks:
-        """The chosen blocks."""
+        """The blocks with the indices `chosen` (b,)."""
         return Blocks(
             self.row[chosen],
             self.number[chosen],
@@ -102,20 +102,23 @@ class World:
         self._strays = bool(commands.pivot_m_s2.any())
 
     def blocks(self, row: Index, number: Index, *, rest_from_s: Array, slid_from_s: Array | None = None) -> Blocks:
-        """Blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,)."""
+        """Blocks in runs `row` on stretches `number`, at rest unless it is said since when they slide; all (a,).
+
+        `rest_from_s` (a,) and `slid_from_s` (a,) are times of each run, s, as in `Blocks`.
+        """
         slid = np.full(len(row), np.inf) if slid_from_s is None else slid_from_s
         stretch, own = self.plate.stretch(row, number), self._own[:, row]
         return Blocks(row, number, stretch, own, self._friction[row], self._shake[row], rest_from_s, slid)
 
     def moved_on(self, blocks: Blocks, going: Index) -> Blocks:
-        """The same blocks, of which some (b,) go on to the next stretch."""
+        """The same blocks, of which those with the indices `going` (b,) go on to the next stretch."""
         number, stretch = blocks.number.copy(), blocks.stretch.copy()
         number[going] += 1
         stretch[:, going] = self.plate.stretch(blocks.row[going], number[going])
         return replace(blocks, number=number, stretch=stretch)
 
     def pull(self, blocks: Blocks, time_s: Array, at: Motion, heading: tuple[Array, Array] | None = None) -> Pull:
-        """The load at times (a,); `heading` is cos and sin of the motion's way, of whoever has them already."""
+        """The load at times `time_s` (a,), s; `heading` is cos and sin of the motion's way, if known already."""
         down = gravity_at(blocks.stretch, time_s)
         x, y, normal = self._inertial(blocks.stretch, down, at, heading or cos_sin(at.way))
         border = None
@@ -157,7 +160,7 @@ class World:
         return self.model.spin(contact) + friction * per_friction
 
     def border_m(self, row: Index, at: Motion) -> Array:
-        """The distance (a,), m, of the square block's outermost corner from the foam; inf without foam."""
+        """The distance (a,), m, of the block's outermost corner from the foam, in runs `row` (a,); inf without foam."""
         if not self.walled:
             return np.full(len(row), np.inf)
         return self._free_m(row, at.x, at.y, at.yaw) - self._dented_m[row]
@@ -178,7 +181,10 @@ class World:
         return -size * ux, -size * uy
 
     def contact(self, blocks: Blocks, time_s: Array, at: Motion, down: Down, border_m: Array | None = None) -> Contact:
-        """The contact that the effects are given."""
+        """The contact that the effects are given, at times `time_s` (a,), s.
+
+        `border_m` (a,), m, is what the method of this name says, of whoever has it already.
+        """
         stretch, moving = blocks.stretch, np.isfinite(blocks.slid_from_s)
         run, mass, area, mount, temperature, humidity = blocks.own
         known = {

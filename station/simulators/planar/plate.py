@@ -91,7 +91,7 @@ class Plate:
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:
-    """Gravity in P at times (a,) within stretches (21, a)."""
+    """Gravity in P, m/s², at times `time_s` (a,), s, within the columns `stretch` (21, a) of a plate's table."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
     cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS

@@ -51,7 +51,7 @@ class Lying(NamedTuple):
     place: Array
 
     def select(self, chosen: Index) -> Lying:
-        """The chosen blocks."""
+        """The blocks with the indices `chosen` (b,)."""
         since = self.from_s[chosen], self.rest_from_s[chosen]
         return Lying(self.row[chosen], self.number[chosen], *since, self.place[chosen])
 
@@ -73,12 +73,12 @@ class Creep:
     place: Array
 
     def at(self, chosen: Index, time_s: Array) -> Creep:
-        """The creep at other times (b, w) of the chosen blocks (b,)."""
+        """The creep at other times `time_s` (b, w), s, of the blocks with the indices `chosen` (b,)."""
         places = [self.place_at(chosen, time_s[:, column]) for column in range(time_s.shape[1])]
         return Creep(time_s, np.stack(places, axis=1))
 
     def place_at(self, chosen: Index, time_s: Array) -> Array:
-        """Places (b, 2) of the chosen blocks at times (b,), linear between the nodes."""
+        """Places (b, 2), m in P, of the blocks `chosen` (b,) at times `time_s` (b,), s, linear between the nodes."""
         nodes = self.time_s[chosen]
         left = np.clip((nodes <= time_s[:, None]).sum(axis=1) - 1, 0, nodes.shape[1] - 2)
         row = np.arange(len(chosen))
@@ -141,7 +141,11 @@ class Rest:
     # --- what it lacks to slide ---------------------------------------------------------------------------------------
 
     def excess(self, blocks: Blocks, time_s: Array, place: Array, *, way: Array | None = None) -> tuple[Array, Array]:
-        """E (a,) at times (a,), and the direction of the sliding that would begin; `way` is a first guess at it."""
+        """E (a,), m/s², at times `time_s` (a,), s, and the direction (a,), rad in P, of the sliding that would begin.
+
+        The blocks lie at `place` (a, 3), x and y (m) and yaw (rad) in P; `way` (a,), rad in P, is a first guess at the
+        direction.
+        """
         zero = np.zeros(len(time_s))
         at = Motion(place[:, 0], place[:, 1], place[:, 2], zero, zero if way is None else way)
         x, y, normal, contact = self._world.pull(blocks, time_s, at)
@@ -190,7 +194,7 @@ class Rest:
         return np.where(wary, np.maximum(limit, self._curve.value(setting_off(contact), blocks.friction)), limit)
 
     def beware(self, row: Index) -> None:
-        """Runs (a,) in which a slip ended where it began: kinetic friction is above static friction, or it stutters.
+        """Runs `row` (a,) in which a slip ended where it began: kinetic friction is above the static, or it stutters.
 
         From the second time on, the next slip must lack ever more, up to 1 % of gravity, so that time goes on.
         """

@@ -114,7 +114,16 @@ class Slide:
         self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,
         yaw_rate: Array | None = None,
     ) -> tuple[Nodes, Stop]:  # fmt: skip
-        """Follows the blocks from times (a,) and places (a, 3) on in directions (a,); from rest without speeds (a,)."""
+        """Follows the blocks from their onsets on, or from where they slide already.
+
+        Args:
+            blocks: the blocks (a,).
+            time_s: (a,) the time at which each is taken over, s.
+            place: (a, 3) x and y (m) and yaw (rad) in P by then.
+            way: (a,) the direction of sliding, rad in P.
+            speed: (a,) the speed by then, m/s; None: they start from rest.
+            yaw_rate: (a,) the yaw rate by then, rad/s; None: they do not turn.
+        """
         zero = np.zeros(len(time_s))
         at = Motion(
             place[:, 0],
@@ -332,9 +341,9 @@ def _turned_by(turn: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
 
 
 def relaxed(stiffness: Array, aside: Array, speed: Array, since: Array) -> Array:
-    """The change of φ (a,) in the `since` (a,) s from now on, towards where G = `aside` vanishes.
+    """The change of φ (a,), rad, in the `since` (a,), s, from now on, towards where G = `aside` (a,), m/s², vanishes.
 
-    `stiffness` is −dG/dφ = T·e + h″ N, and `speed` v (a,).
+    `stiffness` (a,), m/s², is −dG/dφ = T·e + h″ N, and `speed` (a,), m/s, is v.
     """
     paced = since / np.maximum(speed, 1e-9)
     decay = np.clip(stiffness * paced, -1.0, 1e9)

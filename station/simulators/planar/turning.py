@@ -41,9 +41,15 @@ class Turning(NamedTuple):
 
 
 def turning(spin: Array, *, hold: Array, speed: Array, rate: Array, side: Array, bound: Bools | None) -> Turning:
-    """A stage: drive (rad/s²), friction per mass against sliding alone, speed, yaw rate, the sole's side; all (a,).
+    """A stage of the turning of blocks (a,).
 
-    `bound` is that of the step's first stage; None: this is it.
+    Args:
+        spin: (a,) the drive, rad/s².
+        hold: (a,) the friction per mass against sliding alone, m/s².
+        speed: (a,) m/s.
+        rate: (a,) the yaw rate, rad/s.
+        side: (a,) the side of the sole, m.
+        bound: (a,) that of the step's first stage; None: this is it.
     """
     reach = TURNING_RADIUS * side
     strongest = hold * reach / (SQUARE_GYRATION * side * side)
@@ -78,7 +84,7 @@ class Decays(NamedTuple):
 
 
 def decays(first: Turning, step: Array) -> Decays:
-    """The `Decays` of a step; where z is small, and the fractions would cancel, they are Taylor series."""
+    """The `Decays` of `step` (a,), s; where z is small, and the fractions would cancel, they are Taylor series."""
     z = np.minimum(-first.decay * step, -1e-12)
     small = z > -_SMALL
     w = np.where(small, -1.0, z)

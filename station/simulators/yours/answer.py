@@ -33,9 +33,10 @@ class Answer(NamedTuple):
     known: bool
 
     def at(self, time_s: Array) -> Array:
-        """The poses (m, 3) at times (m,), by cubics that never overshoot; nan after the onset where nothing is known.
+        """The poses (m, 3) at `time_s` (m,), s, by cubics that never overshoot.
 
-        Before the path begins and after it ends the block lies where it was.
+        Before the path begins and after it ends the block lies where it was. They are nan after the onset where nothing
+        is known.
         """
         if self.known and len(self.t_s) == 1:
             return np.repeat(self.pose, len(time_s), axis=0)

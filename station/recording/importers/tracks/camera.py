@@ -67,7 +67,7 @@ class Camera:
     file: str = ""
 
     def ideal(self, corners_px: Array) -> Array:
-        """Corners (n, 4, 2) as the same camera without its lens's distortion would see them."""
+        """`corners_px` (n, 4, 2), px, as the same camera without its lens's distortion would see them."""
         lens = self.camera
         intrinsics = (lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0)
         flat = undistort(corners_px.reshape(-1, 2), intrinsics=intrinsics, distortion=lens.distortion)
@@ -83,7 +83,9 @@ class Camera:
         )
 
     def geometry(self, corners_px: Array) -> CameraGeometry:
-        """The geometry that turns ideal pixels into places; the scale is that in the middle of the corners (n, 4, 2).
+        """The geometry that turns ideal pixels into places; the scale is that in the middle of the corners.
+
+        The corners are ideal ones, `corners_px` (n, 4, 2), px, nan where the mark was lost.
 
         Raises:
             UserError: if the camera is not above the mark, or does not look at it.

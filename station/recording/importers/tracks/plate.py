@@ -65,12 +65,15 @@ def _known(table: Tracks, quantity: str) -> Array:
 
 
 def tilt_of(quaternion: Array) -> Array:
-    """The tilts (n,), rad."""
+    """The tilts (n,), rad, of unit quaternions `quaternion` (n, 4), world_from_plate, real part first."""
     return 2.0 * np.arcsin(np.minimum(1.0, np.hypot(quaternion[:, 1], quaternion[:, 2])))
 
 
 def downhill_of(quaternion: Array) -> Array:
-    """The directions (n, 2) of the steepest descent in the plate; (0, 0) on a level plate."""
+    """The directions (n, 2) of the steepest descent in the plate; (0, 0) on a level plate.
+
+    `quaternion` (n, 4): unit quaternions, world_from_plate, real part first.
+    """
     w, x, y, z = quaternion.T
     down = np.column_stack([w * y - x * z, -y * z - w * x])
     length = np.linalg.norm(down, axis=1, keepdims=True)
@@ -78,5 +81,5 @@ def downhill_of(quaternion: Array) -> Array:
 
 
 def azimuth_of(downhill: Array) -> float:
-    """The azimuth of the tilt's axis, rad, for a direction (2,) of the steepest descent."""
+    """The azimuth of the tilt's axis, rad, for the direction `downhill` (2,) of the steepest descent in the plate."""
     return math.atan2(float(downhill[0]), -float(downhill[1]))
