@@ -7,7 +7,7 @@ from station.diagnosis.observations.setting import Setting
 
 
 def setting_of(rig: RigConfig | None) -> Setting:
-    """The sizes of plate and block; those of the simulated rig if there is none."""
+    """The sizes of plate, block and picture; those of the simulated rig if there is none."""
     if rig is None:
         return Setting()
     return Setting(
@@ -15,4 +15,5 @@ def setting_of(rig: RigConfig | None) -> Setting:
         opening_outline_m=rig.plate.opening_outline_m,
         block_side_m=rig.block.size_m[0],
         block_mass_kg=rig.block.mass_kg,
+        image_height_px=rig.camera.height_px,
     )

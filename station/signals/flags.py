@@ -1,4 +1,4 @@
-"""What both those who write samples and those who read them know: flags, and the error of an exact onset."""
+"""Flags of samples, and the error of an exact onset: those who write samples and those who read them share these."""
 
 from __future__ import annotations
 

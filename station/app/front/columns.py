@@ -91,7 +91,7 @@ def of_track(track: Any) -> Columns:
 
 
 def run_at(signals: Signals, time_ns: Times) -> Integers:
-    """The number of the run that goes on at each time, from its first event to its last; `NO_RUN` if none does.
+    """The number of the run that goes on at each time, from its first event and before its last; `NO_RUN` if none does.
 
     The times `time_ns` (n,), ns, ascend.
     """

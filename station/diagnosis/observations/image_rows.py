@@ -136,8 +136,11 @@ def _fixed(recorded: Recorded, time_ns: Times, corner_m: Array, sigma_px: Array)
 
 def _plate_marks(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> PlateMarks:
     tilt_rad, down_rad = mean_attitude(recorded, parts["from_ns"], parts["to_ns"])
-    view = fixed_view(parts["now"], geometry, tilt_rad=tilt_rad, down_rad=down_rad)
-    level = fixed_view(parts["level"], geometry, tilt_rad=np.zeros_like(tilt_rad), down_rad=down_rad)
+    height_px = recorded.setting.image_height_px
+    view = fixed_view(parts["now"], geometry, image_height_px=height_px, tilt_rad=tilt_rad, down_rad=down_rad)
+    level = fixed_view(
+        parts["level"], geometry, image_height_px=height_px, tilt_rad=np.zeros_like(tilt_rad), down_rad=down_rad
+    )
     moved = (parts["now"] - parts["level"]).mean(axis=1)
     sigma = parts["sigma_px"] * geometry.mm_per_px * 0.5e-3
     covariates = {"tilt": tilt_rad, "direction": down_rad, "run": recorded.facts.number[parts["run"]]}

@@ -16,13 +16,14 @@ class Setting:
     """The sizes of the rig that the evidence needs, in metres.
 
     The foam's opening is round with `opening_radius_m` (inf: no foam), unless `opening_outline_m` has the corners (x,
-    y) of its outline one after another.
+    y) of its outline one after another. The camera's picture is `image_height_px` high, in pixels.
     """
 
     opening_radius_m: float = np.inf
     opening_outline_m: tuple[tuple[float, float], ...] = ()
     block_side_m: float = 0.01
     block_mass_kg: float = 0.008
+    image_height_px: int = 600
 
     def free_m(self, place_m: Array) -> Array:
         """Distance (n,), m, from the foam of blocks at `place_m` (n, 2) or (n, 3), for any heading.

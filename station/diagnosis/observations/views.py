@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shared.geometry import mark_corners
+from shared.geometry import apply_homography, mark_corners
 from shared.messages import CameraGeometry
 from station.physics.contact import Array, View
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
-
-IMAGE_PX = 600
 
 
 def block_view(
@@ -59,12 +57,13 @@ def block_view(
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=rest_s,
-        **_camera(geometry),
-        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3 * _nearer(geometry),
+        **_camera(geometry, recorded.setting.image_height_px, nearer=_nearer(geometry)),
     )
 
 
-def fixed_view(point_m: Array, geometry: CameraGeometry, *, tilt_rad: Array, down_rad: Array) -> View:
+def fixed_view(
+    point_m: Array, geometry: CameraGeometry, *, image_height_px: int, tilt_rad: Array, down_rad: Array
+) -> View:
     """The view of a fiducial that is fixed to the plate, with its corners at `point_m` (n, 4, 2), m.
 
     `tilt_rad` (n,) and `down_rad` (n,), rad, are those of `View`.
@@ -78,19 +77,31 @@ def fixed_view(point_m: Array, geometry: CameraGeometry, *, tilt_rad: Array, dow
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=np.zeros(count),
-        **_camera(geometry),
-        image_size_m=IMAGE_PX * geometry.mm_per_px * 1e-3,
+        **_camera(geometry, image_height_px),
     )
 
 
-def _camera(geometry: CameraGeometry) -> dict[str, Any]:
-    """The fields of `View` that are the camera's own."""
+def _camera(geometry: CameraGeometry, image_height_px: int, *, nearer: float = 1.0) -> dict[str, Any]:
+    """The fields of `View` that are the camera's own; the picture's scale is `nearer` times that on the plate."""
+    row_m = _row_m(geometry)
+    length_m = float(np.linalg.norm(row_m))
     return {
         "side_m": geometry.marker_side_m,
         "camera_height_m": geometry.camera_height_m or 0.3,
         "image_centre_m": np.array([geometry.camera_x_m, geometry.camera_y_m]),
-        "row_m": np.array([0.0, -1.0]),
+        "row_m": row_m / length_m,
+        "image_size_m": image_height_px * length_m * nearer,
     }
+
+
+def _row_m(geometry: CameraGeometry) -> Array:
+    """The way (2,), m, on the plate from a row of the picture to the next, where the camera looks straight down."""
+    if not geometry.plate_from_pixel:
+        return np.array([0.0, -1e-3 * geometry.mm_per_px])
+    homography = np.reshape(geometry.plate_from_pixel, (3, 3))
+    below_px = apply_homography(np.linalg.inv(homography), np.array([[geometry.camera_x_m, geometry.camera_y_m]]))
+    first, second = apply_homography(homography, np.add(below_px, [[0.0, 0.0], [0.0, 1.0]]))
+    return second - first
 
 
 def _nearer(geometry: CameraGeometry) -> float:
