@@ -1,8 +1,10 @@
 """Rolling shutter: the image's rows are exposed one after another, and a moving mark shears.
 
-A frame's stamp is the time of its first row. The row of the optical axis is read T / 2 later, and a corner in a row
-that is read t later than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is
-the read-out time of an image that the tracking has not allowed for.
+The row of the optical axis is read f T later than the frame's stamp says, and a corner in a row that is read t later
+than that one, t = T (p − c)·down / image height, stands v t farther on, v its own velocity; T is the read-out time of
+an image that the tracking has not allowed for. Drivers differ in the row whose time they stamp: f is 1/2 for the first
+row, as libcamera has it, 0 for the middle one and −1/2 for the last. T is negative in a picture that was turned after
+the read-out.
 """
 
 from __future__ import annotations
@@ -21,19 +23,20 @@ class RollingShutter(Effect):
 
     id: ClassVar[str] = "rolling_shutter"
     title: ClassVar[str] = "rolling shutter"
-    law: ClassVar[str] = "each row is seen T row / rows later than the stamp (T = 0)"
+    law: ClassVar[str] = "a row is seen T (row / rows - 1/2 + f) later than the stamp (T = 0)"
     source: ClassVar[str] = "Geyer, Meingast, Sastry 2005, OMNIVIS (geometric models of rolling-shutter cameras)"
     layer: ClassVar[Layer] = "camera"
     family: ClassVar[Family] = "image"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        Parameter(name="readout_s", unit="s", low=0.0, high=0.05, typical=0.005),
+        Parameter(name="readout_s", unit="s", low=-0.05, high=0.05, typical=0.005),
+        Parameter(name="axis_later", unit="1", low=-0.5, high=0.5, typical=0.5, null=None, starts=(0.5, 0.0)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "rate_strengthening")
     separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"
 
     def delay_s(self, values: Values) -> float:
-        """Minus half the read-out time, s: the stamps are early by that."""
-        return -0.5 * values["readout_s"]
+        """Minus the time from the stamp to the row of the optical axis, s: the stamps are early by that."""
+        return -values["axis_later"] * values["readout_s"]
 
     def seen(self, view: View, values: Values) -> Array | None:
         """Gives the displacement (n, 4, 2), m, of the corners' images by the law of this module."""

@@ -94,7 +94,7 @@ EXACT: Mapping[str, Map] = {
     "clock_offset": Map(_same(delay_s="late_s"), "the same delay"),
     "camera_sag": Map(_sag, "pixels along the image's uphill, metres down the slope"),
     "lens_distortion": Map(_same(k1="lens"), "the same term over half the image"),
-    "rolling_shutter": Map(_same(readout_s="readout_s"), "the same readout; its middle row's delay is the clock's"),
+    "rolling_shutter": Map(_same(readout_s="readout_s"), "the same readout"),
 }
 INEXACT: Mapping[str, str] = {
     "contact_aging": "reference time and cutoff differ, and the power law is another law",

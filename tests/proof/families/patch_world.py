@@ -84,6 +84,7 @@ EXACT: Mapping[str, Map] = {
     ),
     "clock_offset": Map(_numbers(delay_s="stamp_s"), "the arm's stamps are early by what the camera's seem late"),
     "camera_sag": Map(_bend, "pixels at a vertical plate, metres where the block's mark is"),
+    "rolling_shutter": Map(_numbers(readout_s="readout_s"), "the same read-out"),
 }
 INEXACT: Mapping[str, str] = {
     "stribeck": "Bo and Pavelka's exponent is drawn",
@@ -98,7 +99,6 @@ INEXACT: Mapping[str, str] = {
     "angle_scale": "a gain and an offset",
     "arm_vibration": "five tones",
     "lens_distortion": "by focal lengths, and towards the distorted picture",
-    "rolling_shutter": "stamped when the middle row is read there, the first one here",
 }
 
 

@@ -344,6 +344,14 @@ def test_a_moving_mark_shears_by_its_rows() -> None:
     np.testing.assert_allclose(seen[..., 1], 0.0, atol=1e-15)
 
 
+def test_stamps_are_early_by_the_rows_that_come_before_the_optical_axis() -> None:
+    """Half the read-out where the first row is stamped, none for the middle one, and the other way for the last."""
+    effect = KNOWN["rolling_shutter"]
+    delays = [effect.delay_s({"readout_s": 0.02, "axis_later": share}) for share in (0.5, 0.0, -0.5)]
+    assert delays == [-0.01, 0.0, 0.01]
+    assert effect.delay_s({"readout_s": -0.02, "axis_later": -0.5}) == -0.01  # A turned picture's last row is first.
+
+
 def test_a_camera_is_pulled_down_the_slope_or_where_its_cable_pulls() -> None:
     """To opposite sides one turns with the slope, the other does not; neither acts on a level plate."""
     view = views(3, tilt_rad=np.array([0.5, 0.5, 0.0]), down_rad=np.array([0.3, 0.3 + np.pi, 0.3]))
