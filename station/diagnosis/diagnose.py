@@ -16,7 +16,9 @@ from station.diagnosis.against import Found
 from station.diagnosis.answer import Judged, answered, refusal, why_not
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.build import evidence_of
+from station.diagnosis.observations.early import GRID_S
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
@@ -42,9 +44,11 @@ def read(source: Source) -> Recorded:
     return source() if callable(source) else source
 
 
-def evidence_from(recorded: Recorded, setting: Setting) -> Evidence:
-    """The evidence of a session or a table."""
-    return evidence_of(recorded, setting) if isinstance(recorded, Signals) else table_evidence(recorded, setting)
+def evidence_from(recorded: Recorded, setting: Setting, *, late_s: float = 0.0) -> Evidence:
+    """The evidence of a session, whose slips are read with stamps that are late by `late_s`, or of a table."""
+    if isinstance(recorded, Signals):
+        return evidence_of(recorded, setting, late_s=late_s)
+    return table_evidence(recorded, setting)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +94,11 @@ def examined(
     rng = np.random.default_rng(seed)
     effects = tuple(catalogue.values())
     found = in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    late_s = found.model.model.delay_s()
+    if isinstance(evidence.onsets, Onsets) and abs(late_s) > GRID_S:
+        progress("reading the slips again by the clocks that were found")
+        evidence, counted = _evidence(recorded, chosen, progress, late_s=late_s)
+        found = in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)
@@ -103,11 +112,11 @@ def examined(
     return Examined(diagnosis=replace(answer, counted=counted), pictures=pictures, found=judged)
 
 
-def _evidence(source: Source, setting: Setting, progress: Progress) -> tuple[Evidence, Counted]:
+def _evidence(source: Source, setting: Setting, progress: Progress, *, late_s: float = 0.0) -> tuple[Evidence, Counted]:
     """The evidence of what was recorded, which itself is no longer needed then, and what is counted in it."""
     recorded = read(source)
     progress("reading the evidence")
-    evidence = evidence_from(recorded, setting)
+    evidence = evidence_from(recorded, setting, late_s=late_s)
     return evidence, _counted(recorded, evidence)
 
 

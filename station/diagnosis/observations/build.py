@@ -30,13 +30,17 @@ from station.signals.session import Signals
 
 
 class Recorded:
-    """The data from which the builders of the channels work; `free_windows` are those clear of the foam."""
+    """The data from which the builders of the channels work; `free_windows` are those clear of the foam.
 
-    def __init__(self, signals: Signals, setting: Setting) -> None:
+    Slips are read on the plate `slipping`, which is `plate` for frames that are stamped late by `late_s`.
+    """
+
+    def __init__(self, signals: Signals, setting: Setting, *, late_s: float = 0.0) -> None:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
+        self.slipping = self.plate.for_stamps(late_s=late_s)
         tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
-        self.reread = reread(tracks, self.plate, setting)
+        self.reread = reread(tracks, self.slipping, setting, anew=late_s != 0.0)
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
@@ -47,9 +51,13 @@ class Recorded:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
 
 
-def evidence_of(signals: Signals, setting: Setting) -> Evidence:
-    """The evidence of a session; `notes` has one sentence for each thing that it lacks."""
-    recorded = Recorded(signals, setting)
+def evidence_of(signals: Signals, setting: Setting, *, late_s: float = 0.0) -> Evidence:
+    """The evidence of a session; `notes` has one sentence for each thing that it lacks.
+
+    A slip's moment is read from path and load together: `late_s` says how late the frames are stamped for that. Models
+    have their own delays; one with this delay finds the slips as it would have read them itself.
+    """
+    recorded = Recorded(signals, setting, late_s=late_s)
     channels: list[Channel] = []
     onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
     if onsets is not None:

@@ -49,7 +49,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         rested_s=rested.typical(),
         rested_at=rested.at,
         at_rest=True,
-        steeper_rad=_steeper(tracks, recorded.plate),
+        steeper_rad=_steeper(tracks, recorded.slipping),
     )
     contact, places = moments.reported, [place for place, _ in chosen]
     tilt = contact.tilt_rad

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -131,6 +132,12 @@ class PlateMotion:
         second = (time_ns - self._origin) * 1e-9
         place = int(np.searchsorted(self._time_s, second))
         return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < COVERED_S)
+
+    def for_stamps(self, *, late_s: float) -> PlateMotion:
+        """The same motion, to be asked by stamps that are late by `late_s`."""
+        found, late_ns = copy.copy(self), round(late_s * 1e9)
+        found._origin, found._steps_ns = self._origin + late_ns, self._steps_ns + late_ns
+        return found
 
     def at(self, time_ns: Times, *, delay_s: float = 0.0) -> Attitude:
         """The plate, `delay_s` before the moments `time_ns` (n,), ns."""

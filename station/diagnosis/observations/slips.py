@@ -73,8 +73,8 @@ class Reread:
         return tuple(self.slips)
 
 
-def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> Reread:
-    """The runs with their slips re-estimated, if the session's slides are not plain; else unchanged.
+def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, *, anew: bool = False) -> Reread:
+    """The runs with their slips re-estimated, if the session's slides are not plain or are read `anew`; else unchanged.
 
     A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
@@ -85,7 +85,7 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting) -> 
     plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
     law = PLAIN if plain else _law(paths, found)
     arm_m = likeliest_arm(paths, law)
-    if plain and not arm_m.any():
+    if plain and not arm_m.any() and not anew:
         return Reread(tuple(tracks))
     if arm_m.any():
         found = {place: seen for place, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}

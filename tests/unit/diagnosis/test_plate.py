@@ -26,7 +26,7 @@ def _course(time_s: Array) -> tuple[Array, Array, Array]:
     return np.interp(time_s, fine, tilt), np.interp(time_s, fine, rate), np.interp(time_s, fine, speeding)
 
 
-def _motion(*, noise_rad: float = 0.0, late_s: float = 0.0) -> PlateMotion:
+def moving_plate(*, noise_rad: float = 0.0, late_s: float = 0.0) -> PlateMotion:
     """From readings at HZ, their rates as late as a filter makes them."""
     time_s = np.arange(0.0, STEPS * STEP_S, 1.0 / HZ)
     tilt, rate = _course(time_s)[0], _course(np.maximum(time_s - late_s, 0.0))[1]
@@ -54,12 +54,12 @@ def _error_rad_s2(motion: PlateMotion) -> float:
 
 def test_exact_attitudes_show_where_between_two_readings_the_plate_stops() -> None:
     """Rates alone show the mean between them: an error of a quarter of the acceleration."""
-    assert _error_rad_s2(_motion()) < 0.7 * _error_rad_s2(_motion(noise_rad=1e-4))
+    assert _error_rad_s2(moving_plate()) < 0.7 * _error_rad_s2(moving_plate(noise_rad=1e-4))
 
 
 @pytest.mark.parametrize("motion", [{"noise_rad": 1e-4}, {"late_s": 0.02}], ids=["noise", "late rates"])
 def test_attitudes_that_do_not_agree_with_their_rates_make_no_wild_accelerations(motion: dict[str, float]) -> None:
-    made = _motion(**motion)
+    made = moving_plate(**motion)
     time_ns = np.arange(500_000_000, round((STEPS * STEP_S - 0.5) * 1e9), 1_300_000)
     read = made.at(time_ns).acceleration_rad_s2[:, 1]
     assert np.abs(read).max() < 1.1 * ACCELERATION_RAD_S2
@@ -68,7 +68,7 @@ def test_attitudes_that_do_not_agree_with_their_rates_make_no_wild_accelerations
 @pytest.mark.parametrize("noise_rad", [0.0, 1e-4], ids=["exact", "noise"])
 def test_the_least_delay_changes_no_acceleration_at_a_reading(noise_rad: float) -> None:
     """Frames often fall on readings: if all their accelerations jumped there, a clock's offset would seem to matter."""
-    motion, time_ns = _motion(noise_rad=noise_rad), np.arange(500_000_000, 15_000_000_000, 10_000_000)
+    motion, time_ns = moving_plate(noise_rad=noise_rad), np.arange(500_000_000, 15_000_000_000, 10_000_000)
     now, late = (motion.at(time_ns, delay_s=delay).acceleration_rad_s2[:, 1] for delay in (0.0, 1e-6))
     assert np.abs(late - now).max() < 2e-3 * ACCELERATION_RAD_S2
 
