@@ -78,7 +78,7 @@ def _contact(
         time_ns=time_ns.ravel(),
         run=np.repeat(places, time_ns.shape[1]),
         facts=recorded.facts,
-        attitude=lambda delay_s: recorded.plate.at(time_ns.ravel(), delay_s=delay_s),
+        attitude=lambda delay_s: recorded.slipping.at(time_ns.ravel(), delay_s=delay_s),
         place_m=place_m,
         yaw_rad=yaw,
     ).reported

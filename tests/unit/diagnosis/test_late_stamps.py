@@ -20,9 +20,9 @@ from tests.unit.diagnosis.test_plate import moving_plate
 LATE_S, ASTRAY_S, SIGMA_RAD = 0.06, 0.02, 5e-4
 
 
-def _late(signals: Signals, rng: np.random.Generator) -> Signals:
-    """The session by a camera whose stamps are late, and whose rig read the slips that much astray."""
-    seen = later(signals, round(LATE_S * 1e9), 0)
+def _late(signals: Signals, late_s: float) -> Signals:
+    """The session by a camera whose stamps are late by `late_s`, and whose rig read the slips ASTRAY_S astray."""
+    seen, rng = later(signals, round(late_s * 1e9), 0), np.random.default_rng(8)
     astray = np.round(1e9 * rng.normal(0.0, ASTRAY_S, len(signals.samples))).astype(int).tolist()
     samples = tuple(
         replace(sample, slip_ns=sample.slip_ns + by, onset_sigma_rad=SIGMA_RAD)
@@ -42,8 +42,7 @@ def errors() -> dict[float, float]:
     """The errors (rms) of the runs' log friction in the late session, by the lateness for which slips were read."""
     plain, delay = Model(mu_s=0.35), catalogue()["clock_offset"]
     true = _residual(session(), plain, late_s=0.0)
-    late = _late(session(), np.random.default_rng(8))
-    model = replace(plain, terms=(Term(delay, {"delay_s": LATE_S, "of_arm": 0.0}),))
+    late, model = _late(session(), LATE_S), replace(plain, terms=(Term(delay, {"delay_s": LATE_S, "of_arm": 0.0}),))
     return {
         late_s: float(np.sqrt(np.mean(np.square(_residual(late, model, late_s=late_s) - true))))
         for late_s in (0.5 * LATE_S, LATE_S)
@@ -57,6 +56,22 @@ def test_slips_are_found_where_they_were_by_the_right_clock(errors: dict[float, 
 
 def test_a_wrong_clock_leads_them_astray(errors: dict[float, float]) -> None:
     assert errors[0.5 * LATE_S] > 2 * errors[LATE_S]
+
+
+def test_the_plate_pushes_a_slip_at_the_right_moment() -> None:
+    """What a pivot adds at slips with late stamps is what it adds with punctual ones, to a hundredth of the largest."""
+    known = catalogue()
+    pivot = Term(known["pivot_offset"], {"x_m": 0.0, "y_m": 0.0, "z_m": 0.3})
+    delay = Term(known["clock_offset"], {"delay_s": LATE_S, "of_arm": 0.0})
+    punctual = _added(_late(session(), 0.0), Model(mu_s=0.35), pivot, late_s=1e-9)
+    late = _added(_late(session(), LATE_S), Model(mu_s=0.35, terms=(delay,)), pivot, late_s=LATE_S)
+    np.testing.assert_allclose(late, punctual, atol=0.01 * np.abs(punctual).max())
+
+
+def _added(signals: Signals, model: Model, term: Term, *, late_s: float) -> Array:
+    """What a term adds to the runs' log friction."""
+    more = replace(model, terms=(*model.terms, term))
+    return _residual(signals, more, late_s=late_s) - _residual(signals, model, late_s=late_s)
 
 
 def test_a_plate_is_asked_by_late_stamps() -> None:
