@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.early import GRID_S
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence
 from station.diagnosis.predict.folds import Folding, assigned, less, named
@@ -93,12 +93,14 @@ def examined(
         return Examined(diagnosis=refused, pictures=PictureData())
     rng = np.random.default_rng(seed)
     effects = tuple(catalogue.values())
-    found = in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    staged = partial(in_stages, effects=effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+    found = staged(evidence)
     late_s = found.model.model.delay_s()
-    if isinstance(evidence.onsets, Onsets) and abs(late_s) > GRID_S:
+    # The slips of a session are sought at every GRID_S; a table has no paths to read them from.
+    if evidence.rides is not None and abs(late_s) > GRID_S:
         progress("reading the slips again by the clocks that were found")
-        evidence, counted = _evidence(recorded, chosen, progress, late_s=late_s)
-        found = in_stages(evidence, effects, start=Model(mu_s=mu_s), rng=rng, progress=progress)
+        evidence, _ = _evidence(recorded, chosen, progress, late_s=late_s)
+        found = staged(evidence)
     found = search(found, rng, progress)
     progress("predicting each fold of the runs by the others")
     folds = folding(evidence, effects, found, fold=assigned(evidence, rng), seed=seed, jobs=jobs)

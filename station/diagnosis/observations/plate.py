@@ -134,7 +134,7 @@ class PlateMotion:
         return bool(np.min(np.abs(self._time_s[max(place - 1, 0) : place + 1] - second)) < COVERED_S)
 
     def for_stamps(self, *, late_s: float) -> PlateMotion:
-        """The same motion, to be asked by stamps that are late by `late_s`."""
+        """Gives the same motion, which stamps that are late by `late_s` ask for what was then."""
         found, late_ns = copy.copy(self), round(late_s * 1e9)
         found._origin, found._steps_ns = self._origin + late_ns, self._steps_ns + late_ns
         return found

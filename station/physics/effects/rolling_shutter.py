@@ -35,7 +35,7 @@ class RollingShutter(Effect):
     separated_by: ClassVar[str] = "the square's shape in motion: a shear that grows with the speed is the camera's"
 
     def delay_s(self, values: Values) -> float:
-        """Minus the time from the stamp to the row of the optical axis, s: the stamps are early by that."""
+        """Gives minus the time from the stamp to the row of the optical axis, s: the stamps are early by that."""
         return -values["axis_later"] * values["readout_s"]
 
     def seen(self, view: View, values: Values) -> Array | None:
