@@ -14,7 +14,8 @@ from shared.errors import UserError
 from shared.system.processes import start
 from station.view.viewer import LOOPBACK, binary, free_port
 
-_START_S = 60.0
+_START_S = 300.0
+"""A viewer that lives may take so long to begin: a busy machine takes minutes. One that has ended is not waited for."""
 _OTHER_SITE = "localhost"
 """The name by which a page calls the viewer: another site than the page's own 127.0.0.1, so that the browser gives it a
 process of its own, and the page's Stop answers while the viewer is busy drawing."""

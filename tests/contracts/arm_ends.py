@@ -22,6 +22,7 @@ from shared.zenoh_bus import RawSession
 from station.arm.drivers import Driver, DriverLink, load_driver
 from station.arm.tilt_path import TiltStage
 from tests.contracts.ros2_robot import Ros2Robot
+from tests.patience import PATIENCE_S
 from tests.system.ros1 import free_port, require_ros1, ros_arm, roscore
 
 Array = NDArray[np.float64]
@@ -76,7 +77,7 @@ def ros1(stage: TiltStage) -> Generator[End]:
     """A robot in a process of its own on a real ROS master, in real time."""
     clock = SystemClock()
     with ros_arm("jaco2_spherical"):
-        options = Table({"master_uri": roscore(), "connect_timeout_s": 20.0})
+        options = Table({"master_uri": roscore(), "connect_timeout_s": PATIENCE_S})
         link = DriverLink(bus=MemoryBus(clock), model=stage.model, options=options)
         driver = load_driver("ros1", link=link)
 

@@ -18,6 +18,7 @@ from shared.messages import AngleReading
 from station.angles.instruments import Instruments
 from station.angles.reading import Reading, inclination, message_of_reading
 from station.angles.sources import AngleSource, SourceLink, load_kind, source_kinds
+from tests.patience import PATIENCE_S
 from tests.unit.angles.emulators import (
     ArmOnBus,
     Emulator,
@@ -175,7 +176,7 @@ def test_it_is_published_by_its_name_in_the_rig_file(kind: str, tmp_path: Path) 
     table = Table({"probe": {"kind": kind, "sigma_deg": 0.25, **bench.end.options()}})
     with serving(bench.end):
         instruments = Instruments(bench.bus, table, clock=bench.clock)
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + PATIENCE_S
         while not heard and time.monotonic() < deadline:
             bench.end.say(TILTS[0])
             instruments.tick()

@@ -19,6 +19,7 @@ from pi_agent.cameras import Camera, CameraContext, Frame, camera_names, load_ca
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
+from tests.patience import PATIENCE_S
 from tests.unit.pi_agent import fake_picamera2
 from tests.unit.pi_agent.rigs import FakeTwin, rig
 from tests.unit.pi_agent.stream import StreamCamera
@@ -77,7 +78,7 @@ def camera(request: pytest.FixtureRequest, tmp_path: Path) -> Generator[Camera]:
 
 
 def read(source: Camera) -> Frame:
-    give_up = time.monotonic() + 10.0
+    give_up = time.monotonic() + PATIENCE_S
     while time.monotonic() < give_up:
         if (frame := source.read(0.5)) is not None:
             return frame

@@ -23,12 +23,11 @@ from shared.rig import RigConfig, rig_of_table
 from shared.topics import ANGLE_PREFIX, SERVICES, TOPICS, topic
 from shared.zenoh_bus import ZenohBus
 from station.app import authority
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
-pytestmark = [pytest.mark.timeout(120)]
 SETTLE_S = 1.5
 """In which links stand and declarations arrive, on a busy machine too; what is awaited is waited for longer."""
-PATIENCE_S = 20.0
 SERVING = ("camera", "arm", "station")
 """The processes that serve something."""
 OUTSIDERS = ("revoked camera", "expired station", "stranger")

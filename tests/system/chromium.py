@@ -17,6 +17,8 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
+from tests.patience import PATIENCE_S
+
 NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 WHY_NOT = "no Chromium (on Debian: apt-get install chromium-headless-shell), or no pipes for it on this system"
 DRAWS_WITHOUT_A_CARD = ("--enable-unsafe-swiftshader", "--use-angle=swiftshader")
@@ -44,20 +46,20 @@ class Page:
         for domain in ("Page", "Runtime", "Log"):
             self._ask(f"{domain}.enable")
 
-    def _ask(self, method: str, parameters: dict[str, Any] | None = None, *, within_s: float = 60.0) -> dict[str, Any]:
+    def _ask(self, method: str, parameters: dict[str, Any] | None = None) -> dict[str, Any]:
         self._number += 1
         asked: dict[str, Any] = {"id": self._number, "method": method, "params": parameters or {}}
         if hasattr(self, "_session"):
             asked["sessionId"] = self._session
         os.write(self._writing, json.dumps(asked).encode() + b"\0")
-        end = time.monotonic() + within_s
+        end = time.monotonic() + PATIENCE_S
         while time.monotonic() < end:
             message = self._next()
             if message.get("id") == self._number:
                 assert "error" not in message, f"{method}: {message['error']}"
                 return message["result"]
             self._notice(message)
-        raise AssertionError(f"{method} was not answered within {within_s:g} s")
+        raise AssertionError(f"{method} was not answered within {PATIENCE_S:g} s")
 
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._rest:
@@ -101,11 +103,11 @@ class Page:
         for kind in ("mousePressed", "mouseReleased"):
             self._ask("Input.dispatchMouseEvent", {"type": kind, **place})
 
-    def wait(self, expression: str, *, within_s: float = 60.0) -> None:
+    def wait(self, expression: str) -> None:
         """Until an expression holds."""
-        end = time.monotonic() + within_s
+        end = time.monotonic() + PATIENCE_S
         while not self.of(f"Boolean({expression})"):
-            assert time.monotonic() < end, f"waited {within_s:g} s in vain for {expression}; {self.text('main')}"
+            assert time.monotonic() < end, f"waited {PATIENCE_S:g} s in vain for {expression}; {self.text('main')}"
             time.sleep(0.1)
 
     def size(self, width: int, height: int, *, phone: bool = False, dark: bool = False) -> None:
@@ -117,10 +119,10 @@ class Page:
         feature = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._ask("Emulation.setEmulatedMedia", {"features": [feature]})
 
-    def picture(self, path: Path, *, whole: bool = False, within_s: float = 60.0) -> None:
+    def picture(self, path: Path, *, whole: bool = False) -> None:
         """Writes what it looks like as a PNG; `whole` also what one would have to scroll to."""
         asked = {"captureBeyondViewport": whole, "format": "png"}
-        data = self._ask("Page.captureScreenshot", asked, within_s=within_s)["data"]
+        data = self._ask("Page.captureScreenshot", asked)["data"]
         path.write_bytes(base64.b64decode(data))
 
 

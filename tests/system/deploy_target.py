@@ -18,9 +18,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
-PATIENCE_S = 20.0
 DISTRIBUTIONS = ("eclipse-zenoh", "numpy", "opencv-python-headless", "protobuf")
 _FAKES = Path(__file__).parent / "fake_systemd"
 

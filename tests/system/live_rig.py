@@ -22,6 +22,7 @@ from shared.zenoh_bus import ZenohBus
 from station.__main__ import main
 from station.app import assembly
 from station.recording.reader import RecordingReader
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.system.processes import end, rig_file, start
 
@@ -60,7 +61,7 @@ class Rig:
             if name not in self.processes:
                 self.start(name)
             assert self.processes[name].poll() is None, f"{name} has ended by itself"
-        self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), within_s=60, running="")
+        self.wait("all helpers", lambda: self.bus.alive() >= set(HELPERS), running="")
 
     def session(
         self,
@@ -90,7 +91,7 @@ class Rig:
         """SIGKILL, to that very process."""
         process = self.processes.pop(name)
         process.kill()
-        process.communicate(timeout=10)
+        process.communicate(timeout=PATIENCE_S)
 
     def listen(self, topic: str) -> list[Received]:
         """Everything that comes on a topic from now on."""
@@ -102,16 +103,16 @@ class Rig:
     def messages(self, topic: str, *, since_ns: int = 0) -> list[Message]:
         return [item.message for item in self.listen(topic) if item.receive_ns >= since_ns]
 
-    def wait(self, what: str, condition: Callable[[], bool], *, within_s: float = 60.0, running: str = "run") -> None:
+    def wait(self, what: str, condition: Callable[[], bool], *, running: str = "run") -> None:
         """Listens until it is so; fails in words when it is not in time, or when the session has ended before."""
-        limit = time.monotonic() + within_s
+        limit = time.monotonic() + PATIENCE_S
         while not condition():
             self.bus.poll(0.05)
             process = self.processes.get(running) if running else None
             if process is not None and process.poll() is not None and not condition():
                 pytest.fail(f"the session ended before {what}: {process.communicate()[0]}")
             if time.monotonic() > limit:
-                pytest.fail(f"waited {within_s:g} s in vain for: {what}; phases {self.phases()[-12:]}")
+                pytest.fail(f"waited {PATIENCE_S:g} s in vain for: {what}; phases {self.phases()[-12:]}")
 
     def phases(self) -> list[tuple[int, str]]:
         """Run and phase of every event heard."""
@@ -132,14 +133,14 @@ class Rig:
         attitudes = self.listen("arm/platform")
         return bool(phases and attitudes) and phases[-1][1] == "TILT" and self.tilt_rad() > above_rad
 
-    def ended(self, name: str = "run", *, within_s: float) -> tuple[int, str]:
+    def ended(self, name: str = "run") -> tuple[int, str]:
         """Waits for a session's own end; its status and what it printed."""
         process = self.processes.pop(name)
         try:
-            printed = process.communicate(timeout=within_s)[0]
+            printed = process.communicate(timeout=PATIENCE_S)[0]
         except subprocess.TimeoutExpired:
             process.kill()
-            pytest.fail(f"{name} did not end within {within_s:g} s: {process.communicate()[0]}")
+            pytest.fail(f"{name} did not end within {PATIENCE_S:g} s: {process.communicate()[0]}")
         return process.returncode, printed
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from shared.zenoh_bus import ZenohBus
 from station.app.assembly import rig_from, simulated_rig_path
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -35,11 +36,11 @@ def observer(rig: Path) -> Generator[ZenohBus]:
         yield bus
 
 
-def wait(bus: ZenohBus, happened: Callable[[], bool], *, within_s: float = 60.0) -> None:
+def wait(bus: ZenohBus, happened: Callable[[], bool]) -> None:
     """Listens until it is so."""
-    limit = time.monotonic() + within_s
+    limit = time.monotonic() + PATIENCE_S
     while not happened():
-        assert time.monotonic() < limit, f"waited {within_s:g} s in vain; alive are {sorted(bus.alive())}"
+        assert time.monotonic() < limit, f"waited {PATIENCE_S:g} s in vain; alive are {sorted(bus.alive())}"
         bus.poll(0.05)
 
 
@@ -55,12 +56,12 @@ def start(module: str, *words: str) -> subprocess.Popen[str]:
     )
 
 
-def end(process: subprocess.Popen[str], *, within_s: float = 20.0) -> str:
+def end(process: subprocess.Popen[str]) -> str:
     """Asks a process to end and gives what it printed; kills it when it does not."""
     if process.poll() is None:
         process.send_signal(signal.SIGTERM)
     try:
-        return process.communicate(timeout=within_s)[0]
+        return process.communicate(timeout=PATIENCE_S)[0]
     except subprocess.TimeoutExpired:
         process.kill()
         return process.communicate()[0]

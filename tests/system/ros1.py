@@ -19,6 +19,7 @@ from xmlrpc.client import ServerProxy
 
 import pytest
 
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 
 PACKAGES = "python3-roslaunch python3-rospy python3-actionlib python3-trajectory-msgs python3-sensor-msgs"
@@ -75,14 +76,14 @@ def roscore() -> str:
     keeper = contextlib.ExitStack()
     keeper.enter_context(process(["roscore", "-p", str(port)], ros_environment(uri)))
     _KEEPERS.append(keeper)
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         with contextlib.suppress(OSError), ServerProxy(uri) as master:
             if "/rosout" in str(master.getSystemState("/test")):
                 return uri
         time.sleep(0.1)
     keeper.close()
-    raise AssertionError("roscore did not start within 20 s")
+    raise AssertionError(f"roscore did not start within {PATIENCE_S:g} s")
 
 
 _KEEPERS: list[contextlib.ExitStack] = []

@@ -27,6 +27,7 @@ from shared.messages import AngleReading, TwinScene
 from shared.rig import RigConfig, load_rig
 from shared.zenoh_bus import ZenohBus
 from station.recording.reader import open_recording
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.angles.emulators import Motive, Options, Pixhawk, SerialInclinometer
 
@@ -94,8 +95,8 @@ class Process:
     def text(self) -> str:
         return "\n".join(self.lines)
 
-    def await_line(self, part: str, timeout_s: float = 60.0) -> None:
-        deadline = time.monotonic() + timeout_s
+    def await_line(self, part: str) -> None:
+        deadline = time.monotonic() + PATIENCE_S
         while (left := deadline - time.monotonic()) > 0:
             try:
                 line = self._fresh.get(timeout=left)
@@ -106,17 +107,17 @@ class Process:
                 return
         raise AssertionError(f"never said {part!r}:\n{self.text}")
 
-    def end(self, *, by: int | None = None, timeout_s: float = 120.0) -> int:
+    def end(self, *, by: int | None = None) -> int:
         """Waits for the end, after a signal if one is given; the exit status."""
         if by is not None and self.child.poll() is None:
             self.child.send_signal(by)
         try:
-            status = self.child.wait(timeout=timeout_s)
+            status = self.child.wait(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             self.child.kill()
             self.child.wait()
             raise AssertionError(f"did not end:\n{self.text}") from None
-        self._reader.join(timeout=10.0)
+        self._reader.join(timeout=PATIENCE_S)
         assert self.child.stdout is not None
         self.child.stdout.close()
         return status
@@ -129,7 +130,7 @@ def running(*words: str, until: str) -> Generator[Process]:
         process.await_line(until)
         yield process
     finally:
-        process.end(by=signal.SIGTERM, timeout_s=20.0)
+        process.end(by=signal.SIGTERM)
 
 
 class Rig:
@@ -238,7 +239,7 @@ def compare(tmp_path: Path) -> Iterator[Compare]:
     yield start
     for process in started:
         if process.child.poll() is None:
-            process.end(by=signal.SIGTERM, timeout_s=20.0)
+            process.end(by=signal.SIGTERM)
 
 
 def test_the_papers_biases_are_found_over_the_real_protocols(

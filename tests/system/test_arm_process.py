@@ -23,6 +23,7 @@ from shared.geometry import tilt_of
 from shared.messages import ArmReply, ArmStop, Heartbeat, Message, MotionReport, PlatformState, TiltCommand
 from shared.rig import load_rig
 from shared.zenoh_bus import ZenohBus
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.system.processes import rig_file
 from tests.system.ros1 import process
@@ -49,8 +50,8 @@ class Station:
         elif isinstance(received.message, PlatformState):
             self.platforms.append(received.message)
 
-    def until(self, reached: Callable[[], bool], *, timeout_s: float = 40.0) -> None:
-        deadline = time.monotonic() + timeout_s
+    def until(self, reached: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + PATIENCE_S
         while not reached():
             assert time.monotonic() < deadline, f"not reached; reports: {self.reports}"
             now_ns = self.clock.now_ns()
@@ -120,7 +121,7 @@ def test_a_signal_is_an_emergency_stop_and_another_ends_the_agent(station: Stati
     assert station.reports[-1].fault == "emergency stop: signal"
     assert station.tilt_deg() < 39
     station.arm.send_signal(signal.SIGTERM)
-    assert station.arm.wait(timeout=20) == 0
+    assert station.arm.wait(timeout=PATIENCE_S) == 0
 
 
 def test_the_arm_is_stopped_from_another_shell_on_any_system(station: Station) -> None:
@@ -129,7 +130,7 @@ def test_the_arm_is_stopped_from_another_shell_on_any_system(station: Station) -
     stop = [sys.executable, "-m", "station", "arm", "stop", "--rig", str(station.rig), "--reason", "a hand in the way"]
     with process(stop, {}) as stopping:
         station.until(lambda: len(station.reports) == 2)
-        assert stopping.wait(timeout=20) == 0
+        assert stopping.wait(timeout=PATIENCE_S) == 0
     assert station.reports[-1].fault == "emergency stop: a hand in the way"
     assert station.tilt_deg() < 39
 

@@ -16,6 +16,7 @@ import pytest
 from station.__main__ import main
 from station.app.many.each import Result, each
 from station.cluster import cluster
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.diagnosis.recorded import GOLDEN
 
@@ -35,8 +36,8 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Generator[str]:
         *(_started([*worker, "--local-directory", str(folder / name)], folder) for name in ("one", "two")),
     ]
     try:
-        with distributed.Client(f"tcp://{address}", timeout=60) as client:
-            client.wait_for_workers(2, timeout=60)
+        with distributed.Client(f"tcp://{address}", timeout=PATIENCE_S) as client:
+            client.wait_for_workers(2, timeout=PATIENCE_S)
         yield f"tcp://{address}"
     finally:
         for process in reversed(started):

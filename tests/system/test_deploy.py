@@ -19,6 +19,7 @@ import pytest
 
 from shared.errors import UserError
 from station.app.deploy.remote import Remote
+from tests.patience import PATIENCE_S
 from tests.system.deploy_target import (
     Target,
     install_fake_systemd,
@@ -64,8 +65,8 @@ class Bench:
         words = [sys.executable, "-m", "station", "deploy", *self.target.words, "--rig", str(self.rig)]
         words += ["--root", str(self.root), "--supervisor", supervisor, "--python", sys.executable, "--offline"]
         words += ["--lock", str(self.lock), "--wheels", str(self.lock.parent), "--code", str(self.code)]
-        words += ["--verify-seconds", "0", *more]
-        return subprocess.run(words, capture_output=True, text=True, check=False, cwd=CHECKOUT, timeout=300)
+        words += ["--verify-seconds", "0", "--patience", str(PATIENCE_S), *more]
+        return subprocess.run(words, capture_output=True, text=True, check=False, cwd=CHECKOUT, timeout=PATIENCE_S)
 
     @property
     def home(self) -> Path:

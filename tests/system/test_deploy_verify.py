@@ -12,17 +12,17 @@ from shared.clock import SystemClock
 from shared.messages import AgentStatus, ClockPing, ClockPong, MarkerCorners, Message
 from shared.zenoh_bus import ZenohBus
 from station.app.deploy.verify import Arrival, watch
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.pi_agent.rigs import rig
 
 pytestmark = pytest.mark.system
 BOOT = 7
-PATIENCE_S = 60.0  # only a silent agent takes it all
 
 Corners = Callable[[int], tuple[int, int]]
 
 
-def listened_to(corners: Corners) -> Arrival:
+def listened_to(corners: Corners, *, patience_s: float = PATIENCE_S) -> Arrival:
     """What is found of an agent whose corners are, at a time (ns), of the boot and the capture time that are given."""
     clock, stop, port = SystemClock(), threading.Event(), free_port()
 
@@ -45,10 +45,10 @@ def listened_to(corners: Corners) -> Arrival:
     agent = threading.Thread(target=play)
     agent.start()
     try:
-        return watch(rig(), f"tcp/127.0.0.1:{port}", seconds=0.5, patience_s=PATIENCE_S)
+        return watch(rig(), f"tcp/127.0.0.1:{port}", seconds=0.5, patience_s=patience_s)
     finally:
         stop.set()
-        agent.join(timeout=10.0)
+        agent.join(timeout=PATIENCE_S)
 
 
 def test_a_slow_agents_corners_are_corners_and_their_latency_is_said() -> None:
@@ -59,9 +59,12 @@ def test_a_slow_agents_corners_are_corners_and_their_latency_is_said() -> None:
 
 
 @pytest.mark.parametrize("before", ["another agent", "before anybody listened"])
-def test_what_was_seen_before_is_not_counted(before: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(f"{__name__}.PATIENCE_S", 1.5)
+def test_what_was_seen_before_is_not_counted(before: str) -> None:
     began_ns = time.time_ns()
-    arrival = listened_to(lambda now_ns: (BOOT - 1, now_ns) if before == "another agent" else (BOOT, began_ns - 10**9))
+
+    def old(now_ns: int) -> tuple[int, int]:
+        return (BOOT - 1, now_ns) if before == "another agent" else (BOOT, began_ns - 10**9)
+
+    arrival = listened_to(old, patience_s=1.5)
     assert arrival.corners == 0
     assert arrival.fault == ""

@@ -10,16 +10,16 @@ import pytest
 from station.recording.reader import open_recording
 from tests.system.live_rig import Rig, decided_the_same, events_of, samples_of, tilt_of
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.system
 
 
 def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_goes_on(rig: Rig):
     path = rig.session("first.mcap")
     partial = path.with_name(path.name + ".partial")
-    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    rig.wait("a tilted plate", rig.tilting)
     killed_ns = time.time_ns()
     rig.kill("run")
-    rig.wait("the plate to be level", lambda: rig.tilt_rad() < 0.002, within_s=60)
+    rig.wait("the plate to be level", lambda: rig.tilt_rad() < 0.002)
     held = [tilt_of(item.message) for item in rig.listen("arm/platform") if item.receive_ns > killed_ns + 3_000_000_000]
     assert max(held) > 0.1, "it holds for some seconds before it levels"
     said = " ".join(str(message) for message in rig.messages("log"))
@@ -28,7 +28,7 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
     assert not path.exists()
 
     rig.session("second.mcap", samples=1)
-    status, printed = rig.ended(within_s=120)
+    status, printed = rig.ended()
     assert status == 0, printed
     assert "A session before this one was cut off" in printed
     first, second = open_recording(path), open_recording(rig.folder / "second.mcap")
@@ -43,11 +43,11 @@ def test_a_killed_station_leaves_a_level_plate_a_whole_recording_and_a_rig_that_
 
 def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_go_on(rig: Rig):
     path = rig.session("camera.mcap", samples=1, faults=1)
-    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    rig.wait("a tilted plate", rig.tilting)
     rig.kill("camera")
-    rig.wait("the run to be aborted", rig.aborted, within_s=30)
+    rig.wait("the run to be aborted", rig.aborted)
     rig.start("camera")
-    status, printed = rig.ended(within_s=150)
+    status, printed = rig.ended()
     assert status == 0, printed
     aborted = [event.reason for event in events_of(open_recording(path)) if event.phase == "ABORTED"]
     assert re.search("expected corners of the marker, got none for 1 s", aborted[0])
@@ -58,11 +58,11 @@ def test_a_killed_camera_aborts_the_run_in_words_and_a_new_one_lets_the_session_
 
 def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig: Rig):
     path = rig.session("arm.mcap", samples=1, faults=1)
-    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    rig.wait("a tilted plate", rig.tilting)
     rig.kill("arm")
-    rig.wait("the run to be aborted", rig.aborted, within_s=30)
+    rig.wait("the run to be aborted", rig.aborted)
     rig.start("arm")
-    status, printed = rig.ended(within_s=150)
+    status, printed = rig.ended()
     assert status == 0, printed
     events = events_of(open_recording(path))
     first = next(k for k, event in enumerate(events) if event.phase == "ABORTED")
@@ -74,9 +74,9 @@ def test_a_killed_arm_agent_is_named_and_a_new_one_levels_first_and_goes_on(rig:
 
 def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
     path = rig.session("gone.mcap", faults=2, outage_s=5.0)
-    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    rig.wait("a tilted plate", rig.tilting)
     rig.kill("arm")
-    status, printed = rig.ended(within_s=150)
+    status, printed = rig.ended()
     assert status == 1
     assert re.search(r"The session ended early: .*arm agent.*station arm", printed, re.DOTALL), printed
     assert "Traceback" not in printed
@@ -86,9 +86,9 @@ def test_an_arm_agent_that_stays_away_ends_the_session_in_words(rig: Rig):
 
 def test_a_killed_twin_ends_the_session_in_words(rig: Rig):
     path = rig.session("twin.mcap", faults=2, outage_s=5.0)
-    rig.wait("a tilted plate", rig.tilting, within_s=120)
+    rig.wait("a tilted plate", rig.tilting)
     rig.kill("twin")
-    status, printed = rig.ended(within_s=150)
+    status, printed = rig.ended()
     assert status == 1
     assert re.search(r"The session ended early: .*(no longer reports|does not report) its joints", printed, re.DOTALL)
     assert "Traceback" not in printed

@@ -16,9 +16,10 @@ import pytest
 from shared.geometry import tilt_of
 from shared.messages import PlatformState
 from station.recording.reader import open_recording
+from tests.patience import PATIENCE_S
 from tests.system.processes import ROOT, observer, rig_file, wait
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(280)]
+pytestmark = pytest.mark.system
 PLAN = "samples = 1\n[tilt]\nsteps = 20\nrate_deg_s = 10.0\nadapt_after = 0\n"
 IN_ITS_TERMINAL = """\
 import os, signal, sys
@@ -35,8 +36,8 @@ def processes_of(rig: Path) -> list[int]:
     return [int(number) for number in found.split()]
 
 
-def patiently(happened: Callable[[], bool], *, within_s: float = 90.0) -> None:
-    limit = time.monotonic() + within_s
+def patiently(happened: Callable[[], bool]) -> None:
+    limit = time.monotonic() + PATIENCE_S
     while not happened():
         assert time.monotonic() < limit, "it did not come to pass"
         time.sleep(0.1)
@@ -51,7 +52,7 @@ def tilted(rig: Path, process: subprocess.Popen[bytes]) -> None:
             seen.append(tilt_of(message.qw, message.qx, message.qy, message.qz))
 
         bus.subscribe("arm/platform", lambda received: take(received.message))  # pyright: ignore[reportArgumentType]
-        wait(bus, lambda: seen[-1] > 0.1 or process.poll() is not None, within_s=120)
+        wait(bus, lambda: seen[-1] > 0.1 or process.poll() is not None)
     assert process.poll() is None
 
 
@@ -75,7 +76,7 @@ def test_nobody_outlives_the_rig_that_started_it_and_the_next_start_works(tmp_pa
     if end == "killed":
         process.send_signal(signal.SIGKILL)
     os.close(terminal)  # the system tells the session so by SIGHUP
-    process.wait(timeout=120)
+    process.wait(timeout=PATIENCE_S)
     patiently(lambda: not processes_of(rig))
     if end == "terminal closed":
         last = [item.message for item in open_recording(out).messages({"arm/platform"})][-1]
@@ -86,7 +87,7 @@ def test_nobody_outlives_the_rig_that_started_it_and_the_next_start_works(tmp_pa
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=240,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert again.returncode == 0, again.stdout + again.stderr

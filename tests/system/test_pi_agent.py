@@ -23,12 +23,12 @@ from shared.clock import SystemClock
 from shared.geometry import block_pose_of
 from shared.messages import ClockPing, ClockPong, Message
 from shared.zenoh_bus import ZenohBus
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.pi_agent.rigs import FakeTwin, scene
 
 pytestmark = pytest.mark.system
 TOPICS = ("corners", "plate", "image", "image/overlay", "status", "geometry", "calibration")
-PATIENCE_S = 30.0
 
 
 class Rig:
@@ -93,7 +93,7 @@ def test_a_block_that_slides_is_followed_over_the_bus(bench: Rig):
             del twin
         assert "camera" in bench.bus.alive()
         agent.send_signal(signal.SIGTERM)
-        assert agent.wait(timeout=15) == 0
+        assert agent.wait(timeout=PATIENCE_S) == 0
     assert isinstance(replies[0], ClockPong)
     geometry = bench.heard["camera/geometry"][-1]
     reports = [m for m in bench.heard["camera/corners"] if m.found]
@@ -110,7 +110,7 @@ def test_ctrl_c_ends_the_agent_cleanly(bench: Rig):
     with bench.agent() as agent:
         bench.wait(lambda: bool(bench.heard["camera/status"]), agent)
         agent.send_signal(signal.SIGINT)
-        assert agent.wait(timeout=15) == 0
+        assert agent.wait(timeout=PATIENCE_S) == 0
         assert agent.stderr is not None
         assert b"Traceback" not in agent.stderr.read()
 
@@ -119,7 +119,7 @@ def test_a_second_agent_on_the_same_endpoint_is_refused_in_one_sentence(bench: R
     with bench.agent() as first:
         bench.wait(lambda: bool(bench.heard["camera/status"]), first)
         with bench.agent() as second:
-            assert second.wait(timeout=15) == 2
+            assert second.wait(timeout=PATIENCE_S) == 2
             assert second.stderr is not None
             assert b"already running" in second.stderr.read()
 

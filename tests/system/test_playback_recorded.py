@@ -7,9 +7,10 @@ import pytest
 
 from station.__main__ import main
 from station.recording.reader import open_recording
+from tests.patience import PATIENCE_S
 from tests.system.processes import end, rig_file, running, start
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(120)]
+pytestmark = pytest.mark.system
 GOLDEN = Path(__file__).parents[1] / "golden" / "session.mcap"
 
 
@@ -19,7 +20,7 @@ def test_a_played_back_session_is_recorded_and_decided_as_the_first_time(tmp_pat
         assert recorder.stdout is not None
         assert "Recording the bus" in recorder.stdout.readline()
         player = start("station", "replay", "--bus", str(GOLDEN), "--rig", str(rig), "--speed", "3")
-        printed = player.communicate(timeout=90)[0]
+        printed = player.communicate(timeout=PATIENCE_S)[0]
         assert player.returncode == 0, printed
         recorder.send_signal(signal.SIGINT)
         end(recorder)

@@ -17,13 +17,13 @@ import pytest
 from station.__main__ import main
 from station.app.many.each import Result, each
 from station.cluster import cluster
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.diagnosis.recorded import GOLDEN
 
 pytestmark = [
     pytest.mark.system,
     pytest.mark.filterwarnings("default"),  # those of Ray's own code
-    pytest.mark.timeout(300),  # it starts six processes of its own
 ]
 pytest.importorskip("ray", reason="ray is not installed (the dependency group tools)")
 ROOT = Path(__file__).parents[2]
@@ -44,11 +44,11 @@ def head(tmp_path_factory: pytest.TempPathFactory) -> Generator[str]:
         yield f"127.0.0.1:{port}"
     finally:
         process.terminate()
-        process.wait(timeout=60)
+        process.wait(timeout=PATIENCE_S)
 
 
 def _wait_for(port: int) -> None:
-    last = time.monotonic() + 120.0
+    last = time.monotonic() + PATIENCE_S
     while True:
         try:
             socket.create_connection(("127.0.0.1", port), timeout=1.0).close()

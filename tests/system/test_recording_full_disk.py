@@ -14,6 +14,7 @@ from shared import foxglove
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
 from station.recording.writer import Recording
+from tests.patience import PATIENCE_S
 
 pytestmark = pytest.mark.system
 ROOT = Path(__file__).parents[2]
@@ -27,7 +28,7 @@ def in_a_small_disk(folder: Path, saved: Path) -> subprocess.CompletedProcess[st
     (folder / "disk").mkdir()
     arguments = [str(folder / "disk"), sys.executable, str(saved)]
     command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", _MOUNT, "sh", *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=100)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -23,6 +23,7 @@ from station.recording.reader import open_recording
 from station.recording.recorder import Recorder
 from station.recording.repair import repair_folder
 from station.recording.writer import Recording, partial_path
+from tests.patience import PATIENCE_S
 
 pytestmark = pytest.mark.system
 ROOT = Path(__file__).parents[2]
@@ -80,7 +81,7 @@ def start_recording(path: Path, endpoint: str) -> subprocess.Popen[str]:
 
 def end(process: subprocess.Popen[str], how: signal.Signals) -> None:
     process.send_signal(how)
-    process.communicate(timeout=30)
+    process.communicate(timeout=PATIENCE_S)
 
 
 def seqs(path: Path) -> list[int]:

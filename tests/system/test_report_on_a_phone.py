@@ -13,7 +13,6 @@ from tests.unit.angles.test_compare import stop
 
 pytestmark = [
     pytest.mark.system,
-    pytest.mark.timeout(120),
     pytest.mark.skipif(not chromium.binary(), reason=chromium.WHY_NOT),
 ]
 LONG = f"recordings/{'a_name_without_a_break_' * 5}.mcap"

@@ -13,14 +13,15 @@ from shared.geometry import tilt_of
 from shared.messages import AgentStatus, MarkerCorners, Message, PlatformState, RunEvent
 from station.__main__ import main
 from station.recording.reader import open_recording
+from tests.patience import PATIENCE_S
 from tests.system.processes import ROOT, end, observer, rig_file, running, start, wait, wait_for
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.system
 
 
-def station(*words: str, timeout_s: float = 60.0) -> subprocess.CompletedProcess[str]:
+def station(*words: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "station", *words]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=timeout_s, check=False)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
 
 
 def tilt(message: Message) -> float:
@@ -33,7 +34,7 @@ def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
     rig, out, plan = rig_file(tmp_path), tmp_path / "session.mcap", tmp_path / "plan.toml"
     plan.write_text("[tilt]\nsteps = 20\nrate_deg_s = 10.0\n", encoding="utf-8")
     words = ("--rig", str(rig), "--plan", str(plan), "--samples", "2", "--no-view", "--out", str(out))
-    done = station("rig", *words, timeout_s=200)
+    done = station("rig", *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"station replay {out}" in done.stdout
     reader = open_recording(out)
@@ -54,7 +55,7 @@ def test_one_command_runs_the_rig_end_to_end(tmp_path: Path):
 def ended(process: subprocess.Popen[str]) -> str:
     """What a process printed until it ended by itself; one that does not is not left to the tests that follow."""
     try:
-        return process.communicate(timeout=120)[0]
+        return process.communicate(timeout=PATIENCE_S)[0]
     except subprocess.TimeoutExpired:
         process.kill()
         print(process.communicate()[0])

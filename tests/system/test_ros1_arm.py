@@ -29,6 +29,7 @@ from station.arm.drivers import DriverLink, load_driver
 from station.arm.drivers._ros1_messages import PUBLISHED_MD5
 from station.rig.arm_model import load_arm_model
 from station.rig.arm_settings import ArmSettings
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.system.ros1 import require_ros1, ros_arm, roscore, stop_roscore
 
@@ -63,8 +64,8 @@ class Station:
         assert isinstance(received.message, PlatformState)
         self.platforms.append(received.message)
 
-    def until(self, reached: Callable[[], bool], *, timeout_s: float = 15.0) -> None:
-        deadline = time.monotonic() + timeout_s
+    def until(self, reached: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + PATIENCE_S
         while not reached():
             assert time.monotonic() < deadline, f"not reached; reports: {self.reports}"
             now_ns = self.clock.now_ns()
@@ -91,7 +92,7 @@ class Station:
 def opened_station(*, mode: str) -> Generator[Station]:
     clock = SystemClock()
     bus = MemoryBus(clock)
-    options = Table({"master_uri": roscore(), "connect_timeout_s": 20.0, "answer_timeout_s": 0.3})
+    options = Table({"master_uri": roscore(), "connect_timeout_s": PATIENCE_S, "answer_timeout_s": 0.3})
     with ros_arm("jaco2_spherical", mode=mode) as robot:
         opened = Station(clock, bus, arm_agent(bus, ArmSettings(driver="ros1", armed=True, options=options)), robot)
         bus.subscribe("arm/motion", opened.on_report)

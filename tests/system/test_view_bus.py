@@ -19,12 +19,12 @@ from station.recording.reader import open_recording
 from station.view import viewer
 from station.view.live import LiveView
 from station.view.setup import Setup
+from tests.patience import PATIENCE_S
 from tests.system.ports import free_port
 from tests.unit.view import session
 from tests.unit.view.mcap_file import write_mcap
 
 pytestmark = pytest.mark.system
-DEADLINE_S = 40.0
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def station(*words: str | Path) -> Generator[subprocess.Popen[str]]:
         if process.poll() is None:
             process.terminate()
         try:
-            process.communicate(timeout=10)
+            process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
@@ -67,11 +67,11 @@ def test_a_subscriber_gets_the_same_messages(rig_path: Path, tmp_path: Path) -> 
             bus.subscribe(topic, hear)
         with station("replay", "--bus", recording, "--rig", rig_path, "--speed", "2") as process:
             seen: set[str] = set()
-            end = time.monotonic() + DEADLINE_S
+            end = time.monotonic() + PATIENCE_S
             while process.poll() is None and time.monotonic() < end:
                 bus.poll(0.05)
                 seen |= bus.alive()
-            output = process.communicate(timeout=10)[0]
+            output = process.communicate(timeout=PATIENCE_S)[0]
         bus.poll(0.2)
     assert process.returncode == 0, output
     assert seen == {"camera", "arm", "twin", "station"}
@@ -92,8 +92,8 @@ def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_pat
         assert f"rerun+http://127.0.0.1:{port}/proxy" in live.stdout.readline()
         client.open(f"rerun+http://127.0.0.1:{port}/proxy")
         with station("replay", "--bus", recording, "--rig", rig_path) as playing:
-            assert playing.wait(DEADLINE_S) == 0
-        assert live.wait(DEADLINE_S) == 0
+            assert playing.wait(PATIENCE_S) == 0
+        assert live.wait(PATIENCE_S) == 0
         state = client.get_state()
     ends = {line.name: line.end for line in state.recordings[0].timelines}
     assert ends["elapsed"] == pytest.approx(session.END_S * 1e9, rel=0.02)

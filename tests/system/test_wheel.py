@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from shared.installed import DISTRIBUTION
+from tests.patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("pi_agent", "shared", "station")
@@ -82,7 +83,7 @@ def run(words: list[str], folder: Path, *, lacking: Collection[str] = (), home: 
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=240,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert done.returncode == status, done.stdout

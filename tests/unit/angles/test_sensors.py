@@ -21,6 +21,7 @@ from station.angles.reading import Reading
 from station.angles.sources import AngleSource, SourceLink, load_kind
 from station.angles.sources.inclinometer import nmea_checksum
 from station.angles.sources.typed import Person, TypedOptions
+from tests.patience import PATIENCE_S
 from tests.pseudo_terminal import Pty
 from tests.unit.angles.emulators import Motive, Options, Pixhawk, SerialInclinometer, free_udp_port, serving
 
@@ -37,7 +38,7 @@ class Bench:
 
     def wait(self, count: int = 1) -> list[Reading]:
         readings: list[Reading] = []
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + PATIENCE_S
         while len(readings) < count and time.monotonic() < deadline:
             readings += self.source.read()
             time.sleep(0.001)
@@ -52,7 +53,7 @@ def test_an_autopilot_on_a_serial_port_streams_when_it_is_asked() -> None:
     pixhawk = Pixhawk(serial=True, shy=True)
     bench = Bench("mavlink", {**pixhawk.options(), "rate_hz": 100.0})
     bench.source.open()
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + PATIENCE_S
     readings: tuple[Reading, ...] = ()
     while not readings and time.monotonic() < deadline:
         pixhawk.heartbeat()
@@ -148,7 +149,7 @@ def test_a_hidden_or_absent_body_is_told_and_gives_no_reading(motive: Motive) ->
         with serving(motive):
             bench.source.open()
         motive.say(0.1, seen=seen)
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + PATIENCE_S
         while not bench.complaints and time.monotonic() < deadline:
             assert bench.source.read() == ()
             time.sleep(0.001)
@@ -246,7 +247,7 @@ def test_one_that_must_be_asked_is_asked() -> None:
     bench = Bench("inclinometer", {**sensor.options(), "request": "R\r", "request_hz": 50.0})
     bench.source.open()
     asked = b""
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + PATIENCE_S
     while asked.count(b"R\r") < 3 and time.monotonic() < deadline:
         bench.source.read()
         asked += sensor.cable.read()
@@ -283,7 +284,7 @@ def asked(text: str, *, stops: int, options: TypedOptions | None = None) -> tupl
     )
     for stop in range(stops):
         person.ask(f"gauge, stop {stop + 1}")
-    deadline = time.monotonic() + 10.0
+    deadline = time.monotonic() + PATIENCE_S
     while answers.qsize() < stops and time.monotonic() < deadline:
         time.sleep(0.001)
     given = [answers.get() for _ in range(answers.qsize())]

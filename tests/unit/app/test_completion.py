@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from station.__main__ import commands, main
+from tests.patience import PATIENCE_S
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,7 @@ def offered(script: Path, *words: str) -> list[str]:
     typed = " ".join(f"'{word}'" for word in ("station", *words))
     ask = f"COMP_WORDS=({typed}); COMP_CWORD={len(words)}; _station; printf '%s\\n' \"${{COMPREPLY[@]}}\""
     done = subprocess.run(
-        ["bash", "-c", f". '{script}'; {ask}"], capture_output=True, text=True, check=True, timeout=20
+        ["bash", "-c", f". '{script}'; {ask}"], capture_output=True, text=True, check=True, timeout=PATIENCE_S
     )
     assert done.stderr == ""
     return done.stdout.split()
@@ -76,7 +77,9 @@ def test_zsh_and_fish_are_told_of_every_command(scripts: dict[str, Path]) -> Non
 def test_the_shell_itself_can_read_it(shell: str, option: str, scripts: dict[str, Path]) -> None:
     if shutil.which(shell) is None:
         pytest.skip(f"no {shell} here")
-    done = subprocess.run([shell, option, str(scripts[shell])], capture_output=True, text=True, check=False, timeout=20)
+    done = subprocess.run(
+        [shell, option, str(scripts[shell])], capture_output=True, text=True, check=False, timeout=PATIENCE_S
+    )
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -85,7 +88,7 @@ def test_zsh_offers_the_same(scripts: dict[str, Path]) -> None:
         pytest.skip("no zsh here")
     ask = "COMP_WORDS=(station run --lock); COMP_CWORD=2; setopt ksharrays; _station; print -l -- ${COMPREPLY[@]}"
     words = ["zsh", "-f", "-c", f"autoload -U +X compinit && compinit -D; . '{scripts['zsh']}'; {ask}"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=20)
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     offers = done.stdout.split()  # zsh itself leaves out those that begin otherwise
     assert "--lockstep" in offers, done.stderr
     assert "--screenshot" not in offers

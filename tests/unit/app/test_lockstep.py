@@ -19,6 +19,7 @@ from station.app.lockstep import Lockstep
 from station.app.processes import StopRequest
 from station.recording.reader import digest, open_recording
 from station.recording.writer import Recording
+from tests.patience import PATIENCE_S
 from tests.portable.paths import paths
 from tests.portable.variants import PLAINEST, variants
 
@@ -50,7 +51,7 @@ def simulate_elsewhere(path: Path, environment: Mapping[str, str]) -> Path:
         "from pathlib import Path; from tests.unit.app.test_lockstep import simulate;"
         f"simulate(Path({str(path)!r}), seed=5)"
     )
-    subprocess.run([sys.executable, "-c", program], env={**os.environ, **environment}, check=True, timeout=250)
+    subprocess.run([sys.executable, "-c", program], env={**os.environ, **environment}, check=True, timeout=PATIENCE_S)
     return path
 
 

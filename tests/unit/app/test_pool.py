@@ -15,6 +15,7 @@ from rich.console import Console
 
 from station.app.work import work_on, write_json
 from station.pool import spread
+from tests.patience import PATIENCE_S
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 SLOW = """
@@ -114,7 +115,7 @@ def slow(tmp_path: Path) -> Generator[tuple[subprocess.Popen[str], list[int]]]:
         yield command, [int(name.read_text()) for name in names]
     finally:
         command.kill()
-        command.communicate(timeout=30)
+        command.communicate(timeout=PATIENCE_S)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is not of this system")
@@ -131,7 +132,7 @@ def test_ctrl_c_ends_command_and_workers_in_one_word(slow: tuple[subprocess.Pope
     """On a terminal all of them get it."""
     command, workers = slow
     os.killpg(command.pid, signal.SIGINT)
-    said, _ = command.communicate(timeout=30)
+    said, _ = command.communicate(timeout=PATIENCE_S)
     assert said == "Stopped.\n"
     _until(lambda: not any(_runs(worker) for worker in workers), "both workers gone")
 

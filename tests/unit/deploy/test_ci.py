@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE_S
+
 ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.skipif(
     shutil.which("bash") is None or shutil.which("timeout") is None, reason="the script wants bash and timeout"
@@ -55,7 +57,12 @@ def run(checkout: Path, *, failing: str = "", slow: str = "") -> tuple[int, list
     """Its exit status, the sentences that it says, and what was called."""
     environment = {"PATH": str(checkout / "bin"), "FAILING": failing, "SLOW": slow, "HOME": os.devnull}
     done = subprocess.run(
-        ["bash", str(checkout / ".ci/run")], env=environment, capture_output=True, text=True, timeout=60, check=False
+        ["bash", str(checkout / ".ci/run")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
     )
     assert done.stderr == "", done.stderr
     calls = (checkout / "calls").read_text("utf-8").splitlines() if (checkout / "calls").exists() else []

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE_S
+
 ROOT = Path(__file__).parents[3]
 # Answers as a Python of another version, processor or C library would, and is this one in everything else.
 FAKE = """#!/bin/sh
@@ -40,7 +42,13 @@ def set_up(python: Path | str, venv: Path | str, **environment: str) -> tuple[in
     """The exit status of the set-up and what it says; beyond these checks it would install everything."""
     words = ["sh", "deploy/prepare.sh", str(python), str(venv), "requirements.lock"]
     done = subprocess.run(
-        words, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, text=True, timeout=120, check=False
+        words,
+        cwd=ROOT,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
     )
     return done.returncode, done.stdout + done.stderr
 

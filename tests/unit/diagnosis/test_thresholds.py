@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from station.diagnosis import thresholds
+from tests.patience import PATIENCE_S
 
 DIAGNOSIS = Path(thresholds.__file__).parent
 DECIDING = ("search", "inference", "predict", "likelihood", "observations")
@@ -146,7 +147,7 @@ def _read_early(path: Path) -> Iterator[str]:
 
 def test_the_command_prints_the_table() -> None:
     command = [sys.executable, "-m", "station.diagnosis.thresholds"]
-    printed = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    printed = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=True).stdout
     assert all(f"{name} = " in printed for name in thresholds.table())
 
 

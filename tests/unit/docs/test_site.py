@@ -22,6 +22,7 @@ from docs.make.keys import explained_in
 from shared import topics, wire
 from shared.rig import RigConfig
 from station.physics.catalogue import catalogue
+from tests.patience import PATIENCE_S
 from tests.unit.deploy.test_rig_example import EXAMPLE
 
 SITE: dict[str, Any] = YAML(typ="safe", pure=True).load((guide.ROOT / "docs/mkdocs.yml").read_text("utf-8"))
@@ -136,7 +137,7 @@ def test_the_whole_site_can_be_built(tmp_path: Path) -> None:
     config = tmp_path / "mkdocs.yml"
     config.write_text(text.replace("../build/docs/", ""), encoding="utf-8")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--config-file", str(config)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=250)
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert ended.returncode == 0, ended.stderr
     assert "Diagnose" in (tmp_path / "site/docs/tutorial.html").read_text("utf-8")
 

@@ -20,6 +20,7 @@ from station.__main__ import main
 from station.app import analysis_files
 from station.app.many import diagnoses
 from station.recording.tables import read_samples
+from tests.patience import PATIENCE_S
 from tests.recovery.test_analysis_command import recorded
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.friction.sessions import session
@@ -164,7 +165,7 @@ def test_ctrl_c_loses_nothing_that_is_done(lab: Path, capsys: pytest.CaptureFixt
         while not Path("waiting").exists() and time.monotonic() < last:
             time.sleep(0.05)
         os.killpg(command.pid, signal.SIGINT)
-        said, error = command.communicate(timeout=30)
+        said, error = command.communicate(timeout=PATIENCE_S)
     assert command.returncode == 130
     assert error.splitlines() == ["Stopped after 1 of 2 recordings; the same command goes on from here.", "Stopped."]
     assert "1 recording: 1 done. Results: kept" in said

@@ -17,6 +17,7 @@ import pytest
 from station.__main__ import main
 from station.app import analysis_files
 from station.app.many import remote
+from tests.patience import PATIENCE_S
 from tests.recovery.test_analysis_command import recorded
 from tests.unit.diagnosis.recorded import GOLDEN
 from tests.unit.friction.sessions import session
@@ -91,7 +92,7 @@ def test_an_object_says_what_its_file_says(capsys: pytest.CaptureFixture[str]) -
 def test_a_folder_is_listed_from_a_terminal_by_what_the_environment_says(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "station", "doctor", f"{DAY}/", "--json", "--jobs", "1"]
     env = {**os.environ, "PYTHONPATH": str(ROOT)}
-    ended = subprocess.run(words, env=env, capture_output=True, text=True, check=False, timeout=120)
+    ended = subprocess.run(words, env=env, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     rows = json.loads(ended.stdout)
     assert (ended.returncode, ended.stderr) == (1, "")
     assert [row["path"] for row in rows] == [f"{DAY}/{name}.mcap" for name in ("deep/two", "one", "torn")]

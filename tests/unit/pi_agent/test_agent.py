@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import itertools
-import os
 import sys
 import threading
 import time
@@ -28,10 +27,10 @@ from shared.errors import UserError
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockPing, ClockPong, FrameReply, FrameRequest, Message
 from shared.rig import RigConfig
+from tests.patience import PATIENCE_S
 from tests.unit.pi_agent import fake_picamera2
 from tests.unit.pi_agent.rigs import FakeTwin, ScriptedCamera, rig, scene
 
-PATIENCE_S = float(os.environ.get("REPOSE_PATIENCE_S", "20"))
 """How long what must happen is waited for; an emulated processor is some tens of times slower."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pi_agent.__main__ import COMMANDS, main
+from tests.patience import PATIENCE_S
 
 
 def test_a_missing_rig_file_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -92,4 +93,4 @@ def test_a_reader_that_has_seen_enough_gets_no_traceback(tmp_path: Path):
         track.stdout.readline()
         track.stdout.close()
         assert track.stderr.read() == b""
-        assert track.wait(timeout=30) == 0
+        assert track.wait(timeout=PATIENCE_S) == 0

@@ -19,6 +19,7 @@ from pi_agent.synthetic_view import SyntheticView
 from shared.clock import SystemClock
 from shared.errors import UserError
 from shared.memory_bus import MemoryBus
+from tests.patience import PATIENCE_S
 from tests.unit.pi_agent.rigs import rig, scene
 
 Opener = Callable[..., Camera]
@@ -167,6 +168,6 @@ def test_the_decoders_add_nothing_to_our_sentence(tmp_path: Path):
         f"try: open_pictures(Path({str(tmp_path / 'garbage.mp4')!r}))\n"
         "except UserError as error: print(error)"
     )
-    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, timeout=PATIENCE_S, check=True)
     assert "cannot read as one" in done.stdout
     assert done.stderr == ""

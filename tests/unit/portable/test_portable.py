@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE_S
 from tests.portable.__main__ import main, row, worthwhile
 from tests.portable.paths import Paths, paths
 from tests.portable.suite import ROOT, SYSTEM, Outcome, commands, outcome_of, run_suite
@@ -108,4 +109,4 @@ def test_the_load_ends_with_the_process_that_started_it(way: signal.Signals):
         assert process.stdout.readline() == "ready\n"
         process.send_signal(way)
         # The busy processes hold the other end of this pipe: it ends with the last of them.
-        assert process.communicate(timeout=100)[0] == ""
+        assert process.communicate(timeout=PATIENCE_S)[0] == ""

@@ -17,6 +17,7 @@ from station.recording.for_viewers import TOPICS as FOR_VIEWERS
 from station.recording.reader import open_recording
 from station.recording.recorder import Recorder
 from station.recording.writer import Recording
+from tests.patience import PATIENCE_S
 from tests.unit.recording import session
 
 
@@ -68,7 +69,7 @@ class SlowRecording(Recording):
     go: threading.Event
 
     def write(self, received: Received) -> None:
-        self.go.wait(timeout=60)
+        self.go.wait(timeout=PATIENCE_S)
         super().write(received)
 
 

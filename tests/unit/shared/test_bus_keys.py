@@ -15,8 +15,7 @@ from shared.bus_keys import tls_settings
 from shared.errors import UserError
 from shared.messages import Heartbeat
 from shared.zenoh_bus import ZenohBus
-
-PATIENCE_S = 20.0
+from tests.patience import PATIENCE_S
 
 
 def openssl(*words: str) -> None:

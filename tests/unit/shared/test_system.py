@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from shared.system import desktop, files, processes
+from tests.patience import PATIENCE_S
 
 Process = subprocess.Popen[bytes]
 
@@ -86,12 +87,12 @@ def test_a_process_is_asked_to_end_by_a_signal_that_our_programs_hear(end: Calla
         assert process.stdout is not None
         assert process.stdout.readline().strip() == b"begun"
         end(process)
-        assert process.wait(timeout=20) == 7
+        assert process.wait(timeout=PATIENCE_S) == 7
 
 
 def test_a_started_program_prints_nothing_when_it_should_be_quiet(capfd: pytest.CaptureFixture[str]) -> None:
-    assert processes.start([sys.executable, "-c", "print('loud')"]).wait(timeout=20) == 0
-    assert processes.start([sys.executable, "-c", "print('still')"], quiet=True).wait(timeout=20) == 0
+    assert processes.start([sys.executable, "-c", "print('loud')"]).wait(timeout=PATIENCE_S) == 0
+    assert processes.start([sys.executable, "-c", "print('still')"], quiet=True).wait(timeout=PATIENCE_S) == 0
     assert capfd.readouterr().out.split() == ["loud"]
 
 
@@ -181,4 +182,4 @@ def test_what_is_printed_after_the_terminal_is_gone_is_forgotten() -> None:
     process.stdout.close()
     with process.stdin as asked:
         asked.write(b"go on\n")
-    assert process.wait(timeout=60) == 7
+    assert process.wait(timeout=PATIENCE_S) == 7

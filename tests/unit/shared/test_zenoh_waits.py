@@ -14,6 +14,7 @@ import pytest
 from shared.foxglove import Log
 from shared.messages import PlatformState
 from shared.zenoh_bus import ZenohBus
+from tests.patience import PATIENCE_S
 
 
 class _Stuck:
@@ -69,6 +70,12 @@ def test_dead_links_leave_threads_that_receive() -> None:
     clean = {name: value for name, value in os.environ.items() if name != "ZENOH_RUNTIME"}
     root = Path(__file__).parents[3]
     done = subprocess.run(
-        [sys.executable, "-c", _RECEIVING], env=clean, cwd=root, capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", _RECEIVING],
+        env=clean,
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=PATIENCE_S,
     )
     assert int(done.stdout) >= 8

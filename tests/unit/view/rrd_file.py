@@ -7,12 +7,13 @@ import subprocess
 from pathlib import Path
 
 from station.view import viewer
+from tests.patience import PATIENCE_S
 
 
 def rerun(*words: str | Path) -> str:
     """What the command prints; fails when it fails."""
     command = [viewer.binary(), *(str(word) for word in words)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
