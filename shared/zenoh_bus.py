@@ -56,6 +56,21 @@ _PRIORITIES = (
 )
 
 
+def _addressed(name: str, carrier: Any) -> None:
+    """Checks what a sample or query is addressed to against the `name` in its key.
+
+    Zenoh sends a number for a key. When a link is lost and made again while the machine hardly runs, the first few
+    messages may be given out under a number of the old link, and so under another key: an image came as `arm/command`,
+    where it parsed. Each message of ours therefore carries its name beside its key; other people's programs need not.
+
+    Raises:
+        UserError: if it is addressed to another topic or service.
+    """
+    meant = carrier.attachment.to_bytes().decode(errors="replace") if carrier.attachment else name
+    if meant != name:
+        raise UserError(f"Expected a message of {name}, got one of {meant[:80]} under its key, as after a lost link")
+
+
 def _why(error: Exception) -> str:
     """Zenoh's error message without the places in its source."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))
@@ -118,7 +133,7 @@ class ZenohBus:
         self._last_receive_ns = 0
         self._recovering: dict[str, Any] = {}
         self.malformed: Counter[str] = Counter()
-        """Payloads by topic or service that were no message, and were left out."""
+        """Messages by topic or service that did not parse or were another's, and were left out."""
         os.environ.setdefault("ZENOH_RUNTIME", f"(rx: (worker_threads: {_RECEIVERS}))")  # no entry of the configuration
         zenoh.try_init_log_from_env()  # silent without RUST_LOG
         try:
@@ -188,7 +203,7 @@ class ZenohBus:
             self._outbox.put(functools.partial(self._put, topic, payload))
 
     def _put(self, topic: str, payload: bytes) -> None:
-        (self._publishers.get(topic) or self._declare_publisher(topic)).put(payload)
+        (self._publishers.get(topic) or self._declare_publisher(topic)).put(payload, attachment=topic.encode())
 
     def _declare_publisher(self, name: str) -> Any:
         if self._watch is not None:
@@ -258,6 +273,7 @@ class ZenohBus:
                 return
             payload = sample.payload.to_bytes()
             try:
+                _addressed(name, sample)
                 message = wire.decode(topics.topic(name).message, payload) if topics.known(name) else None
             except UserError as error:
                 self._leave_out(name, error)
@@ -300,6 +316,7 @@ class ZenohBus:
         def answer(query: zenoh.Query) -> None:
             payload = query.payload.to_bytes() if query.payload else b""
             try:
+                _addressed(service, query)
                 asked = wire.decode(line.request, payload)
             except UserError as error:
                 self._leave_out(service, error)
@@ -311,7 +328,7 @@ class ZenohBus:
 
         def reply(query: zenoh.Query, payload: bytes) -> None:
             with query, contextlib.suppress(zenoh.ZError):  # the asker is gone
-                query.reply(key, payload)
+                query.reply(key, payload, attachment=service.encode())
 
         def callback(query: zenoh.Query) -> None:
             if direct:
@@ -343,6 +360,7 @@ class ZenohBus:
             if reply.ok is None:
                 return
             try:
+                _addressed(service, reply.ok)
                 deliver(wire.decode(line.reply, reply.ok.payload.to_bytes()))
             except UserError as error:
                 self._leave_out(service, error)
@@ -353,6 +371,7 @@ class ZenohBus:
             self._key(service),
             handler,
             payload=wire.encode(message),
+            attachment=service.encode(),
             timeout=timeout_s,
             priority=_PRIORITIES[line.traffic.priority - 1],
             congestion_control=zenoh.CongestionControl.BLOCK,

@@ -23,7 +23,8 @@ class _Stuck:
     def __init__(self) -> None:
         self.free, self.sent = threading.Event(), list[bytes]()
 
-    def put(self, payload: bytes) -> None:
+    def put(self, payload: bytes, *, attachment: bytes) -> None:
+        assert attachment
         self.free.wait(30.0)
         self.sent.append(payload)
 
