@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from shared.bus import Received
+from shared.bus_rights import OBSERVER
 from shared.rig import load_rig
 from shared.zenoh_bus import ZenohBus
 from station.recording.reader import open_recording
@@ -99,6 +100,21 @@ def test_the_live_view_draws_a_playback_and_ends_with_it(rig_path: Path, tmp_pat
     assert ends["elapsed"] == pytest.approx(session.END_S * 1e9, rel=0.02)
     assert [view.name for view in state.views if view.reports] == []
     assert len(state.views) == 11
+
+
+def test_the_live_view_goes_on_after_a_lost_link_and_ends_with_the_station(rig_path: Path) -> None:
+    rig = load_rig(rig_path)
+    with station("replay", "--live", "--no-viewer", "--rig", rig_path, "--port", str(free_port())) as live:
+        for _ in range(2):  # nobody is there for a moment in between, as when a link is made again
+            with ZenohBus.of("station", rig) as bus:
+                bus.announce("station")
+                watcher = ZenohBus.of(OBSERVER, rig)
+                while "station" not in watcher.alive():
+                    watcher.poll(0.05)
+                watcher.close()
+                time.sleep(2.0)
+                assert live.poll() is None
+        assert live.wait(PATIENCE_S) == 0
 
 
 @pytest.mark.skipif(not viewer.can_draw_headless(), reason="no Vulkan driver: apt-get install mesa-vulkan-drivers")
