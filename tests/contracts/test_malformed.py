@@ -132,7 +132,7 @@ def test_what_is_sent_carries_its_name_beside_its_key(name: str) -> None:
             stranger.subscribe(f"repose/rig/{name}", lambda _, attachment: names.append(attachment))
         else:
             session = stranger._session  # pyright: ignore[reportPrivateUsage]: as below
-            session.declare_queryable(f"repose/rig/{name}", lambda query: names.append(query.attachment.to_bytes()))
+            session.declare_queryable(f"repose/rig/{name}", lambda query: names.append(_attached(query)))
         end = time.monotonic() + PATIENCE_S
         while not names and time.monotonic() < end:
             if name in topics.TOPICS:
@@ -142,6 +142,10 @@ def test_what_is_sent_carries_its_name_beside_its_key(name: str) -> None:
             bus.poll(0.02)
         stranger.close()
     assert set(names) == {name.encode()}
+
+
+def _attached(query: Any) -> bytes:
+    return query.attachment.to_bytes() if query.attachment else b""
 
 
 @pytest.mark.parametrize("name", topics.SERVICES)
