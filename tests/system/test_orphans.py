@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pytest
@@ -56,9 +56,18 @@ def tilted(rig: Path, process: subprocess.Popen[bytes]) -> None:
     assert process.poll() is None
 
 
+@pytest.fixture
+def rig(tmp_path: Path) -> Generator[Path]:
+    """A rig file. Where a test fails, nobody of that rig is left to the tests that follow."""
+    file = rig_file(tmp_path)
+    yield file
+    for process in processes_of(file):
+        os.kill(process, signal.SIGKILL)
+
+
 @pytest.mark.parametrize("end", ["killed", "terminal closed"])
-def test_nobody_outlives_the_rig_that_started_it_and_the_next_start_works(tmp_path: Path, end: str):
-    rig, out, plan = rig_file(tmp_path), tmp_path / "first.mcap", tmp_path / "plan.toml"
+def test_nobody_outlives_the_rig_that_started_it_and_the_next_start_works(rig: Path, tmp_path: Path, end: str):
+    out, plan = tmp_path / "first.mcap", tmp_path / "plan.toml"
     plan.write_text(PLAN, encoding="utf-8")
     words = ["rig", "--rig", str(rig), "--plan", str(plan), "--no-view", "--samples"]
     command = [sys.executable, "-m", "station", *words]

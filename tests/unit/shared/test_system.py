@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from shared.system import desktop, files, processes
 from tests.patience import PATIENCE_S
 
 Process = subprocess.Popen[bytes]
+ROOT = Path(__file__).parents[3]
 
 
 def opened(path: Path, mode: str) -> io.FileIO:
@@ -164,6 +166,48 @@ def test_a_child_is_asked_to_end_when_its_parent_is_killed() -> None:
 
 def test_a_process_that_nobody_started_follows_nobody() -> None:
     assert not processes.follow_parent()
+
+
+PRINTS = (
+    "import sys\nfrom shared.system.desktop import outlive_terminal\noutlive_terminal()\n"
+    "for number in range({lines}): print(f'{{number:06d}}', 'x' * 90, flush={flush})\n"
+    "print('last', file=sys.stderr)\nsys.exit(7)"
+)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a terminal of Unix")
+def test_a_terminal_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> None:
+    reading, writing = os.openpty()
+    done = tmp_path / "done"
+    script = PRINTS.format(lines=20_000, flush=True).replace("sys.exit", f"open({str(done)!r}, 'w').close(); sys.exit")
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=writing, stderr=writing, cwd=ROOT)
+    os.close(writing)
+    try:
+        end = time.monotonic() + PATIENCE_S
+        while not done.exists():  # nobody has read a word
+            assert time.monotonic() < end
+            time.sleep(0.05)
+    finally:
+        os.close(reading)
+    assert process.wait(timeout=PATIENCE_S) == 7  # what waits for a terminal that is gone is forgotten
+
+
+@pytest.mark.parametrize("flush", [True, False])
+def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool) -> None:
+    script = PRINTS.format(lines=20_000, flush=flush)
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=ROOT, text=True
+    )
+    assert process.stdout is not None
+    lines = list[str]()
+    with process.stdout as printed:
+        for line in printed:
+            lines.append(line.split()[0])
+            if len(lines) % 1000 == 0:
+                time.sleep(0.02)
+    assert process.wait(timeout=PATIENCE_S) == 7
+    assert lines[:-1] == [f"{number:06d}" for number in range(20_000)]
+    assert lines[-1] == "last"
 
 
 def test_what_is_printed_after_the_terminal_is_gone_is_forgotten() -> None:
