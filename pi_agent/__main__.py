@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from shared.arguments import Parser, ending
 from shared.installed import version
 from shared.programs import exit_status
-from shared.system.desktop import outlive_terminal, print_all_letters
 from shared.system.processes import follow_parent
+from shared.system.terminal import outlive_terminal, print_all_letters
 
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.

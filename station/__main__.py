@@ -16,8 +16,8 @@ from types import ModuleType
 from shared.arguments import Parser, ending
 from shared.installed import version
 from shared.programs import exit_status
-from shared.system.desktop import outlive_terminal, print_all_letters
 from shared.system.processes import follow_parent
+from shared.system.terminal import outlive_terminal, print_all_letters
 
 COMMANDS = Path(__file__).parent / "app" / "commands"
 _ABOUT = """\

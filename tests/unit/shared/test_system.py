@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from shared.system import desktop, files, processes
+from shared.system import desktop, files, processes, terminal
 from tests.patience import PATIENCE_S
 
 Process = subprocess.Popen[bytes]
@@ -124,7 +124,7 @@ def test_a_place_on_another_drive_is_named_in_full(monkeypatch: pytest.MonkeyPat
 def test_a_stream_of_few_letters_is_given_all() -> None:
     pipe = io.BytesIO()
     stream = io.TextIOWrapper(pipe, encoding="cp1252")
-    desktop.print_all_letters(stream, io.StringIO())
+    terminal.print_all_letters(stream, io.StringIO())
     print("µ → ✓", file=stream, flush=True)
     assert pipe.getvalue().decode("utf-8").split() == ["µ", "→", "✓"]
 
@@ -169,7 +169,7 @@ def test_a_process_that_nobody_started_follows_nobody() -> None:
 
 
 PRINTS = (
-    "import sys\nfrom shared.system.desktop import outlive_terminal\noutlive_terminal()\n"
+    "import sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
     "for number in range({lines}): print(f'{{number:06d}}', 'x' * 90, flush={flush})\n"
     "print('last', file=sys.stderr)\nsys.exit(7)"
 )
@@ -192,27 +192,54 @@ def test_a_terminal_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> No
     assert process.wait(timeout=PATIENCE_S) == 7  # what waits for a terminal that is gone is forgotten
 
 
+@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("flush", [True, False])
-def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool) -> None:
+def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool, unbuffered: str) -> None:
     script = PRINTS.format(lines=20_000, flush=flush)
-    process = subprocess.Popen(
-        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=ROOT, text=True
-    )
-    assert process.stdout is not None
-    lines = list[str]()
-    with process.stdout as printed:
-        for line in printed:
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+        encoding="utf-8",
+        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        lines = list[str]()
+        for line in process.stdout:
             lines.append(line.split()[0])
             if len(lines) % 1000 == 0:
                 time.sleep(0.02)
-    assert process.wait(timeout=PATIENCE_S) == 7
-    assert lines[:-1] == [f"{number:06d}" for number in range(20_000)]
-    assert lines[-1] == "last"
+        assert process.stderr.read() == "last\n"
+        assert process.wait(timeout=PATIENCE_S) == 7
+    assert lines == [f"{number:06d}" for number in range(20_000)]
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_what_went_wrong_is_printed_at_once(unbuffered: str) -> None:
+    script = (
+        "import sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
+        "print('it goes wrong', file=sys.stderr)\nsys.exit(sys.stdin.readline() != 'read\\n')"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=ROOT,
+        encoding="utf-8",
+        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+    ) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        assert process.stderr.readline() == "it goes wrong\n"  # while the process waits for an answer
+        assert process.communicate("read\n", timeout=PATIENCE_S) == (None, "")
+    assert process.returncode == 0
 
 
 def test_what_is_printed_after_the_terminal_is_gone_is_forgotten() -> None:
     script = (
-        "import os, sys\nfrom shared.system.desktop import outlive_terminal\noutlive_terminal()\n"
+        "import os, sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
         "sys.stdin.readline()\nprint('nobody reads this', flush=True)\nsys.exit(7)"
     )
     process = subprocess.Popen(
