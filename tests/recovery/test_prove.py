@@ -19,8 +19,8 @@ import pytest
 from tests.recovery.small_proof import SMALL
 
 ROOT = Path(__file__).parents[2]
-SEED = "2"
-"""Its cases have few runs."""
+SEED = "1024"
+"""Of the first 1500 seeds it is the one whose cases have the fewest runs, 942: a case's time grows with its runs."""
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
 
@@ -86,11 +86,9 @@ def test_strong_effects_are_seen_and_placed(proof: Proof):
 
 
 def test_it_goes_on_from_where_it_was(proof: Proof):
-    # The proof plans a whole tier again before it does a case: in a tier of one case that is soonest done.
-    lost = min(
-        proof.written(), key=lambda path: (SMALL[path.parent.name], json.loads(path.read_text("utf-8"))["wall_s"])
-    )
-    tier = lost.parent.name
+    # The proof plans a whole tier again before it does a case: that is soonest done where no strength is sought.
+    tier = "null"
+    lost = next((proof.out / "results" / tier).glob("*.json"))
     lost.unlink()
     before = proof.written()
     assert prove(proof.all, "--tier", f"{tier}:{SMALL[tier]}", "--no-refits").returncode in (0, 1)
@@ -100,6 +98,6 @@ def test_it_goes_on_from_where_it_was(proof: Proof):
 
 
 def test_another_key_in_the_same_folder_is_refused(proof: Proof):
-    other = prove(proof.all, "--tier", "outside", "--cases", "2")  # its cases are planned soonest
+    other = prove(proof.all, "--tier", "null", "--cases", "2")
     assert other.returncode == 2
     assert "Traceback" not in other.stderr

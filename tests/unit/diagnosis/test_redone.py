@@ -1,0 +1,57 @@
+"""A session that is done again on paper: truths whose blocks go the same ways share it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from station.diagnosis.inference.columns import looked
+from station.diagnosis.next_experiment.choice import protocol_of
+from station.diagnosis.next_experiment.on_paper import on_paper, standard
+from station.diagnosis.next_experiment.redone import SAME_RAD, Recorded, redone
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.catalogue import catalogue
+from station.physics.effect import Effect
+from station.physics.model import Model, Term
+
+KNOWN = catalogue()
+PLAIN = Model(mu_s=0.4)
+SEEN = [effect for effect in KNOWN.values() if effect.layer != "numerics"]
+
+
+def level(deg: float) -> Model:
+    tilt = {"eps_x_rad": math.radians(deg)}
+    return PLAIN.with_term(Term(KNOWN["platform_level"], {**KNOWN["platform_level"].neutral(), **tilt}))
+
+
+def done_again(*truths: Model) -> list[Evidence]:
+    recorded: Recorded = on_paper(standard(np.random.default_rng(0), 120), mu_s=PLAIN.mu_s)
+    picked, draw = protocol_of(recorded, (), runs=60)
+    return redone(recorded, picked, draw, truths=truths)
+
+
+def test_blocks_that_go_the_same_ways_share_a_session() -> None:
+    drop = PLAIN.with_term(Term(KNOWN["kinetic_drop"], {"drop": 0.3}))
+    one, same, nearly, elsewhere = done_again(PLAIN, drop, level(0.1), level(3.0))
+    assert same is one
+    assert nearly is one
+    assert elsewhere is not one
+
+
+@pytest.fixture(scope="module")
+def apart() -> tuple[Evidence, Evidence]:
+    """Two sessions whose blocks' ways differ by up to a little more than SAME_RAD."""
+    one, other = done_again(PLAIN, level(0.25))
+    ways = [session.channel("along").motion.moments.reported.way_rad for session in (one, other)]
+    assert SAME_RAD < float(np.abs(np.sin(ways[0] - ways[1])).max()) < 1.5 * SAME_RAD
+    return one, other
+
+
+@pytest.mark.parametrize("effect", SEEN, ids=lambda effect: effect.id)
+def test_such_ways_hardly_change_what_a_number_does(effect: Effect, apart: tuple[Evidence, Evidence]) -> None:
+    one, other = (looked(session, PLAIN, [effect]).table for session in apart)
+    rows = np.arange(one.shape[0])
+    size = np.linalg.norm(one.of(rows), axis=0)
+    assert np.all(np.linalg.norm(other.of(rows) - one.of(rows), axis=0) <= 0.04 * size)
