@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit, shaking_of
 from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.parameters import Free, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
-from station.diagnosis.likelihood.student import pulls
+from station.diagnosis.likelihood.student import expected_information, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
@@ -174,8 +173,8 @@ class _Columns:
         self._counted = evidence.counted[self._whitening.run]
         self._cluster, self._runs = evidence.cluster[self._whitening.run], evidence.runs
         tail = self._whitening.tail
-        self._slope, _ = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
-        self._weight = np.sqrt(np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3)))[:, None]
+        self._slope, curvature = pulls(self._whitening(stack(evidence, at)), tail, self._whitening.limit)
+        self._weight = np.sqrt(expected_information(curvature, tail, self._whitening.limit))[:, None]
 
     def _parts(self) -> Iterator[tuple[Index, Array, Array]]:
         """Rows (m,) that count, the model's own columns (m, k) and the candidates' (m, K) there."""

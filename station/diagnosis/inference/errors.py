@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.likelihood.student import expected_information
 from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array, Bools
 
@@ -39,11 +40,10 @@ class Curvature:
         + 3). Each number's variance is the larger of that and of the sandwich with the runs as clusters (Huber 1967;
         Liang & Zeger 1986, Biometrika 73, 13), the latter shrunk to the former where the runs are few.
         """
-        expected = np.where(self.tail >= thresholds.GAUSSIAN, 1.0, (self.tail + 1.0) / (self.tail + 3.0))
-        weight = np.where(self.limit, self.curve, expected)
+        weight = expected_information(self.curve, self.tail, self.limit)
         table = self.slope
-        information = (table * weight[:, None]).T @ table + np.diag(precision)
-        of_model = _inverse(information + np.diag(UNIFORM / width**2))
+        among = (table * weight[:, None]).T @ table + np.diag(precision)
+        of_model = _inverse(among + np.diag(UNIFORM / width**2))
         share = np.zeros((int(self.run.max(initial=0)) + 1, table.shape[1]))
         np.add.at(share, self.run, table * self.pull[:, None])
         runs = len(np.unique(self.run))

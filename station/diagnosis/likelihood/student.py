@@ -48,6 +48,16 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
     return slope, curvature
 
 
+def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
+    """The information (n,) of each component about its own place: (ν + 1) / (ν + 3) (Lange, Little & Taylor 1989).
+
+    A limit's is its `curvature` (n,), that of `pulls`: one that lies far below tells nothing. J. Am. Stat. Assoc. 84,
+    881, appendix B.
+    """
+    expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1.0) / (tail + 3.0))
+    return np.where(limit, curvature, expected)
+
+
 def fitted_tail(white: Array) -> tuple[float, float]:
     """The degrees of freedom, out of TAILS, and the scale that fit the whitened components `white` (n,) best."""
     if len(white) < thresholds.LEAST_SCALED:

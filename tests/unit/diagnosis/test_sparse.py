@@ -93,8 +93,9 @@ def at_once(evidence: Evidence, found: Fit, table: Table) -> tuple[Array, Array]
     whitening = Whitening(evidence, found.noise, shaking=shaking_of(evidence, found.model))
     counted = evidence.counted[whitening.run]
     tail = whitening.tail[counted]
-    pull, _ = pulls(whitening(stack(evidence, at))[counted], tail, whitening.limit[counted])
-    root = np.sqrt(np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3)))[:, None]
+    pull, curvature = pulls(whitening(stack(evidence, at))[counted], tail, whitening.limit[counted])
+    of_row = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1) / (tail + 3))
+    root = np.sqrt(np.where(whitening.limit[counted], curvature, of_row))[:, None]
     own = whitening(stack(evidence, slopes(evidence, found.model, found.free, at)))[counted]
     columns = whitening(table.whole())[counted]
     precision = np.array([number.precision for number in found.free])
