@@ -7,6 +7,7 @@ moment, and not the one that the same tilt has on a plate at rest.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ from station.diagnosis.observations.starts import starts
 from station.diagnosis.observations.swing import Swing
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array, Contact
-from station.physics.model import Model
+from station.physics.model import Model, Term
 
 if TYPE_CHECKING:
     from station.diagnosis.observations.build import Recorded
@@ -36,6 +37,7 @@ class Released:
         self._swing, self._weight = _swing(slips), _weights(slips)
         self._way = np.repeat(self._swing.way, self._weight.shape[1], axis=0)
         self._contact, self._still = contact, still(contact)
+        self._fastest = contact.chosen(_fastest(contact, self._weight.shape))
         self._moved = Latest(self._moves, ("push",))
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 
@@ -45,16 +47,31 @@ class Released:
 
     def _moves(self, model: Model) -> Array:
         found = np.zeros(self._count)
-        if model.acting("push"):
-            push = model.push(self._contact) - model.push(self._still)
+        moving = replace(model, terms=tuple(term for term in model.acting("push") if self._is_of_motion(term)))
+        if moving.terms:
+            push = moving.push(self._contact) - moving.push(self._still)
             added = np.array([(push[:, :2] * self._way).sum(axis=1), -push[:, 2]])
             found[self._rows] = self._log_slope(added.reshape(2, *self._weight.shape)) - self._plain
         return found
+
+    def _is_of_motion(self, term: Term) -> bool:
+        """False for a push that a plate at rest has as well: the tilt at which it would release a block has it."""
+        push = Model(mu_s=0.0, terms=(term,)).push
+        return bool(np.any(push(self._fastest) != push(still(self._fastest))))
 
     def _log_slope(self, added: Array) -> Array:
         """The log of the slopes (r,) at which plates at rest would have released the blocks, see `Swing.tilt_rad`."""
         tilt = np.maximum.accumulate(self._swing.tilt_rad(added), axis=1)
         return np.log(np.tan((tilt * self._weight).sum(axis=1)))
+
+
+def _fastest(contact: Contact, shape: tuple[int, int]) -> Times:
+    """The moments (2 r,) of the runs in which the plate turns fastest, and those in which that changes most."""
+    sizes = (
+        np.linalg.norm(motion, axis=1).reshape(shape) for motion in (contact.rate_rad_s, contact.acceleration_rad_s2)
+    )
+    first = shape[1] * np.arange(shape[0])
+    return np.concatenate([first + size.argmax(axis=1) for size in sizes])
 
 
 def released(recorded: Recorded, places: Sequence[int]) -> Released | None:

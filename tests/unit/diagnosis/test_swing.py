@@ -15,8 +15,10 @@ from station.diagnosis.observations.first_look import first_look
 from station.diagnosis.observations.released import Released, seen_ns
 from station.diagnosis.observations.slips import Slipping
 from station.physics.catalogue import catalogue
+from station.physics.effect import Effect
 from station.physics.model import Model, Term
-from tests.contracts.effect_states import contacts
+from station.physics.smooth import pushes
+from tests.contracts.effect_states import contacts, typical
 from tests.unit.diagnosis.swung import Slid, attitude, felt, one_run
 
 ARM_M = (0.01, -0.02, 0.06)
@@ -73,6 +75,19 @@ def test_slips_at_a_crest_of_the_push_tell_the_friction_that_held() -> None:
     assert released.log_moved(Model(mu_s=MU)) == pytest.approx(np.zeros(RUNS))
     assert np.std(told - true) > 0.01
     assert told + released.log_moved(model) == pytest.approx(true, abs=3e-3)
+
+
+PUSHING = [one for one in (*catalogue().values(), *pushes()) if "push" in one.acts_through()]
+
+
+@pytest.mark.parametrize("effect", PUSHING, ids=lambda effect: effect.id)
+def test_a_push_that_a_resting_plate_has_as_well_moves_no_friction(effect: Effect) -> None:
+    """That of the pivot alone is the motion's: how an arm shakes at a slip is drawn at random, see `Effect.shaking`."""
+    slid = session(ARM_M)
+    released = _released([_slipping(one) for one in slid], slid)
+    model = Model(mu_s=MU, terms=(Term(effect, typical(effect)),))
+    moved = bool(np.any(released.log_moved(model) != 0.0))
+    assert moved == (effect.id == "pivot_offset")
 
 
 def _slipping(one: Slid) -> Slipping:
