@@ -19,8 +19,9 @@ import pytest
 from tests.recovery.small_proof import SMALL
 
 ROOT = Path(__file__).parents[2]
-SEED = "1024"
-"""Of the first 1500 seeds it is the one whose cases have the fewest runs, 942: a case's time grows with its runs."""
+SEED = "1266"
+"""Of the first 1500 seeds its cases have the fewest runs but one, 949, and a case's time grows with its runs. The cases
+of that one, 1024, take 200 s longer: four names are found in one of them."""
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
 
