@@ -18,6 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis import thresholds
+from station.diagnosis.likelihood.heading import CAMERA_HEADING
 from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.observations.channel import REST
 from station.diagnosis.observations.evidence import Evidence
@@ -98,8 +99,8 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     """
     onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
     picture = (PICTURE_READING,) if evidence.channel(REST) else ()
-    lead = (PRESSURE_LEAD,) if evidence.channel("across") else ()
-    reading = (*onset, *picture, *lead)
+    across = (PRESSURE_LEAD, CAMERA_HEADING) if evidence.channel("across") else ()
+    reading = (*onset, *picture, *across)
     allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)
 
