@@ -60,6 +60,8 @@ class Effect(ABC):
     """True if no data can tell the effect from another mu while everything that it depends on is constant."""
     demonstrated: ClassVar[Values] = {}
     """Sizes that 60 runs of the standard protocol show (`station demo --effect ID=VALUE`), where they show any."""
+    strains: ClassVar[bool] = True
+    """False if `seen` moves a mark as a whole, and its shape stays."""
     is_series: ClassVar[bool] = False
     """True if the law is the first terms of a series, which leaves a part of anything that it stands for."""
 

@@ -20,6 +20,7 @@ import numpy as np
 from station.diagnosis import thresholds
 from station.diagnosis.likelihood.heading import CAMERA_HEADING
 from station.diagnosis.likelihood.leading import PRESSURE_LEAD
+from station.diagnosis.likelihood.mapping import CAMERA_MAP
 from station.diagnosis.observations.channel import REST
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array, Contact, View
@@ -69,6 +70,7 @@ class PictureReading(Effect):
     """
 
     id: ClassVar[str] = "_picture_reading"
+    strains: ClassVar[bool] = False
     title: ClassVar[str] = "reading of the block's place"
     law: ClassVar[str] = "the block seems to lie sag sin(tilt), and step once the plate is tilted, down the slope (0)"
     source: ClassVar[str] = "none: a nuisance of the measurement"
@@ -100,7 +102,8 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
     picture = (PICTURE_READING,) if evidence.channel(REST) else ()
     across = (PRESSURE_LEAD, CAMERA_HEADING) if evidence.channel("across") else ()
-    reading = (*onset, *picture, *across)
+    mapped = (CAMERA_MAP,) if evidence.channel("shape") else ()
+    reading = (*onset, *picture, *across, *mapped)
     allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)
 

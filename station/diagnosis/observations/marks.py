@@ -102,8 +102,8 @@ class Shape(Channel):
         self._strain, self._view, self._yaw, self._spread = strain, view, yaw_rad, spread_m[:, None, :]
 
     def changed_by(self, effect: Effect) -> bool:
-        """False for nuisances (see `systematic`): they shift a mark as a whole."""
-        return super().changed_by(effect) and not effect.id.startswith("_")
+        """False for what moves a mark as a whole."""
+        return super().changed_by(effect) and effect.strains
 
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted strain (3 n,)."""
