@@ -8,7 +8,7 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
-from station.diagnosis.observations.moments import Moments
+from station.diagnosis.observations.moments import Latest, Moments
 from station.physics.contact import GRAVITY_M_S2, Array, View
 from station.physics.effect import Effect
 from station.physics.model import Model
@@ -75,13 +75,16 @@ class Rest(PlateMarks):
         holds = np.tan(limit_rad) * resting.pressing_m_s2
         pulls = GRAVITY_M_S2 * np.sin(resting.tilt_rad)
         self._resting, self._creep_s = replace(resting, spare_m_s2=holds - pulls), creep_s
+        self._crept = Latest(self._crept_under, ("creep",))
 
     def _predicted(self, model: Model) -> Array:
         moved = super()._predicted(model)
-        if not model.acting("creep"):
-            return moved
+        return moved + self._crept(model) if model.acting("creep") else moved
+
+    def _crept_under(self, model: Model) -> Array:
+        """The creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
-        return moved + (velocity * self._creep_s[..., None]).sum(axis=1)
+        return (velocity * self._creep_s[..., None]).sum(axis=1)
 
 
 class Shape(Channel):
