@@ -49,10 +49,10 @@ def pulls(white: Array, tail: Array, limit: Bools) -> tuple[Array, Array]:
 
 
 def expected_information(curvature: Array, tail: Array, limit: Bools) -> Array:
-    """The information (n,) of each component about its own place: (ν + 1) / (ν + 3) (Lange, Little & Taylor 1989).
+    """The information (n,) of each component, without a unit, about its own place: (ν + 1) / (ν + 3).
 
-    A limit's is its `curvature` (n,), that of `pulls`: one that lies far below tells nothing. J. Am. Stat. Assoc. 84,
-    881, appendix B.
+    `curvature` (n,), `tail` (n,) and `limit` (n,) are those of `pulls`. A limit has its curvature: one that lies far
+    below tells nothing (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881, appendix B).
     """
     expected = np.where(tail >= thresholds.GAUSSIAN, 1.0, (tail + 1.0) / (tail + 3.0))
     return np.where(limit, curvature, expected)
