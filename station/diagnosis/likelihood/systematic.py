@@ -18,7 +18,6 @@ from typing import ClassVar
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.likelihood.heading import CAMERA_HEADING
 from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.likelihood.mapping import CAMERA_MAP
 from station.diagnosis.observations.channel import REST
@@ -101,8 +100,8 @@ def nuisances(evidence: Evidence, model: Model) -> tuple[Effect, ...]:
     """
     onset = (ONSET_READING,) if evidence.onsets and evidence.slides else ()
     picture = (PICTURE_READING,) if evidence.channel(REST) else ()
-    across = (PRESSURE_LEAD, CAMERA_HEADING) if evidence.channel("across") else ()
-    mapped = (CAMERA_MAP,) if evidence.channel("shape") else ()
+    across = (PRESSURE_LEAD,) if evidence.channel("across") else ()
+    mapped = (CAMERA_MAP,) if evidence.channel("across") or evidence.channel("shape") else ()
     reading = (*onset, *picture, *across, *mapped)
     allowed = (term.effect for term in model.terms if is_nuisance(term.effect) and term.effect not in reading)
     return (*reading, *allowed)

@@ -22,6 +22,8 @@ LEAST_MU = 0.05
 LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
 LEAST_SLOPE_RAD = 0.05
 """A plate more level than this has no steepest line: a block slides there as it was sent."""
+LEAST_WAY_M = 1e-4
+"""A block that has gone less in a window has no way that a picture could turn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,23 +64,33 @@ class Motion:
         return speed / np.hypot(speed, self.reach_m * self.yaw_rate_rad_s)
 
     @cached_property
-    def seen_m_s2(self) -> Latest[Array]:
-        """The cached `_seen_m_s2`."""
-        return Latest(self._seen_m_s2, ("seen",))
+    def seen(self) -> Latest[tuple[Array, Array]]:
+        """The cached `_seen`."""
+        return Latest(self._seen, ("seen",))
 
-    def _seen_m_s2(self, model: Model) -> Array:
-        """The windows' apparent acceleration (n, 2), m/s², by the model's effects on the picture.
+    def _seen(self, model: Model) -> tuple[Array, Array]:
+        """The windows' apparent acceleration (n, 2), m/s², and how far left their ways seem turned (n,), rad.
 
-        A lens that enlarges what is far from its axis makes a block that goes there seem to decelerate less.
+        Both are by the model's effects on the picture. A lens that enlarges what is far from its axis makes a block
+        that goes there seem to decelerate less, and one that passes beside the axis seem to turn.
         """
         terms = [term for term in model.acting("seen") if _bends(term.effect)]
         if self.view is None or not terms:
-            return np.zeros((len(self.acceleration_m_s2), 2))
+            return np.zeros((len(self.acceleration_m_s2), 2)), np.zeros(len(self.acceleration_m_s2))
         moved = sum((_mean_shift(term, self.view) for term in terms), np.zeros((1, 2)))
         first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
         half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
-        return (first - 2.0 * middle + last) / half_s[:, None] ** 2
+        way, aside = self._way_m, last - first
+        turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
+        return (first - 2.0 * middle + last) / half_s[:, None] ** 2, turned
+
+    @cached_property
+    def _way_m(self) -> Array:
+        """The way (n, 2), m, of the block from a window's first node to its last."""
+        contact = self.moments.reported
+        place = np.column_stack([contact.x_m, contact.y_m]).reshape(-1, len(WEIGHTS), 2)
+        return place[:, -1] - place[:, 0]
 
 
 def _bends(effect: Effect) -> bool:
@@ -124,7 +136,7 @@ class _Slides(Channel):
     def _changed(self, model: Model, load: Load, toward: Array, middle: Array) -> Array:
         """The pull (n,), m/s², that a model adds in directions (3 n, 2), and at the windows' `middle` ones (n, 2)."""
         added = self._mean(_dot(load.tangential - self.motion.moments.plain.tangential, toward))
-        return added + _dot(self.motion.seen_m_s2(model), middle)
+        return added + _dot(self.motion.seen(model)[0], middle)
 
     def _force(self, load: Load, toward: Array) -> Array:
         """The pull (n,), m/s², in directions (3 n, 2), less the windows' accelerations: the recorded friction."""
@@ -214,7 +226,10 @@ class Across(_Slides):
         slope = support_slope(model, load.contact, load.contact.way_rad)
         if model.acting("lead"):
             slope = slope + model.friction(load.contact) * self._carried(model)
-        held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
+        held = self._mean(load.normal * slope)
+        if model.acting("seen"):  # friction acts against the true way
+            held = held - self._mean(load.normal * model.friction(load.contact)) * self.motion.seen(model)[1]
+        held = held * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
         return self._recorded - (held - changed) / self._unit_force
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from station.diagnosis.likelihood.heading import CAMERA_HEADING
 from station.diagnosis.likelihood.leading import PRESSURE_LEAD
 from station.diagnosis.observations.channel import rows_of
 from station.diagnosis.observations.moments import Moments, RunFacts
@@ -111,13 +110,3 @@ def test_a_turning_block_is_carried_aside_where_its_pressure_leads() -> None:
         term = Term(nap, {**nap.neutral(), "cos1": 0.1, "sideways": sideways})
         changed = across.residual(PLAIN.with_term(term)) - across.residual(PLAIN)
         assert np.abs(changed).max() == pytest.approx(moved, rel=0.1, abs=1e-9)
-
-
-def test_a_camera_that_is_turned_shows_every_slide_beside_the_way_down() -> None:
-    """By the same angle in every direction and at every tilt, which the nuisance takes away."""
-    turn = 0.01
-    for tilt_rad in (0.5 * TILT_RAD, TILT_RAD):
-        seen = across_of(np.asarray(DOWN_RAD + turn, dtype=np.float64), tilt_rad)
-        turned = PLAIN.with_term(Term(CAMERA_HEADING, {"turn_rad": turn}))
-        assert np.abs(seen.residual(PLAIN)).min() > 0.5 * turn
-        assert np.abs(seen.residual(turned)).max() < 1e-3 * turn

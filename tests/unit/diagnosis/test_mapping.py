@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from station.diagnosis.diagnose import examined
-from station.diagnosis.likelihood.heading import CAMERA_HEADING
+from station.diagnosis.likelihood.mapping import CAMERA_MAP
 from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
@@ -47,7 +47,7 @@ def test_no_push_aside_is_told_of_it(turn_deg: float) -> None:
     assert said.diagnosis.located == ()
     assert said.diagnosis.global_p > 0.01
     assert said.found is not None
-    values = {term.effect: term.values for term in said.found.search.model.model.terms}[CAMERA_HEADING]
+    values = {term.effect: term.values for term in said.found.search.model.model.terms}[CAMERA_MAP]
     assert math.degrees(values["turn_rad"]) == pytest.approx(turn_deg, abs=0.1)
 
 
