@@ -41,7 +41,8 @@ def scored_with(stopped: int, *, share: float) -> Scores:
         still = math.atan(share * MU)
         table.append(replace(sample, run=1000 + number, onset_angle_rad=still, censored=True))
     evidence = table_evidence(table, Setting())
-    assert evidence.channel("onset").rows.limit.sum() == stopped
+    assert evidence.onsets is not None
+    assert evidence.onsets.rows.limit.sum() == stopped
     return scores(evidence, fit(evidence, Model(mu_s=MU), ()), [GRAIN])
 
 

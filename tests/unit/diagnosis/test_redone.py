@@ -12,6 +12,7 @@ from station.diagnosis.next_experiment.choice import protocol_of
 from station.diagnosis.next_experiment.on_paper import on_paper, standard
 from station.diagnosis.next_experiment.redone import SAME_RAD, Recorded, redone
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.slides import Along
 from station.physics.catalogue import catalogue
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
@@ -44,7 +45,8 @@ def test_blocks_that_go_the_same_ways_share_a_session() -> None:
 def apart() -> tuple[Evidence, Evidence]:
     """Two sessions whose blocks' ways differ by up to a little more than SAME_RAD."""
     one, other = done_again(PLAIN, level(0.25))
-    ways = [session.channel("along").motion.moments.reported.way_rad for session in (one, other)]
+    slides = [session.slides for session in (one, other)]
+    ways = [slide.contact.way_rad for slide in slides if isinstance(slide, Along)]
     assert SAME_RAD < float(np.abs(np.sin(ways[0] - ways[1])).max()) < 1.5 * SAME_RAD
     return one, other
 
