@@ -37,7 +37,8 @@ class Released:
         self._swing, self._weight = _swing(slips), _weights(slips)
         self._way = np.repeat(self._swing.way, self._weight.shape[1], axis=0)
         self._contact, self._still = contact, still(contact)
-        self._fastest = contact.chosen(_fastest(contact, self._weight.shape))
+        fastest = contact.chosen(_fastest(contact, self._weight.shape))
+        self._fastest, self._stopped = fastest, still(fastest)
         self._moved = Latest(self._moves, ("push",))
         self._plain = self._log_slope(np.zeros((2, *self._weight.shape)))
 
@@ -57,7 +58,7 @@ class Released:
     def _is_of_motion(self, term: Term) -> bool:
         """False for a push that a plate at rest has as well: the tilt at which it would release a block has it."""
         push = Model(mu_s=0.0, terms=(term,)).push
-        return bool(np.any(push(self._fastest) != push(still(self._fastest))))
+        return bool(np.any(push(self._fastest) != push(self._stopped)))
 
     def _log_slope(self, added: Array) -> Array:
         """The log of the slopes (r,) at which plates at rest would have released the blocks, see `Swing.tilt_rad`."""

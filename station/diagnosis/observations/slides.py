@@ -23,7 +23,7 @@ LEAST_M_S, LEAST_M_S2 = 1e-3, 1e-2
 LEAST_SLOPE_RAD = 0.05
 """A plate more level than this has no steepest line: a block slides there as it was sent."""
 LEAST_WAY_M = 1e-4
-"""A block that has gone less in a window has no way that a picture could turn."""
+"""A block that has gone less in a window has no way that a picture could turn; it guards a division."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,17 +224,23 @@ class Across(_Slides):
         """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
         slope = support_slope(model, load.contact, load.contact.way_rad)
-        if model.acting("lead"):
-            slope = slope + model.friction(load.contact) * self._carried(model)
-        held = self._mean(load.normal * slope)
-        if model.acting("seen"):  # friction acts against the true way
-            held = held - self._mean(load.normal * model.friction(load.contact)) * self.motion.seen(model)[1]
-        held = held * np.exp(self._run_effects(model)[0])
+        if model.acting("lead") or model.acting("seen"):
+            slope = slope + model.friction(load.contact) * self._aside(model)
+        held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])
         changed = self._changed(model, load, self._expected_left(load, held), self._middle_left)
         return self._recorded - (held - changed) / self._unit_force
 
+    def _aside(self, model: Model) -> Array:
+        """The share (3 n,) of friction that holds across the recorded way, to its right.
+
+        A leading pressure carries it aside by turning, see `station.physics.sole`, and it acts against the true way,
+        from which the picture turns the recorded one.
+        """
+        turned = np.repeat(self.motion.seen(model)[1], len(WEIGHTS))
+        return self._carried(model) - turned if model.acting("lead") else -turned
+
     def _carried(self, model: Model) -> Array:
-        """The share (3 n,) of friction that a leading pressure carries aside by turning, see `station.physics.sole`."""
+        """The share (3 n,) of friction that a leading pressure carries aside by turning."""
         contact = self._plain.contact
         rate, side_m = self.motion.yaw_rate_rad_s, np.sqrt(contact.area_m2)
         return carried_across(model.lead(contact), side_m, yaw_rate_rad_s=rate, speed_m_s=contact.speed_m_s)

@@ -168,9 +168,9 @@ def test_a_process_that_nobody_started_follows_nobody() -> None:
     assert not processes.follow_parent()
 
 
+OUTLIVES = "import os, sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
 PRINTS = (
-    "import sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
-    "for number in range({lines}): print(f'{{number:06d}}', 'x' * 90, flush={flush})\n"
+    OUTLIVES + "for number in range({lines}): print(f'{{number:06d}}', 'x' * 90, flush={flush})\n"
     "print('last', file=sys.stderr)\nsys.exit(7)"
 )
 
@@ -192,18 +192,24 @@ def test_a_terminal_that_stands_still_keeps_nobody_waiting(tmp_path: Path) -> No
     assert process.wait(timeout=PATIENCE_S) == 7  # what waits for a terminal that is gone is forgotten
 
 
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("flush", [True, False])
-def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool, unbuffered: str) -> None:
-    script = PRINTS.format(lines=20_000, flush=flush)
-    with subprocess.Popen(
+def started(script: str, unbuffered: str) -> subprocess.Popen[str]:
+    """A Python that runs the script, with its three streams in pipes; `unbuffered` is its PYTHONUNBUFFERED."""
+    return subprocess.Popen(
         [sys.executable, "-c", script],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=ROOT,
         encoding="utf-8",
         env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
-    ) as process:
+    )
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("flush", [True, False])
+def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool, unbuffered: str) -> None:
+    script = PRINTS.format(lines=20_000, flush=flush)
+    with started(script, unbuffered) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         lines = list[str]()
@@ -218,30 +224,17 @@ def test_whoever_reads_slowly_gets_every_line_in_its_order(flush: bool, unbuffer
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_what_went_wrong_is_printed_at_once(unbuffered: str) -> None:
-    script = (
-        "import sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
-        "print('it goes wrong', file=sys.stderr)\nsys.exit(sys.stdin.readline() != 'read\\n')"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", script],
-        stdin=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=ROOT,
-        encoding="utf-8",
-        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
-    ) as process:
+    script = OUTLIVES + "print('it goes wrong', file=sys.stderr)\nsys.exit(sys.stdin.readline() != 'read\\n')"
+    with started(script, unbuffered) as process:
         assert process.stdin is not None
         assert process.stderr is not None
         assert process.stderr.readline() == "it goes wrong\n"  # while the process waits for an answer
-        assert process.communicate("read\n", timeout=PATIENCE_S) == (None, "")
+        assert process.communicate("read\n", timeout=PATIENCE_S) == ("", "")
     assert process.returncode == 0
 
 
 def test_what_is_printed_after_the_terminal_is_gone_is_forgotten() -> None:
-    script = (
-        "import os, sys\nfrom shared.system.terminal import outlive_terminal\noutlive_terminal()\n"
-        "sys.stdin.readline()\nprint('nobody reads this', flush=True)\nsys.exit(7)"
-    )
+    script = OUTLIVES + "sys.stdin.readline()\nprint('nobody reads this', flush=True)\nsys.exit(7)"
     process = subprocess.Popen(
         [sys.executable, "-c", script],
         stdin=subprocess.PIPE,
