@@ -112,6 +112,11 @@ class Effect(ABC):
         del values
         return 0.0
 
+    def arm_m(self, values: Values) -> Array | None:
+        """Arm (3,), m in P, from the plate's true pivot to the told one: `push` has what it does."""
+        del values
+        return None
+
     def creep(self, contact: Contact, values: Values) -> Array | None:
         """Velocity (n, 2), m/s, in P, of the irreversible motion of a block below its onset."""
         del contact, values

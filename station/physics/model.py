@@ -120,6 +120,10 @@ class Model:
         """The part of it by which the arm's stamps are early, s."""
         return sum(term.effect.arm_delay_s(term.values) for term in self.acting("delay_s"))
 
+    def arm_m(self) -> Array:
+        """The arm (3,), m, from the plate's true pivot to the told one."""
+        return _sum((term.effect.arm_m(term.values) for term in self.acting("push")), (3,))
+
     def with_term(self, term: Term) -> Model:
         """The model with one more term, or with the term of that effect replaced."""
         others = tuple(known for known in self.terms if known.effect.id != term.effect.id)

@@ -302,9 +302,10 @@ def with_tails(evidence: Evidence, at: dict[str, Array], noise: Noise) -> Noise:
     """The noise with each channel's tail and scale fitted to the whitened components of the runs that count."""
     whitening = Whitening(evidence, noise)
     white = whitening(stack(evidence, at))
+    known = np.concatenate([evidence.known(channel) for channel in evidence.channels])
     friction, own, factor, tail = noise.friction, dict(noise.own), dict(noise.factor), dict(noise.tail)
     for place, channel in enumerate(evidence.channels):
-        chosen = (whitening.channel == place) & ~whitening.limit & evidence.counted[whitening.run]
+        chosen = known & (whitening.channel == place)
         if evidence.is_record(channel):  # means of many readings have no tail, and no other scale
             continue
         tail[channel.name], scale = fitted_tail(white[chosen])

@@ -40,6 +40,7 @@ class Whitening:
         variance = np.concatenate(
             [
                 (noise.factor[channel.name] * channel.rows.sigma) ** 2
+                + channel.rows.astray**2
                 + (noise.own[channel.name] ** 2 if _is_of_rows(evidence, channel) else 0.0)
                 for channel in evidence.channels
             ]

@@ -242,6 +242,7 @@ def _chosen(rows: Rows, chosen: Times, run: Times) -> Rows:
         from_ns=rows.from_ns[chosen],
         to_ns=rows.to_ns[chosen],
         sigma=rows.sigma[chosen],
+        astray=rows.astray[chosen],
         limit=rows.limit[chosen],
         covariates={name: values[chosen] for name, values in rows.covariates.items()},
     )

@@ -24,6 +24,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.slide_rows import slide_channels
 from station.diagnosis.observations.slips import Reread, reread
 from station.diagnosis.observations.tips import tips_of
+from station.diagnosis.observations.told import UNTOLD, Told
 from station.diagnosis.observations.tracks import RunTrack, run_tracks
 from station.diagnosis.observations.windows import windows_of
 from station.signals.session import Signals
@@ -32,15 +33,16 @@ from station.signals.session import Signals
 class Recorded:
     """The data from which the builders of the channels work; `free_windows` are those clear of the foam.
 
-    Slips are read on the plate `slipping`, which is `plate` for frames that are stamped late by `late_s`.
+    Slips are read as is `told`, on the plate `slipping`, which is `plate` for frames that are stamped late.
     """
 
-    def __init__(self, signals: Signals, setting: Setting, *, late_s: float = 0.0) -> None:
+    def __init__(self, signals: Signals, setting: Setting, told: Told = UNTOLD) -> None:
         self.signals, self.setting = signals, setting
         self.plate = PlateMotion(signals.attitude, signals.motions)
-        self.slipping = self.plate.for_stamps(late_s=late_s)
+        self.slipping = self.plate.for_stamps(late_s=told.late_s)
         tracks = tuple(track for track in run_tracks(signals) if self._usable(track))
-        self.reread = reread(tracks, self.slipping, setting, anew=late_s != 0.0)
+        self.reread = reread(tracks, self.slipping, setting, told)
+        self.told = Told(told.late_s, self.reread.arm_m)
         self.tracks = self.reread.tracks
         self.facts = facts_of([track.sample for track in self.tracks], setting)
         self.rested = rested(self.tracks, self.facts.rest_ns, self.plate)
@@ -51,13 +53,13 @@ class Recorded:
         return len(self.plate) > 3 and self.plate.covers(track.slip_ns or track.end_ns)
 
 
-def evidence_of(signals: Signals, setting: Setting, *, late_s: float = 0.0) -> Evidence:
+def evidence_of(signals: Signals, setting: Setting, told: Told = UNTOLD) -> Evidence:
     """The evidence of a session; `notes` has one sentence for each thing that it lacks.
 
-    A slip's moment is read from path and load together: `late_s` says how late the frames are stamped for that. Models
-    have their own delays; one with this delay finds the slips as it would have read them itself.
+    A slip's moment is read from path and load together, with the stamps and the loads that are `told`. Models have
+    their own delays and pivots; one with these finds the slips as it would have read them itself.
     """
-    recorded = Recorded(signals, setting, late_s=late_s)
+    recorded = Recorded(signals, setting, told)
     channels: list[Channel] = []
     onsets = next((channel for channel in onset_channel(recorded) if isinstance(channel, Onsets)), None)
     if onsets is not None:
@@ -73,6 +75,7 @@ def evidence_of(signals: Signals, setting: Setting, *, late_s: float = 0.0) -> E
         notes=tuple(_notes(recorded)),
         tips=tips_of(recorded),
         paths=_paths(recorded.reread, onsets),
+        told=recorded.told,
         rides=rides(recorded) if len(recorded.free_windows) else None,
     )
 

@@ -22,6 +22,7 @@ class Rows:
         run: index of the run in the evidence.
         from_ns, to_ns: the stretch of the recording that the row stands for.
         sigma: standard deviation of the measurement, in the residual's unit.
+        astray: standard deviation of what else may shift the row, from reasons that nobody tells, in the same unit.
         limit: True where the residual is only a lower limit (a run that ended without a slide).
         covariates: the quantities that could explain a residual, by name; angles are those in `covariates.ANGLES`.
     """
@@ -30,6 +31,7 @@ class Rows:
     from_ns: Times
     to_ns: Times
     sigma: Array
+    astray: Array
     limit: Bools
     covariates: Mapping[str, Array]
 
@@ -119,14 +121,15 @@ ACTING = {
 
 
 def rows_of(columns: Mapping[str, Array | Times | Bools], covariates: Mapping[str, Array]) -> Rows:
-    """Builds rows from columns that are named as their fields; `limit` is False unless it is given."""
+    """Builds rows from columns that are named as their fields; `limit` is False, and `astray` 0, unless it is given."""
     count = len(columns["run"])
-    limit = columns.get("limit", np.zeros(count, dtype=np.bool_))
+    limit, astray = columns.get("limit", np.zeros(count, dtype=np.bool_)), columns.get("astray", np.zeros(count))
     return Rows(
         run=np.asarray(columns["run"], dtype=np.int64),
         from_ns=np.asarray(columns["from_ns"], dtype=np.int64),
         to_ns=np.asarray(columns["to_ns"], dtype=np.int64),
         sigma=np.asarray(columns["sigma"], dtype=np.float64),
+        astray=np.asarray(astray, dtype=np.float64),
         limit=np.asarray(limit, dtype=np.bool_),
         covariates=covariates,
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from station.diagnosis.observations.channel import ALONG, ONSET, Channel
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.tips import NO_TIPS, Tips
+from station.diagnosis.observations.told import UNTOLD, Told
 from station.physics.contact import Array, Bools, Contact
 
 if TYPE_CHECKING:
@@ -27,10 +28,11 @@ class Evidence:
     """The evidence; `run_number` (r,) are the recording's own numbers, and rows refer to runs by their place in it.
 
     `tips` has the runs in which the block toppled: no channel has those. `paths` are the blocks' breakaways, if slides
-    are not plain; `rides` are the slides frame by frame, for a simulator. Runs that are `held_out` (r,) are predicted
-    and not fitted; None: there are none. `floor` is the least noise of rows and runs. `group` (r,) numbers the groups
-    of runs that share a draw of friction, as those of one specimen; None: each run is on its own. `stretch` (r,)
-    numbers the stretches of one speed in continuous records; None: there are too few to know how they scatter.
+    are not plain, whose slips were read as is `told`; `rides` are the slides frame by frame, for a simulator. Runs that
+    are `held_out` (r,) are predicted and not fitted; None: there are none. `floor` is the least noise of rows and runs.
+    `group` (r,) numbers the groups of runs that share a draw of friction, as those of one specimen; None: each run is
+    on its own. `stretch` (r,) numbers the stretches of one speed in continuous records; None: there are too few to know
+    how they scatter.
     """
 
     channels: tuple[Channel, ...]
@@ -40,6 +42,7 @@ class Evidence:
     notes: tuple[str, ...] = field(default=())
     tips: Tips = NO_TIPS
     paths: Paths | None = None
+    told: Told = UNTOLD
     rides: Rides | None = None
     held_out: Bools | None = None
     floor: Noise | None = None
@@ -80,8 +83,12 @@ class Evidence:
         return self.group is not None and channel.travelled_m is not None
 
     def known(self, channel: Channel) -> Bools:
-        """The rows (n,) of a channel whose runs count and whose residuals are values, not limits, as a mask."""
-        return ~channel.rows.limit & self.counted[channel.rows.run]
+        """The rows (n,) of a channel that tell its noise, as a mask.
+
+        Their runs count, and their residuals are values, not limits, that nothing but the measurement leads astray.
+        """
+        rows = channel.rows
+        return ~rows.limit & (rows.astray <= rows.sigma) & self.counted[rows.run]
 
     @property
     def block(self) -> Index:

@@ -13,6 +13,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
 from station.diagnosis.observations.moments import Moments
+from station.diagnosis.observations.nearness import crept_m
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.stretches import (
@@ -58,9 +59,8 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     known = {
         name: values[CREEP_POINTS - 1 :: CREEP_POINTS] for name, values in covariates_of(creeping.reported).items()
     }
-    rows = rows_of(
-        {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, {**known, "tilt": view.tilt_rad}
-    )
+    columns = {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M), "astray": crept_m(recorded, now)}
+    rows = rows_of(columns, {**known, "tilt": view.tilt_rad})
     limit_rad = np.repeat(recorded.plate.at(now["slip_ns"]).tilt_rad, CREEP_POINTS)
     down_m = (moved * view.down).sum(axis=1)
     return [Rest(rows, down_m, view=view, start=level, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]

@@ -24,6 +24,7 @@ from station.diagnosis.observations.first_look import Look, first_look
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.starts import leans
+from station.diagnosis.observations.told import UNTOLD, Told
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 
@@ -59,13 +60,15 @@ class Slipping:
 class Reread:
     """A session's runs; `slips` are those that were re-estimated, by their places, and `paths` their breakaways.
 
-    `law` is what they share, and `paths` have the loads of the plate that they show.
+    `law` is what they share, and `paths` have the loads of the plate that they show: `arm_m` (3,), m in P, is from the
+    pivot about which it turned to the told one.
     """
 
     tracks: tuple[RunTrack, ...]
     slips: Mapping[int, Slipping] = field(default_factory=dict[int, Slipping])
     paths: Breakaways | None = None
     law: Law = Law()  # noqa: RUF009 (it is frozen)
+    arm_m: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def places(self) -> tuple[int, ...]:
@@ -73,8 +76,8 @@ class Reread:
         return tuple(self.slips)
 
 
-def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, *, anew: bool = False) -> Reread:
-    """The runs with their slips re-estimated, if the session's slides are not plain or are read `anew`; else unchanged.
+def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, told: Told = UNTOLD) -> Reread:
+    """The runs with their slips re-estimated, if the session's slides are not plain, or as is `told`; else unchanged.
 
     A block that lay against the foam was held or pushed by it: its slide says nothing about the others'.
     """
@@ -84,8 +87,8 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, *, 
         return Reread(tuple(tracks))
     plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
     law = PLAIN if plain else _law(paths, found)
-    arm_m = likeliest_arm(paths, law)
-    if plain and not arm_m.any() and not anew:
+    arm_m = likeliest_arm(paths, law) if told.arm_m is None else told.arm_m
+    if plain and not arm_m.any() and not told.late_s:
         return Reread(tuple(tracks))
     if arm_m.any():
         found = {place: seen for place, (run, _) in found.items() if (seen := _looked(run.turning_about(arm_m)))}
@@ -93,7 +96,7 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, *, 
         law = _law(paths, found)
     slips = _slips(paths, law, {place: free[place].slip_ns for place in found})
     moved = (_moved(track, slips[place]) if place in slips else track for place, track in enumerate(tracks))
-    return Reread(tuple(moved), slips, paths, law)
+    return Reread(tuple(moved), slips, paths, law, arm_m)
 
 
 def _law(paths: Breakaways, found: Mapping[int, Seen]) -> Law:

@@ -33,5 +33,8 @@ class PivotOffset(Effect):
 
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Gives the force per mass (n, 3), m/s², by the law of this module."""
-        arm = np.array([values["x_m"], values["y_m"], values["z_m"]])
-        return turned_push(contact.acceleration_rad_s2, contact.rate_rad_s, arm)
+        return turned_push(contact.acceleration_rad_s2, contact.rate_rad_s, self.arm_m(values))
+
+    def arm_m(self, values: Values) -> Array:
+        """Gives the arm (3,), m, from the pivot."""
+        return np.array([values["x_m"], values["y_m"], values["z_m"]])

@@ -11,6 +11,7 @@ from shared.geometry import Array
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.told import Told
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.signals.session import Signals
@@ -32,7 +33,7 @@ def _late(signals: Signals, late_s: float) -> Signals:
 
 
 def _residual(signals: Signals, model: Model, *, late_s: float) -> Array:
-    channel = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M), late_s=late_s).onsets
+    channel = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M), Told(late_s)).onsets
     assert isinstance(channel, Onsets)
     return channel.residual(model)
 

@@ -1,0 +1,41 @@
+"""What is told of a rig before its slips are read: how late its frames are stamped, and where its plate turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.observations.early import GRID_S
+from station.physics.contact import Array
+from station.physics.model import Model
+
+NEAR_M = 0.01
+"""An arm that is off by less pushes a block by less than a per cent of its limit as a step of the tilt begins (2 to 3
+rad/s² of 3 m/s²; tests/proof/patch_world)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """`late_s` is how late frames are stamped; `arm_m` (3,), m in P, is from the plate's true pivot to the told one.
+
+    Without an arm the blocks' first paths say which one is likeliest.
+    """
+
+    late_s: float = 0.0
+    arm_m: Array | None = None
+
+    @classmethod
+    def by(cls, model: Model) -> Told:
+        """What a fitted model tells."""
+        arm_m = model.arm_m()
+        return cls(model.delay_s(), arm_m if arm_m.any() else None)
+
+    def is_near(self, other: Told) -> bool:
+        """True if slips that are read as the other tells are as good as those that are read as this one does."""
+        apart_m = 0.0 if self.arm_m is None or other.arm_m is None else float(np.abs(self.arm_m - other.arm_m).max())
+        # Slips are sought at every GRID_S.
+        return abs(self.late_s - other.late_s) <= GRID_S and apart_m <= NEAR_M
+
+
+UNTOLD = Told()
