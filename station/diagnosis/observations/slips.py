@@ -84,7 +84,7 @@ def reread(tracks: Sequence[RunTrack], plate: PlateMotion, setting: Setting, tol
     free = {place: track for place, track in enumerate(tracks) if not leans(track, setting)}
     found = {place: seen for place, track in free.items() if (seen := _seen(track, plate, setting)) is not None}
     if len(found) < thresholds.LEAST_KNOWN:
-        return Reread(tuple(tracks))
+        return Reread(tuple(tracks), arm_m=np.zeros(3) if told.arm_m is None else told.arm_m)
     plain, paths = _plain([look for _, look in found.values()]), Breakaways.of(list(found.values()))
     law = PLAIN if plain else _law(paths, found)
     arm_m = likeliest_arm(paths, law) if told.arm_m is None else told.arm_m
