@@ -14,6 +14,7 @@ from station.export.carried.states import contact
 from station.export.measured import FixedIn, MeasuredPair
 from station.physics.contact import Array, Contact
 from station.physics.model import Model, Term
+from station.physics.reversals import SWINGS
 
 _STATES, _SEED = 200, 1
 _WAYS: Array = np.linspace(0, 2 * math.pi, 72, endpoint=False)
@@ -89,6 +90,7 @@ def _anywhere(way_rad: float) -> Contact:
         rate_rad_s=rng.normal(0, 0.1, (_STATES, 3)),
         rising=rng.choice([-1.0, 1.0], _STATES),
         gone_rad=rng.uniform(0.0, 1.2, _STATES),
+        swing_rad=rng.uniform(1.2, 1.4, (_STATES, SWINGS)),
         step_s=rng.uniform(0, 5, _STATES),
         mass_kg=10 ** rng.uniform(-3, 0, _STATES),
         area_m2=10 ** rng.uniform(-4.5, -3, _STATES),

@@ -30,6 +30,8 @@ class Contact:
         rate_rad_s, acceleration_rad_s2: (n, 3) angular velocity and acceleration of the plate, in P.
         rising: +1 while the tilt grows (or grew last), −1 while it falls.
         gone_rad: angle by which the tilt has gone on since it last turned round, ≥ 0; inf where that is unknown.
+        swing_rad: (n, 3) angles by which it had swung before, back and forth, the last first; inf where unknown. Swings
+            that are gone through again count as none, see `reversals`.
         step_s: time since the present or last tilt step began.
         mount_rad: turn of the plate in its mount: the angle from P, which the camera and the arm share, to the plate's
             own grain.
@@ -55,6 +57,7 @@ class Contact:
     acceleration_rad_s2: Array
     rising: Array
     gone_rad: Array
+    swing_rad: Array
     step_s: Array
     mount_rad: Array
     mass_kg: Array

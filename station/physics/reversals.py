@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from station.physics.contact import Array
@@ -11,6 +13,13 @@ NEAR_S, STILL_RAD = 0.05, 5e-4
 
 An arm that overshoots by a hundredth of a millidegree, or whose report is rounded, has not turned back.
 """
+
+
+SWINGS = 3
+"""So many swings are remembered: an arm that stops with an overshoot, and whose report is noisy, turns some times."""
+
+LEAST_TURNS = 2
+"""The begin and a first turn: what went on before the begin is not known, and it cannot be gone through again."""
 
 
 def rising(time_s: Array, tilt_rad: Array, at_s: Array) -> Array:
@@ -29,15 +38,43 @@ def last_sign(change: Array, still_rad: float) -> Array:
     return np.where(moved >= 0, sign[np.maximum(moved, 0)], 1.0)
 
 
-def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> Array:
-    """The tilt (n,), rad, at which it last turned round: the farthest that it had come the other way.
+def turned_at(tilt_rad: Array, sign: Array, *, before_rad: float) -> tuple[Array, Array]:
+    """The tilt (n,), rad, at which it last turned round, and the SWINGS swings before (n, SWINGS), rad, the last first.
 
-    `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1. Before they change for the first time it is
-    `before_rad`.
+    `tilt_rad` (n,), rad, goes on in the directions `sign` (n,), +1 or −1; a turn lies at the farthest that it had come
+    the other way. A swing back that is gone through again leaves no trace, as in a play operator and in rainflow
+    counting (Krasnosel'skii & Pokrovskii 1989): both of its turns are forgotten. Before the directions change for the
+    first time the tilt of the turn is `before_rad`; a swing that is not known is infinite.
     """
     ends = [*(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(tilt_rad)]
-    turned = np.full(len(tilt_rad), before_rad)
+    turned, swing = np.full(len(tilt_rad), before_rad), np.full((len(tilt_rad), SWINGS), np.inf)
+    turns = [before_rad]
     for before, first, last in zip([0, *ends], ends, ends[1:], strict=False):
         other = tilt_rad[before : first + 1]
-        turned[first:last] = other.max() if sign[before] > 0 else other.min()
-    return turned
+        turns.append(float(other.max() if sign[before] > 0 else other.min()))
+        for now, end in _gone_through(turns, sign[first] * tilt_rad[first:last], float(sign[first])):
+            turned[first + now : first + end] = turns[-1]
+            swing[first + now : first + end] = swings(turns)
+    return turned, swing
+
+
+def swings(turns_rad: Sequence[float]) -> Array:
+    """The last swings (SWINGS,), rad, the last first, between turns at these tilts; infinite before the first."""
+    known = np.abs(np.diff(turns_rad[-SWINGS - 1 :]))[::-1]
+    return np.concatenate([known, np.full(SWINGS - len(known), np.inf)])
+
+
+def _gone_through(turns: list[float], ahead_rad: Array, sign: float) -> Iterator[tuple[int, int]]:
+    """The parts of a way, as begin and end, with the same last turn; those that are gone through leave `turns`.
+
+    `ahead_rad` (n,), rad, is the tilt times its direction, `sign`.
+    """
+    reached, now = np.maximum.accumulate(ahead_rad), 0
+    while now < len(reached):
+        known = len(turns) > LEAST_TURNS
+        end = int(np.searchsorted(reached, sign * turns[-2], side="right")) if known else len(reached)
+        end = max(end, now)
+        yield now, end
+        if end < len(reached):
+            del turns[-2:]
+        now = end

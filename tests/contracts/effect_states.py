@@ -9,6 +9,7 @@ import numpy as np
 
 from station.physics.contact import Array, Contact, View
 from station.physics.effect import HOOKS, Effect, Values
+from station.physics.reversals import SWINGS
 
 IMAGE_HOOKS = frozenset({"seen"})
 NEUTRAL = {name: 1.0 if name == "friction" else 0.0 for name in HOOKS}
@@ -36,6 +37,7 @@ def contacts(count: int = 60, *, seed: int = 1, **fixed: Any) -> Contact:
         "acceleration_rad_s2": turning[1],
         "rising": rng.choice([-1.0, 1.0], count),
         "gone_rad": rng.uniform(0.0, 1.2, count),
+        "swing_rad": rng.uniform(1.2, 1.4, (count, SWINGS)),
         "step_s": rng.uniform(0, 5, count),
         "mount_rad": rng.choice([0.0, np.pi / 4, np.pi / 2, np.pi], count),
         "mass_kg": 10 ** rng.uniform(-3, 0, count),

@@ -17,6 +17,7 @@ from station.diagnosis.observations.plate import Attitude, Times
 from station.diagnosis.observations.slides import Across, Along, Motion, Turn
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.covariates import covariates_of
+from station.physics.reversals import SWINGS
 
 RUNS = 120
 SLIDE_POINTS = 4
@@ -71,7 +72,8 @@ def _attitude(draw: Draw, tilt: Array, place: Times, delay_s: float) -> Attitude
     gravity = np.column_stack([np.sin(tilt) * np.cos(down), np.sin(tilt) * np.sin(down), -np.cos(tilt)])
     axis = np.column_stack([-np.sin(down), np.cos(down), np.zeros(len(down))])
     still, alike = np.zeros((len(down), 3)), np.ones(len(down))
-    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, 0.1 * alike)
+    unknown = np.full((len(down), SWINGS), np.inf)
+    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, unknown, 0.1 * alike)
 
 
 def _moments(draw: Draw, facts: RunFacts, tilt: Array, place: Times, *, speed: Array, time_ns: Times) -> Moments:

@@ -248,6 +248,7 @@ class Moments:
             acceleration_rad_s2=plate.acceleration_rad_s2,
             rising=plate.rising,
             gone_rad=plate.gone_rad,
+            swing_rad=plate.swing_rad,
             step_s=plate.step_s,
             mount_rad=facts.mount_rad[run],
             mass_kg=facts.mass_kg[run],

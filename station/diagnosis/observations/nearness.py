@@ -1,4 +1,4 @@
-"""How near a resting block came to its limit, and how far it may have crept there for reasons that nobody tells.
+"""A resting block's nearness to its limit, and the creep there, whose reasons nobody tells.
 
 A block within a few per cent of its limit moves before it gets away: contacts yield one after another (Dahl 1968),
 friction that grows with the speed lets it creep (Marone 1998, Annu. Rev. Earth Planet. Sci. 26, 643), a push that does
@@ -30,7 +30,7 @@ PITCH_NS = 4_000_000
 
 
 def crept_m(recorded: Recorded, stretches: Stretches) -> Array:
-    """How far blocks may have crept, on the mean over stretches (n,) of their tilts: (n,), m."""
+    """The way (n,), m, that blocks may have crept, on the mean over stretches (n,) of their tilts."""
     found, runs = np.zeros(len(stretches)), stretches["run"]
     for place in np.unique(runs):
         time_ns, share = nearness(recorded.tracks[place], recorded.slipping, recorded.reread.arm_m)

@@ -35,9 +35,9 @@ COVERED_S = 0.2
 class Attitude:
     """The plate at n moments: gravity's unit vector, angular rate and angular acceleration, all in P, (n, 3) each.
 
-    `rising` (n,) is the tilt's sign of change, `gone_rad` (n,) how far it has gone since that changed, `step_s` (n,)
-    the time since the arm's last step. `pivot_m_s2` (n, 3) is the acceleration of the tilts' fixed point in P; 0 where
-    it is not known to move.
+    `rising` (n,) is the tilt's sign of change, `gone_rad` (n,) how far it has gone since that changed, `swing_rad`
+    (n, 3) how far it had swung before, and `step_s` (n,) the time since the arm's last step. `pivot_m_s2` (n, 3)
+    is the acceleration of the tilts' fixed point in P; 0 where it is not known to move.
     """
 
     gravity: Array
@@ -45,6 +45,7 @@ class Attitude:
     acceleration_rad_s2: Array
     rising: Array
     gone_rad: Array
+    swing_rad: Array
     step_s: Array
     pivot_m_s2: Array | float = 0.0
 
@@ -78,6 +79,7 @@ class Attitude:
             acceleration_rad_s2=turned(self.acceleration_rad_s2[rows], way),
             rising=self.rising[rows],
             gone_rad=self.gone_rad[rows] * faster,
+            swing_rad=self.swing_rad[rows] * faster[:, None],
             step_s=self.step_s[rows] / faster,
             pivot_m_s2=turned(pivot[rows], way) if isinstance(pivot, np.ndarray) else pivot,
         )
@@ -117,7 +119,8 @@ class PlateMotion:
         self._swing = self._swinging(gravity, rate)
         tilt = np.arccos(np.clip(-gravity[:, 2], -1.0, 1.0)) if len(known) else np.zeros(0)
         self._rising = rising(self._time_s, tilt, self._time_s) if len(known) > 2 else np.ones(len(known))
-        self._turned_rad = turned_at(tilt, self._rising, before_rad=0.0)  # the arm comes down to a level plate
+        # The arm comes down to a level plate.
+        self._turned_rad, self._swing_rad = turned_at(tilt, self._rising, before_rad=0.0)
         self._steps_ns = np.sort(motions.time_ns)
         pivot = pivot_in_plate(known, self._time_s)
         self._pivot = None if pivot is None else np.ascontiguousarray(pivot.T)
@@ -151,8 +154,16 @@ class PlateMotion:
         since_s = self._since_step(time_ns, delay_s)
         pivot = 0.0 if self._pivot is None else _interpolated(seconds, self._time_s, self._pivot)
         tilt = np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2])
-        gone = np.abs(tilt - self._turned_rad[last])
-        return Attitude(gravity, self._rates_at(seconds), acceleration, self._rising[last], gone, since_s, pivot)
+        return Attitude(
+            gravity=gravity,
+            rate_rad_s=self._rates_at(seconds),
+            acceleration_rad_s2=acceleration,
+            rising=self._rising[last],
+            gone_rad=np.abs(tilt - self._turned_rad[last]),
+            swing_rad=self._swing_rad[last],
+            step_s=since_s,
+            pivot_m_s2=pivot,
+        )
 
     def sigma_rad(self, time_ns: Times) -> Array:
         """Standard deviation (n,) of gravity's direction at `time_ns` (n,), ns, in rad, by the readings' noise."""
@@ -180,10 +191,13 @@ class PlateMotion:
         """Unit vectors (n, 3) of gravity in P at `time_ns` (n,), ns."""
         return self._gravity_at(self._seconds(time_ns))
 
-    def turns_at(self, time_ns: Times) -> tuple[Array, Array]:
-        """The tilt's sign of change (n,) at `time_ns` (n,), ns, and the tilt (n,), rad, at which that changed."""
+    def turns_at(self, time_ns: Times) -> tuple[Array, Array, Array]:
+        """The tilt's sign of change (n,) at times, the tilt (n,) at which that changed, and the swings before (n, 3).
+
+        `time_ns` (n,) are in ns, the rest in rad.
+        """
         last = self._last(self._seconds(time_ns))
-        return self._rising[last], self._turned_rad[last]
+        return self._rising[last], self._turned_rad[last], self._swing_rad[last]
 
     def _last(self, seconds: Array) -> Times:
         """The last reading (n,) before each time (n,), s, by its place."""

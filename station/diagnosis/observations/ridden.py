@@ -38,12 +38,13 @@ class Ride:
 class Rides:
     """All slides; `gravity_at` gives gravity's direction (n, 3) in P at times (n,), ns, as the arm reports it.
 
-    `turns_at` gives the tilt's sign of change (n,) at such times, and the tilt (n,), rad, at which that changed.
+    `turns_at` gives the tilt's sign of change (n,) at such times, the tilt (n,), rad, at which that changed, and the
+    swings before (n, 3), rad.
     """
 
     rides: tuple[Ride, ...]
     gravity_at: Callable[[Times], Array]
-    turns_at: Callable[[Times], tuple[Array, Array]]
+    turns_at: Callable[[Times], tuple[Array, Array, Array]]
     opening_radius_m: float
 
     def of_runs(self, runs: Bools) -> tuple[Ride, ...]:

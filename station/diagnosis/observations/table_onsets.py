@@ -12,6 +12,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table_rows import TableRows
 from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from
 from station.physics.contact import Array
+from station.physics.reversals import SWINGS
 
 
 def onsets_of(rows: TableRows, facts: RunFacts, setting: Setting, places: Times) -> Onsets:
@@ -44,5 +45,5 @@ def _attitude(rows: TableRows, delay_s: float) -> Attitude:
     gravity = np.column_stack([np.sin(tilt) * np.sin(beta), -np.sin(tilt) * np.cos(beta), -np.cos(tilt)])
     axis = np.column_stack([np.cos(beta), np.sin(beta), np.zeros(len(beta))])
     still: Array = np.zeros((len(rows), 3))
-    alike = np.ones(len(rows))
-    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, 1e3 * alike)
+    alike, unknown = np.ones(len(rows)), np.full((len(rows), SWINGS), np.inf)
+    return Attitude(gravity, axis * rate[:, None], still, alike, np.inf * alike, unknown, 1e3 * alike)

@@ -13,6 +13,7 @@ from station.diagnosis.observations.series import travelled_of
 from station.diagnosis.observations.table_rows import TableRows
 from station.diagnosis.observations.table_states import azimuths_rad, moments_ns, places_m, rows_from
 from station.physics.contact import Bools, Contact
+from station.physics.reversals import SWINGS
 
 UNKNOWN = 1e-3
 """The relative standard deviation of a coefficient that comes without one; its scatter is estimated anyway."""
@@ -48,6 +49,7 @@ def _contact(rows: TableRows, facts: RunFacts, places: Times) -> Contact:
         acceleration_rad_s2=np.zeros((len(rows), 3)),
         rising=np.ones(len(rows)),
         gone_rad=np.full(len(rows), np.inf),
+        swing_rad=np.full((len(rows), SWINGS), np.inf),
         step_s=np.full(len(rows), 1e3),
         mount_rad=facts.mount_rad[places],
         mass_kg=facts.mass_kg[places],

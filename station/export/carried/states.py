@@ -25,6 +25,7 @@ USUAL: dict[str, Any] = {
     "acceleration_rad_s2": (0.0, 0.0, 0.0),
     "rising": 1.0,
     "gone_rad": math.inf,
+    "swing_rad": (math.inf, math.inf, math.inf),
     "step_s": 0.0,
     "mount_rad": 0.0,
     "mass_kg": 0.00785,
@@ -35,7 +36,7 @@ USUAL: dict[str, Any] = {
     "spare_m_s2": math.nan,
 }
 """A steel cube of 10 mm at rest in the middle of a plate that is tilted by 17°, towards +x."""
-_VECTORS = ("rate_rad_s", "acceleration_rad_s2")
+_VECTORS = ("rate_rad_s", "acceleration_rad_s2", "swing_rad")
 
 
 def contact(**said: Any) -> Contact:

@@ -13,6 +13,7 @@ import numpy as np
 
 from station.export.carried.states import USUAL, contact
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
+from station.physics.reversals import swings
 from station.rig.opening import room_m
 
 STOPS_M_S = 1e-3
@@ -56,7 +57,7 @@ class Watch:
         self.last = Moment(math.nan, np.array([0.0, 0.0, -GRAVITY_M_S2]), np.zeros(3), np.zeros(3))
         self._rate, self._acceleration = np.zeros(3), np.zeros(3)
         self._rising, self._step_from_s, self._begun = 1.0, 0.0, False
-        self._turned_rad = -math.inf
+        self._turns_rad = [-math.inf]
         self._rest_from_s = self._slid_from_s = math.nan
         self._from = np.zeros(2)
         self._known: tuple[Array, Contact] | None = None
@@ -80,7 +81,11 @@ class Watch:
         change = tilt_of(now.gravity) - tilt_of(last.gravity)
         rising = self._rising if abs(change) < 1e-9 else math.copysign(1.0, change)
         if rising != self._rising:
-            self._rising, self._turned_rad = rising, tilt_of(last.gravity)
+            self._rising = rising
+            self._turns_rad.append(tilt_of(last.gravity))
+        # A swing back that is gone through again leaves no trace.
+        while len(self._turns_rad) > 2 and rising * tilt_of(now.gravity) > rising * self._turns_rad[-2]:
+            del self._turns_rad[-2:]
         self._rate, self._begun = rate, True
 
     def slides(self, *, excess: float) -> bool:
@@ -122,7 +127,8 @@ class Watch:
             "rate_rad_s": self._rate,
             "acceleration_rad_s2": self._acceleration,
             "rising": self._rising,
-            "gone_rad": abs(tilt_of(now.gravity) - self._turned_rad),
+            "gone_rad": abs(tilt_of(now.gravity) - self._turns_rad[-1]),
+            "swing_rad": swings(self._turns_rad),
             "step_s": now.time_s - self._step_from_s,
             "border_m": self._border_m(now),
         }

@@ -2,7 +2,8 @@
 
 True tilt = reported − w while rising, reported + w while falling, w half the play. When the tilt turns round the plate
 stays where it is until the whole play is taken up: with d the angle that the report has gone since, it lags by d − w
-until that is w (a play operator; Krasnosel'skii & Pokrovskii 1989, Systems with Hysteresis).
+until that is w. Swings before which were smaller than the whole play took up none of it (a play operator;
+Krasnosel'skii & Pokrovskii 1989, Systems with Hysteresis).
 """
 
 from __future__ import annotations
@@ -35,7 +36,10 @@ class Backlash(Effect):
     def attitude(self, contact: Contact, values: Values) -> Array | None:
         """Gives the plate's rotation vector (n, 3), rad, by the law of this module."""
         half = values["half_width_rad"]
-        behind = contact.rising * np.minimum(contact.gone_rad - half, half)
+        behind: Array | float = -half
+        for swing in contact.swing_rad.T[::-1]:
+            behind = -np.minimum(behind + swing, half)
+        behind = contact.rising * np.minimum(behind + contact.gone_rad, half)
         return -behind[:, None] * contact.tilt_axis
 
     def why_untestable(self, contact: Contact) -> str | None:

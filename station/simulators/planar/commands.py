@@ -18,7 +18,7 @@ _SMOOTH_S = 0.03
 ROUNDED_RAD = 1e-9
 """Two knots of a ramp whose tilts differ by less differ by rounding."""
 
-Turns = tuple[Array, Array]
+Turns = tuple[Array, Array, Array]
 """A run's tilt between its knots: the direction, +1 or −1, and the tilt, rad, from which on it has gone so."""
 
 _SHARED = ("border_m", "outline_m")
@@ -35,6 +35,7 @@ class Commands:
         pivot_m_s2: (n, k−1, 3) the acceleration in P of the point about which the plate turns, between two knots.
         rising: (n, k−1) the tilt's direction between two knots, +1 or −1; where it rests, its last one.
         turned_rad: (n, k−1) the tilt from which on it has gone in this direction; −inf before it has turned round.
+        swing_rad: (n, k−1, 3) how far it had swung before, back and forth, see `station.physics.reversals`.
         start: (n, 3) x, y (m) and yaw (rad) of the block at the first knot.
         velocity: (n, 3) of the block at the first knot, m/s and rad/s; mostly 0: it lies there.
         rest_s: (n,) how long it had lain there by then.
@@ -51,6 +52,7 @@ class Commands:
     pivot_m_s2: Array
     rising: Array
     turned_rad: Array
+    swing_rad: Array
     start: Array
     velocity: Array
     rest_s: Array
@@ -153,7 +155,7 @@ def ramps(
     gravity = np.stack([np.sin(angles) * cosine, np.sin(angles) * sine, -np.cos(angles)], axis=-1)
     pace = np.diff(angles, axis=1) / np.maximum(np.diff(times, axis=1), 1e-12)
     rate = np.stack([-pace * sine, pace * cosine, np.zeros_like(pace)], axis=-1)
-    signs, turned = _turns([_as_ramps(own) for own in np.abs(angles)])
+    signs, turned, swing = _turns([_as_ramps(own) for own in np.abs(angles)])
     return Commands(
         time_s=times,
         gravity=gravity,
@@ -162,6 +164,7 @@ def ramps(
         pivot_m_s2=np.zeros_like(rate),
         rising=signs,
         turned_rad=turned,
+        swing_rad=swing,
         border_m=border_m,
         outline_m=outline_m,
         **_circumstances(n, circumstances),
@@ -200,7 +203,7 @@ def tracks(
     rate = np.where(lengths > 0, np.cross(down[:, 1:], down[:, :-1]) / np.where(lengths > 0, lengths, 1.0), 0.0)
     if turns is None:
         turns = [_as_read(own, tilt_of(along)) for own, along in zip(times, down, strict=True)]
-    signs, turned = _turns(turns)
+    signs, turned, swing = _turns(turns)
     return Commands(
         time_s=times,
         gravity=down,
@@ -209,29 +212,30 @@ def tracks(
         pivot_m_s2=np.zeros_like(rate) if pivot_m_s2 is None else np.stack([_padded(own, k - 1) for own in pivot_m_s2]),
         rising=signs,
         turned_rad=turned,
+        swing_rad=swing,
         border_m=border_m,
         outline_m=outline_m,
         **_circumstances(len(times), circumstances),
     )
 
 
-def _turns(each: Sequence[Turns]) -> tuple[Array, Array]:
-    """The tilt's directions and turns of all runs (n, k−1), the last of a shorter run repeated."""
-    most = max(len(signs) for signs, _ in each)
-    signs, turned = (np.stack([_padded(own, most) for own in column]) for column in zip(*each, strict=True))
-    return signs, turned
+def _turns(each: Sequence[Turns]) -> Turns:
+    """The tilt's directions, turns and swings of all runs (n, k−1), the last of a shorter run repeated."""
+    most = max(len(signs) for signs, *_ in each)
+    signs, turned, swing = (np.stack([_padded(own, most) for own in column]) for column in zip(*each, strict=True))
+    return signs, turned, swing
 
 
 def _as_ramps(tilt_rad: Array) -> Turns:
     """The turns of straight ramps between knots (k,)."""
     signs = last_sign(np.diff(tilt_rad), ROUNDED_RAD)
-    return signs, turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
+    return signs, *turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
 
 def _as_read(time_s: Array, tilt_rad: Array) -> Turns:
     """The turns of recorded tilts (k,)."""
     signs = rising(time_s, tilt_rad, 0.5 * (time_s[1:] + time_s[:-1]))
-    return signs, turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
+    return signs, *turned_at(tilt_rad[:-1], signs, before_rad=-np.inf)
 
 
 def _padded(values: Array, k: int) -> Array:

@@ -19,6 +19,7 @@ import numpy as np
 from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.model import Model
+from station.physics.reversals import SWINGS
 from station.physics.sole import SQUARE_GYRATION
 from station.simulators.planar.asked import Asked
 from station.simulators.planar.commands import Commands
@@ -198,6 +199,7 @@ class World:
             "rate_rad_s": stretch[Column.RATE : Column.RATE + 3].T,
             "acceleration_rad_s2": stretch[Column.ACCELERATION : Column.ACCELERATION + 3].T,
             "rising": stretch[Column.RISING],
+            "swing_rad": stretch[Column.SWING : Column.SWING + SWINGS].T,
             "mount_rad": mount,
             "mass_kg": mass,
             "area_m2": area,

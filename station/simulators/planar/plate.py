@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from station.physics.circle import cos_sin
 from station.physics.contact import GRAVITY_M_S2, Array, Contact
 from station.physics.model import Model
+from station.physics.reversals import SWINGS
 from station.physics.turned import seen_turned
 from station.simulators.planar.commands import STEADY_RAD_S, Commands, tilt_of
 
@@ -34,7 +35,8 @@ class Column(IntEnum):
     RISING = 18
     STEP_BEGIN = 19
     TURNED = 20
-    COUNT = 21
+    SWING = 21
+    COUNT = 24
 
 
 class Down(NamedTuple):
@@ -46,7 +48,7 @@ class Down(NamedTuple):
 
 
 class Plate:
-    """The stretches between the knots of n runs: `table` (21, n·(k−1)), a run's stretches one after another."""
+    """The stretches between the knots of n runs: `table` (24, n·(k−1)), a run's stretches one after another."""
 
     def __init__(self, commands: Commands, model: Model) -> None:
         self.commands = commands
@@ -58,7 +60,7 @@ class Plate:
         self.table = self._tabled(first, last)
 
     def stretch(self, row: Index, number: Index) -> Array:
-        """The columns (21, a) of stretch `number` (a,) of run `row` (a,)."""
+        """The columns (24, a) of stretch `number` (a,) of run `row` (a,)."""
         return self.table.take(row * (self.knots - 1) + number, axis=1)
 
     def _tabled(self, first: Array, last: Array) -> Array:
@@ -77,7 +79,9 @@ class Plate:
         table[Column.RATE : Column.RATE + 3] = np.moveaxis(commands.rate_rad_s, -1, 0)
         table[Column.ACCELERATION : Column.ACCELERATION + 3] = np.moveaxis(commands.acceleration_rad_s2, -1, 0)
         table[Column.PIVOT : Column.PIVOT + 3] = np.moveaxis(commands.pivot_m_s2, -1, 0)
-        table[Column.RISING], table[Column.TURNED] = commands.rising, commands.turned_rad
+        table[Column.RISING] = commands.rising
+        table[Column.TURNED] = commands.turned_rad
+        table[Column.SWING : Column.SWING + SWINGS] = np.moveaxis(commands.swing_rad, -1, 0)
         table[Column.STEP_BEGIN] = self.step_begins
         return table.reshape(Column.COUNT, -1)
 
@@ -91,7 +95,7 @@ class Plate:
 
 
 def gravity_at(stretch: Array, time_s: Array) -> Down:
-    """Gravity in P, m/s², at times `time_s` (a,), s, within the columns `stretch` (21, a) of a plate's table."""
+    """Gravity in P, m/s², at times `time_s` (a,), s, within the columns `stretch` (24, a) of a plate's table."""
     angle = (time_s - stretch[Column.BEGIN]) * stretch[Column.PACE]
     cosine, sine = cos_sin(angle)
     first, across = Column.GRAVITY, Column.ACROSS
@@ -128,6 +132,7 @@ def _level_contact(commands: Commands, gravity: Array, time_s: Array, step_begin
         acceleration_rad_s2=commands.acceleration_rad_s2.reshape(-1, 3),
         rising=commands.rising.ravel(),
         gone_rad=np.abs(tilt_of(gravity) - commands.turned_rad.ravel()),
+        swing_rad=commands.swing_rad.reshape(-1, SWINGS),
         step_s=(time_s - step_begins).ravel(),
         border_m=np.full(n * k, np.inf),
         spare_m_s2=np.full(n * k, np.nan),

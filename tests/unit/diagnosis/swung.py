@@ -15,6 +15,7 @@ from station.diagnosis.observations.early import FARTHEST_M, GRID_S, Early
 from station.diagnosis.observations.plate import Attitude
 from station.diagnosis.observations.swing import Swing
 from station.physics.contact import GRAVITY_M_S2
+from station.physics.reversals import SWINGS
 
 STEP_RAD, LASTS_S, PAUSE_S = math.radians(2.0), 0.25, 0.2
 EXACT_S, APART_S, FRAME_S, NOISE_M, REST_S = 2.5e-4, 1e-4, 1 / 90, 5e-6, 0.5
@@ -104,5 +105,6 @@ def attitude(time_s: Array, down: tuple[float, float]) -> Attitude:
         acceleration_rad_s2=((after - 2 * tilt + before) / APART_S**2)[:, None] * axis,
         rising=np.ones(len(tilt)),
         gone_rad=np.full(len(tilt), np.inf),
+        swing_rad=np.full((len(tilt), SWINGS), np.inf),
         step_s=np.zeros(len(tilt)),
     )

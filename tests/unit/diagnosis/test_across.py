@@ -16,6 +16,7 @@ from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.catalogue import catalogue
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.model import Model, Term
+from station.physics.reversals import SWINGS
 
 RUNS, WINDOWS, NODES = 40, 5, len(WEIGHTS)
 MU, TILT_RAD = 0.36, 0.42
@@ -34,7 +35,7 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     tilt, zero = np.broadcast_to(tilt_rad, count), np.zeros((count, 3))
     level = np.sin(tilt)
     gravity = np.column_stack([level * np.cos(DOWN_RAD), level * np.sin(DOWN_RAD), -np.cos(tilt)])
-    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count), np.ones(count))
+    plate = Attitude(gravity, zero, zero, np.ones(count), np.ones(count), np.ones((count, SWINGS)), np.ones(count))
     known = dict.fromkeys(("mount_rad", "temperature_c", "relative_humidity"), np.zeros(RUNS))
     facts = RunFacts(
         number=np.arange(RUNS, dtype=np.float64),

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from station.diagnosis.observations.driving import driving
 from station.diagnosis.observations.plate import Attitude
 from station.physics.contact import GRAVITY_M_S2, Array
+from station.physics.reversals import SWINGS
 
 AXIS = np.array([0.3, -0.8, 0.1])
 
@@ -44,6 +45,7 @@ def test_a_body_that_nothing_holds_falls_as_the_world_says() -> None:
         acceleration_rad_s2=1.8 * AXIS[None],
         rising=np.ones(1),
         gone_rad=np.full(1, np.inf),
+        swing_rad=np.full((1, SWINGS), np.inf),
         step_s=np.zeros(1),
         pivot_m_s2=difference(pivot, 2)[None],
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from station.physics.catalogue import catalogue
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
 from station.physics.dissipation import threshold
 from station.physics.model import Model, Term
+from station.physics.reversals import turned_at
 from tests.contracts.effect_states import answer, contacts, read_only, views
 
 KNOWN = catalogue()
@@ -258,15 +260,17 @@ def test_play_lags_on_both_sides() -> None:
 
 
 def test_a_plate_with_play_waits_until_it_is_taken_up() -> None:
-    """As a play operator along the same ways; it turns round at 0.3 and at 0.28."""
-    told = np.concatenate([np.linspace(0.0, 0.3, 61), np.linspace(0.3, 0.28, 21), np.linspace(0.28, 0.35, 29)])
+    """As a play operator along the same ways, among which are swings back of less than the whole play."""
+    turns = [0.0, 0.3, 0.28, 0.35, 0.347, 0.349, 0.342, 0.346, 0.32, 0.36, 0.354, 0.37]
+    told = np.concatenate([np.linspace(one, other, 60) for one, other in itertools.pairwise(turns)])
     plate, lies = 0.005, list[float]()
     for angle in told:
         plate = min(max(plate, angle - 0.005), angle + 0.005)
         lies.append(plate)
-    rising = np.repeat([1.0, -1.0, 1.0], [61, 21, 29])
-    gone = np.abs(told - np.repeat([0.0, 0.3, 0.28], [61, 21, 29]))
-    state = at_rest(len(told), tilt_rad=told, rising=rising, gone_rad=gone, down_rad=0.0)
+    rising = np.repeat(np.sign(np.diff(turns)), 60)
+    turned, swing = turned_at(told, rising, before_rad=0.0)
+    gone = np.abs(told - turned)
+    state = at_rest(len(told), tilt_rad=told, rising=rising, gone_rad=gone, swing_rad=swing, down_rad=0.0)
     lag = said("backlash", "attitude", state, half_width_rad=0.005)
     np.testing.assert_allclose(told + lag[:, 1], lies, atol=1e-12)
 
