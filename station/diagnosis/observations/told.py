@@ -1,4 +1,4 @@
-"""What is told of a rig before its slips are read: how late its frames are stamped, and where its plate turns."""
+"""The facts of a rig with which slips are read: the lateness of its frames' stamps, and where its plate turns."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Told:
 
     @classmethod
     def by(cls, model: Model) -> Told:
-        """What a fitted model tells."""
+        """The facts that a fitted model tells."""
         arm_m = model.arm_m()
         return cls(model.delay_s(), arm_m if arm_m.any() else None)
 
