@@ -36,12 +36,15 @@ def parts_of_given(
 ) -> tuple[Part, ...]:
     """The models that turn the simulator into one with the recording's friction, each fitted without its fold's runs.
 
-    If nothing was found to differ (`changed` is False), nothing is to be changed.
+    If nothing was found to differ (`changed` is False), nothing is to be changed, and where the levels of friction were
+    not, the simulation keeps its own: what lies between them is the runs' scatter.
     """
     given = model_of(simulated, against.simulation, kept)
+    own = _own_level(recorded, against, kept) / given.mu_s if against.level.twice_log_odds <= 0 else None
     parts = list[Part]()
     for fold in recorded.folds:
-        after = between(_without_fold(recorded.evidence, fold, against, kept), given) if changed else AS_IT_IS
+        found = between(_without_fold(recorded.evidence, fold, against, kept), given)
+        after = (found if own is None else replace(found, mu_s=own)) if changed else AS_IT_IS
         parts.append(Part(runs=_runs(recorded.evidence, fold), before=AS_IT_IS, after=after))
     return tuple(parts)
 
@@ -64,10 +67,22 @@ def model_of(simulated: Found, fitted: Fit, kept: Collection[Effect]) -> Model:
     return replace(model, mu_s=model.mu_s / simulated.friction)
 
 
+def _own_level(recorded: Found, against: Against, kept: Collection[Effect]) -> float:
+    """The coefficient with which the recording's law has the simulation's level of friction."""
+    (level,) = against.level.numbers
+    found = as_simulated(recorded.evidence, _left(against, kept))
+    return found.mu_s * level.simulation.value / level.recording.value
+
+
+def _left(against: Against, kept: Collection[Effect]) -> Fit:
+    """The recording's fit with these of its effects."""
+    whole = against.recording
+    return replace(whole, model=keeping(whole.model, {one.id for one in kept}))
+
+
 def _without_fold(evidence: Evidence, fold: Fold, against: Against, kept: Collection[Effect]) -> Model:
-    part, whole = fold.of(evidence), against.recording
-    left = keeping(whole.model, {one.id for one in kept})
-    return as_simulated(part, fit(part, left, claimable(left), noise=whole.noise))
+    part, left = fold.of(evidence), _left(against, kept)
+    return as_simulated(part, fit(part, left.model, claimable(left.model), noise=left.noise))
 
 
 def _as_given(evidence: Evidence, given: Model, plain: Fit) -> Fit:
