@@ -16,7 +16,7 @@ An arm that overshoots by a hundredth of a millidegree, or whose report is round
 
 
 SWINGS = 3
-"""The number of swings that are remembered: an arm that stops with an overshoot, and whose report is noisy, turns some times."""
+"""The number of swings that are remembered: an arm that overshoots, or whose report is noisy, turns some times."""
 
 LEAST_TURNS = 2
 """The begin and a first turn: what went on before the begin is not known, and it cannot be gone through again."""
