@@ -11,7 +11,7 @@ from shared.messages import Sample
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.image_rows import plate_channel, rest_channel, shape_channel
+from station.diagnosis.observations.image_rows import plate_channels, rest_channel, shape_channel
 from station.diagnosis.observations.moments import RunFacts
 from station.diagnosis.observations.onset_rows import onset_channel
 from station.diagnosis.observations.onsets import Onsets
@@ -65,7 +65,7 @@ def evidence_of(signals: Signals, setting: Setting, told: Told = UNTOLD) -> Evid
     if onsets is not None:
         channels.append(onsets)
     channels.extend(slide_channels(recorded, onsets))
-    for build in (rest_channel, plate_channel, shape_channel, sensor_channel):
+    for build in (rest_channel, plate_channels, shape_channel, sensor_channel):
         channels.extend(channel for channel in build(recorded) if len(channel))
     return Evidence(
         channels=tuple(channels),

@@ -114,6 +114,7 @@ ACTING = {
     "turn": frozenset({"spin", "lever", "lead"}),
     REST: frozenset({"seen", "creep"}),
     "plate": frozenset({"seen"}),
+    "mount": frozenset(),
     "shape": frozenset({"seen"}),
     "sensor": frozenset({"attitude", "delay_s"}),
 }

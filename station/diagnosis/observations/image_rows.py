@@ -11,7 +11,7 @@ import numpy as np
 from shared.messages import CameraGeometry
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
-from station.diagnosis.observations.marks import CREEP_POINTS, PlateMarks, Rest, Shape, strain_of
+from station.diagnosis.observations.marks import CREEP_POINTS, Mount, PlateMarks, Rest, Shape, strain_of
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.nearness import crept_m
 from station.diagnosis.observations.plate import Times
@@ -102,8 +102,8 @@ def _creeping(stretches: Stretches, recorded: Recorded) -> tuple[Moments, Array]
     return moments, weight_s
 
 
-def plate_channel(recorded: Recorded) -> Sequence[Channel]:
-    """The apparent motion of the first usable fiducial on the plate, which only the camera can cause."""
+def plate_channels(recorded: Recorded) -> Sequence[Channel]:
+    """The apparent motion of the first usable fiducial on the plate, within runs and between: the camera causes it."""
     geometry = recorded.signals.geometry
     for fiducial in recorded.signals.fiducials.values():
         seen = fiducial.select(fiducial.found)
@@ -111,7 +111,7 @@ def plate_channel(recorded: Recorded) -> Sequence[Channel]:
             continue
         parts = _fixed(recorded, seen.time_ns, seen.on_plate(geometry), corner_sigma_px(seen))
         if len(parts):
-            return [_plate_marks(recorded, parts, geometry)]
+            return [_plate_marks(recorded, parts, geometry), *_mounts(recorded, parts, geometry)]
     return []
 
 
@@ -146,6 +146,15 @@ def _plate_marks(recorded: Recorded, parts: Stretches, geometry: CameraGeometry)
     covariates = {"tilt": tilt_rad, "direction": down_rad, "run": recorded.facts.number[parts["run"]]}
     rows = rows_of({**_span(parts), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M)}, covariates)
     return PlateMarks(rows, (moved * view.down).sum(axis=1), view, level)
+
+
+def _mounts(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> Iterator[Mount]:
+    """The fiducial's places before the runs' tilts, by the plate's axes."""
+    level = parts[np.unique(parts["run"], return_index=True)[1]]
+    sigma = np.hypot(level["sigma_px"] * geometry.mm_per_px * 0.5e-3, thresholds.PLACE_TRUSTED_M)
+    rows = rows_of({**_span(level), "sigma": sigma}, {"run": recorded.facts.number[level["run"]]})
+    for axis, place_m in zip("xy", level["level"].mean(axis=1).T, strict=True):
+        yield Mount(rows, axis, place_m)
 
 
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:

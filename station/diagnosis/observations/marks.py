@@ -49,6 +49,27 @@ class PlateMarks(Channel):
         return (model.seen(self._view) - model.seen(self._start)).mean(axis=1)
 
 
+class Mount(Channel):
+    """The place of the plate's own fiducials along an axis of P, m, less the session's mean; the plate is level.
+
+    Whatever shifts the picture of a level plate does so alike in all runs: only a mount that gives way changes it.
+    """
+
+    phase: str = "camera at rest"
+    unit: str = "m"
+    trusted: float = thresholds.PLACE_TRUSTED_M
+
+    def __init__(self, rows: Rows, axis: str, place_m: Array) -> None:
+        super().__init__(rows)
+        self.name, self.title = f"mount:{axis}", f"the place of the plate's own marks along {axis}, level,"
+        self._apart = place_m - place_m.mean()
+
+    def residual(self, model: Model) -> Array:
+        """The places (n,), m, which no model changes."""
+        del model
+        return self._apart
+
+
 class Rest(PlateMarks):
     """The block's mean apparent motion down the slope before its onset, m, in stretches of the tilt.
 

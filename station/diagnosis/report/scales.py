@@ -34,6 +34,7 @@ CHANNELS = {
     "turn": "turning",
     "rest": "place before the slip",
     "plate": "the plate's marks",
+    "mount": "the plate's marks before each run",
     "shape": "the mark's shape",
 }
 

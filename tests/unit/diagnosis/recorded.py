@@ -41,10 +41,12 @@ def session() -> Signals:
     return joined([simulator("planar").repeat(recorded, model, rig=rig, rng=rng) for _ in range(REPEATS)])
 
 
-def joined(parts: Sequence[Signals], *, first_run: int = 0) -> Signals:
-    """Sessions one after another, with runs numbered through from the first one's number, and by so much more."""
+def joined(parts: Sequence[Signals], *, first_run: int = 0, runs: int = 3) -> Signals:
+    """Sessions of so many runs one after another, numbered through from the first one's number, and by so much more."""
     length = int(max(part.corners.time_ns[-1] for part in parts) - min(part.corners.time_ns[0] for part in parts))
-    moved = [later(part, place * (length + 10_000_000_000), first_run + 3 * place) for place, part in enumerate(parts)]
+    moved = [
+        later(part, place * (length + 10_000_000_000), first_run + runs * place) for place, part in enumerate(parts)
+    ]
     names = ("corners", "attitude", "commands", "motions", "events", "environment", "block")
     tracks: dict[str, Any] = {name: _stacked([getattr(part, name) for part in moved]) for name in names}
     samples = tuple(sample for part in moved for sample in part.samples)
