@@ -152,9 +152,10 @@ def _mounts(recorded: Recorded, parts: Stretches, geometry: CameraGeometry) -> I
     """The fiducial's places before the runs' tilts, by the plate's axes."""
     level = parts[np.unique(parts["run"], return_index=True)[1]]
     sigma = np.hypot(level["sigma_px"] * geometry.mm_per_px * 0.5e-3, thresholds.PLACE_TRUSTED_M)
-    rows = rows_of({**_span(level), "sigma": sigma}, {"run": recorded.facts.number[level["run"]]})
+    run, facts = level["run"], recorded.facts
+    rows = rows_of({**_span(level), "sigma": sigma}, {"run": facts.number[run]})
     for axis, place_m in zip("xy", level["level"].mean(axis=1).T, strict=True):
-        yield Mount(rows, axis, place_m)
+        yield Mount(rows, axis, place_m, facts.mount_rad[run])
 
 
 def shape_channel(recorded: Recorded) -> Sequence[Channel]:

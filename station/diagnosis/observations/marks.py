@@ -52,17 +52,20 @@ class PlateMarks(Channel):
 class Mount(Channel):
     """The place of the plate's own fiducials along an axis of P, m, less the session's mean; the plate is level.
 
-    Whatever shifts the picture of a level plate does so alike in all runs: only a mount that gives way changes it.
+    Whatever shifts the picture of a level plate does so alike in all runs: only a camera's mount that gives way changes
+    it. `mount_rad` (n,) is the turn of the plate in its own mount: each has a mean of its own, as its marks stand
+    elsewhere.
     """
 
     phase: str = "camera at rest"
     unit: str = "m"
     trusted: float = thresholds.PLACE_TRUSTED_M
 
-    def __init__(self, rows: Rows, axis: str, place_m: Array) -> None:
+    def __init__(self, rows: Rows, axis: str, place_m: Array, mount_rad: Array) -> None:
         super().__init__(rows)
         self.name, self.title = f"mount:{axis}", f"the place of the plate's own marks along {axis}, level,"
-        self._apart = place_m - place_m.mean()
+        _, mount = np.unique(mount_rad, return_inverse=True)
+        self._apart = place_m - (np.bincount(mount, place_m) / np.bincount(mount))[mount]
 
     def residual(self, model: Model) -> Array:
         """The places (n,), m, which no model changes."""

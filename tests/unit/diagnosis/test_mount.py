@@ -12,6 +12,7 @@ from shared.geometry import Array
 from station.diagnosis.diagnose import examined
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.channel import Channel
+from station.diagnosis.observations.marks import Mount
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.result import Diagnosis
 from station.physics.catalogue import catalogue
@@ -69,6 +70,13 @@ def test_the_marks_places_are_those_before_each_tilt() -> None:
             shift_m, rel=0.05
         )  # the mark is far from the middle
         assert abs(place.mean()) < 1e-12
+
+
+def test_a_plate_that_was_turned_in_its_own_mount_is_no_camera_that_slipped() -> None:
+    place, turned = np.array([1e-3, -2e-3, 1.01e-3, -2.01e-3]), np.array([0.0, 1.57, 0.0, 1.57])
+    rows = mount("x").rows.chosen(np.arange(4))
+    found = Mount(rows, "x", place, turned).residual(Model(mu_s=0.35))
+    assert found == pytest.approx([-5e-6, 5e-6, 5e-6, -5e-6])
 
 
 @pytest.mark.parametrize("effect", catalogue().values(), ids=lambda effect: effect.id)
