@@ -51,6 +51,8 @@ def prove(family: Family, protocol: Protocol, *, jobs: int, rivalled: int, refit
     digest = tool_digest()
     why = family.why_not()
     not_made = dict.fromkeys(protocol.tiers, why) if why else _make(family, protocol, jobs, console)
+    for tier, reason in not_made.items():
+        console.print(f"{family.name}/{tier} is left out: {reason}", highlight=False, soft_wrap=True)
     made = [tier for tier in protocol.tiers if tier not in not_made]
     seals = json.loads(protocol.seals.read_text("utf-8")) if made else {}
     for tier in made:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from tests.proof.families import families, recording_of
 from tests.proof.families.real import SOURCES, Real
 from tests.proof.key import truth_of
 from tests.proof.protocol import Protocol
+from tests.proof.run import prove
 from tests.proof.writing import main
 
 needs_data = pytest.mark.skipif(Real().why_not() is not None, reason=str(Real().why_not()))
@@ -48,6 +51,18 @@ def test_data_that_are_not_here_are_said_to_be_missing(tmp_path: Path, monkeypat
     missing = {name: tmp_path / path.name for name, path in SOURCES.items()}
     monkeypatch.setattr("tests.proof.families.real.SOURCES", missing)
     assert f"there is no {tmp_path}" in str(Real().why_not())
+
+
+def test_a_family_that_is_left_out_is_said_to_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Nothing but an empty table was printed."""
+    missing = {name: tmp_path / path.name for name, path in SOURCES.items()}
+    monkeypatch.setattr("tests.proof.families.real.SOURCES", missing)
+    console = Console(file=io.StringIO(), width=60)
+    protocol = Protocol(tiers={"means": 2}, seed=3, out=tmp_path)
+    found = prove(Real(), protocol, jobs=1, rivalled=0, refits=False, console=console)
+    assert found.cases == ()
+    assert isinstance(console.file, io.StringIO)
+    assert f"real/means is left out: there is no {tmp_path}" in console.file.getvalue()
 
 
 @pytest.mark.parametrize(("tier", "kind"), [("twin_null", "null"), ("null_nuisance", "null"), ("tosses", "null")])
