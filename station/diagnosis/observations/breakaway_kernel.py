@@ -16,6 +16,9 @@ ROOT, COUNT = 6e-3, 112
 SPEEDS_M_S: Array = np.square(ROOT * np.arange(COUNT))
 """Laws are tabulated at these speeds: finely where blocks break away, and up to 0.44 m/s."""
 
+LEAST_SINE = 1e-6
+"""A plate that is level to the last digit has no slope to creep by: a block that something else draws slides there."""
+
 SPAN, HOLDS, STEEP, BEND, AT, REST, LAG, GUESS_D, FASTER_D, ON, MOVES = range(11)
 PARTS = 11
 """The parts of a step: duration, s; what static friction holds, m/s²; slope and curvature of the acceleration by the
@@ -86,7 +89,7 @@ def columns(rows: Any, run: int, begin: int, laws: Any, shot: Any, crept: Any) -
     left, slope = shot
     sigma = rows.sigma_m[run]
     for i in range(rows.count[run]):
-        risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
+        risen = min(rows.sine[run, i] / max(rows.sine[run, begin], LEAST_SINE) - 1.0, 0.0) if i < begin else 0.0
         crept[i] = risen * laws.creep_m / sigma
         slope[i] *= laws.spread / sigma
         left[i] = (rows.path_m[run, i] - left[i]) / sigma

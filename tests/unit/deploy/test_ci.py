@@ -44,6 +44,8 @@ def checkout(tmp_path: Path) -> Path:
         program(tmp_path / "bin" / name, STUB)
     program(tmp_path / "bin/id", "#!/bin/sh\necho 0\n")
     program(tmp_path / ".venv/bin/python", PYTHON)
+    for name in ("python", "uv"):
+        program(tmp_path / ".venv/uv/bin" / name, STUB)
     return tmp_path
 
 
@@ -53,7 +55,7 @@ def program(path: Path, text: str) -> None:
     path.chmod(0o755)
 
 
-def run(checkout: Path, *, failing: str = "", slow: str = "") -> tuple[int, list[str], list[str]]:
+def run(checkout: Path, *, failing: str = "", slow: str = "", quiet: bool = True) -> tuple[int, list[str], list[str]]:
     """Its exit status, the sentences that it says, and what was called."""
     environment = {"PATH": str(checkout / "bin"), "FAILING": failing, "SLOW": slow, "HOME": os.devnull}
     done = subprocess.run(
@@ -64,7 +66,7 @@ def run(checkout: Path, *, failing: str = "", slow: str = "") -> tuple[int, list
         timeout=PATIENCE_S,
         check=False,
     )
-    assert done.stderr == "", done.stderr
+    assert not quiet or done.stderr == "", done.stderr
     calls = (checkout / "calls").read_text("utf-8").splitlines() if (checkout / "calls").exists() else []
     return done.returncode, done.stdout.splitlines(), calls
 
@@ -81,6 +83,7 @@ def test_everything_is_fetched_before_the_tests(checkout: Path) -> None:
     assert {"openssh-server", "python3-rospy", "mesa-vulkan-drivers"} <= set(packages)
     assert [call for call in calls if call.startswith("make")] == ["make setup", "make test"]
     assert calls[-1] == "make test"
+    assert not any("--constraint" in call for call in calls if call.startswith("python"))
     wheels = [call.rpartition(" ")[2] for call in calls if "--constraint .venv/constraints.txt" in call]
     assert {wheel.partition(">")[0] for wheel in wheels} >= {"pybullet", "drake", "dartpy", "scikit-learn", "ray"}
 
@@ -114,8 +117,18 @@ def test_a_wheel_that_is_not_there_costs_none_of_the_others(checkout: Path) -> N
     status, said, calls = run(checkout, failing="drake>=1.51")
     assert status == 0
     assert [sentence.split(":")[0] for sentence in said] == ["CI goes on without drake>=1.51"]
-    assert sum("--constraint" in call for call in calls) == 9
+    tried = [call.split()[0] for call in calls if "--constraint" in call]
+    assert (tried.count("uv"), tried.count("python")) == (9, 1)
     assert calls[-1] == "make test"
+
+
+def test_without_uv_pip_installs_the_wheels(checkout: Path) -> None:
+    (checkout / ".venv/uv/bin/python").unlink()
+    (checkout / ".venv/uv/bin/uv").unlink()
+    status, said, calls = run(checkout, quiet=False)
+    assert status == 0
+    assert said == ["CI goes on with pip alone, which is slower: uv could not be installed."]
+    assert sum(call.startswith("python") and "--constraint" in call for call in calls) == 9
 
 
 def test_what_is_slow_takes_no_longer_than_its_limit(checkout: Path) -> None:
@@ -135,4 +148,4 @@ def test_what_is_slow_takes_no_longer_than_its_limit(checkout: Path) -> None:
 def test_a_setup_or_a_test_that_fails_fails_it(checkout: Path, target: str) -> None:
     status, _, calls = run(checkout, failing=target)
     assert status != 0
-    assert calls[-1] == f"make {target}"
+    assert [call for call in calls if call.startswith("make")][-1] == f"make {target}"
