@@ -16,8 +16,9 @@ ROOT, COUNT = 6e-3, 112
 SPEEDS_M_S: Array = np.square(ROOT * np.arange(COUNT))
 """Laws are tabulated at these speeds: finely where blocks break away, and up to 0.44 m/s."""
 
-LEAST_SINE = 1e-6
-"""A plate that is level to the last digit has no slope to creep by: a block that something else draws slides there."""
+UNLIKELY = -1e9
+"""The log likelihood of a path whose slope by D overflows, as where friction falls steeply at next to no speed. A
+moment of slip that is no number would be looked up beyond the tables."""
 
 SPAN, HOLDS, STEEP, BEND, AT, REST, LAG, GUESS_D, FASTER_D, ON, MOVES = range(11)
 PARTS = 11
@@ -89,7 +90,7 @@ def columns(rows: Any, run: int, begin: int, laws: Any, shot: Any, crept: Any) -
     left, slope = shot
     sigma = rows.sigma_m[run]
     for i in range(rows.count[run]):
-        risen = min(rows.sine[run, i] / max(rows.sine[run, begin], LEAST_SINE) - 1.0, 0.0) if i < begin else 0.0
+        risen = min(rows.sine[run, i] / rows.sine[run, begin] - 1.0, 0.0) if i < begin else 0.0
         crept[i] = risen * laws.creep_m / sigma
         slope[i] *= laws.spread / sigma
         left[i] = (rows.path_m[run, i] - left[i]) / sigma
@@ -173,7 +174,10 @@ def slowed(held: Any, slowing: Any, holds: float, rest: float, width: float) -> 
 
 @compiled
 def marginal(value: Any, one: Any, two: Any, size: int) -> float:
-    """Log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise."""
+    """Log likelihood of values (n,): a level, standard Gaussians times columns `one` and `two`, and unit noise.
+
+    It is UNLIKELY where the columns are too large for it.
+    """
     level = mean_one = mean_two = 0.0
     for i in range(size):
         level += value[i] / size
@@ -191,4 +195,5 @@ def marginal(value: Any, one: Any, two: Any, size: int) -> float:
         two_two += second * second
     volume = one_one * two_two - one_two * one_two
     explained = (two_two * at_one * at_one - 2.0 * one_two * at_one * at_two + one_one * at_two * at_two) / volume
-    return -0.5 * (square - explained + np.log(volume))
+    found = -0.5 * (square - explained + np.log(volume))
+    return found if np.isfinite(found) else UNLIKELY

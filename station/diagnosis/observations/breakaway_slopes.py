@@ -50,6 +50,10 @@ class Along(NamedTuple):
     slowing_m_s2: Array
 
 
+LARGEST = 1e12
+"""No slope of a log likelihood that a fit could follow is larger."""
+
+
 class Sloped(NamedTuple):
     """Log likelihoods (r, k), their slopes (r, k, q + 2) and the expected information (r, k, q + 2, q + 2).
 
@@ -66,6 +70,9 @@ def sloped(tried: Array, rows: Any, laws: Any, along: Along) -> Sloped:
     size = len(along.held) + 2
     found = Sloped(np.empty(tried.shape), np.zeros((*tried.shape, size)), np.zeros((*tried.shape, size, size)))
     _fill(tried, rows, laws, along, found)
+    # What overflows, or whose square would, has no slope: such a moment is as unlikely by any law nearby.
+    known = (np.abs(found.slope) < LARGEST).all(axis=2) & (np.abs(found.information) < LARGEST**2).all(axis=(2, 3))
+    found.slope[~known], found.information[~known] = 0.0, 0.0
     return found
 
 
