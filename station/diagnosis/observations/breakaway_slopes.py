@@ -70,7 +70,7 @@ def sloped(tried: Array, rows: Any, laws: Any, along: Along) -> Sloped:
     size = len(along.held) + 2
     found = Sloped(np.empty(tried.shape), np.zeros((*tried.shape, size)), np.zeros((*tried.shape, size, size)))
     _fill(tried, rows, laws, along, found)
-    # What overflows, or whose square would, has no slope: such a moment is as unlikely by any law nearby.
+    # A moment whose slopes overflow, or whose squares would, has none: it is as unlikely by any law nearby.
     known = (np.abs(found.slope) < LARGEST).all(axis=2) & (np.abs(found.information) < LARGEST**2).all(axis=(2, 3))
     found.slope[~known], found.information[~known] = 0.0, 0.0
     return found
