@@ -12,7 +12,7 @@ from station.physics.model import Model
 
 NEAR_M = 0.01
 """An arm that is off by less pushes a block by less than a per cent of its limit as a step of the tilt begins (2 to 3
-rad/s² of 3 m/s²; tests/proof/patch_world)."""
+rad/s² of 3 m/s²; `pytest tests/unit/diagnosis/test_nearness.py -k "jerks or again"`)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,14 +39,15 @@ def parts_of_given(
     If nothing was found to differ (`changed` is False), nothing is to be changed, and where the levels of friction were
     not, the simulation keeps its own: what lies between them is the runs' scatter.
     """
+    runs = [_runs(recorded.evidence, fold) for fold in recorded.folds]
+    if not changed:
+        return tuple(Part(runs=own, before=AS_IT_IS, after=AS_IT_IS) for own in runs)
     given = model_of(simulated, against.simulation, kept)
-    own = _own_level(recorded, against, kept) / given.mu_s if against.level.twice_log_odds <= 0 else None
-    parts = list[Part]()
-    for fold in recorded.folds:
-        found = between(_without_fold(recorded.evidence, fold, against, kept), given)
-        after = (found if own is None else replace(found, mu_s=own)) if changed else AS_IT_IS
-        parts.append(Part(runs=_runs(recorded.evidence, fold), before=AS_IT_IS, after=after))
-    return tuple(parts)
+    after = [between(_without_fold(recorded.evidence, fold, against, kept), given) for fold in recorded.folds]
+    if against.level.twice_log_odds <= 0:
+        level = _own_level(recorded, against, kept) / given.mu_s
+        after = [replace(found, mu_s=level) for found in after]
+    return tuple(Part(runs=own, before=AS_IT_IS, after=found) for own, found in zip(runs, after, strict=True))
 
 
 def parts_of_plain(recorded: Found) -> tuple[Part, ...]:
