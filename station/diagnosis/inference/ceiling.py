@@ -12,7 +12,8 @@ import numpy as np
 from scipy.special import betaln, digamma
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.evidence import Evidence

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.fit import fit as fit_model
+from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.parameters import Free, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes

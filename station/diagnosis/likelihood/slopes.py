@@ -14,7 +14,7 @@ from station.physics.contact import Array
 from station.physics.model import Model
 
 STEP = 0.02
-"""The step of the finite differences, in typical sizes of a parameter."""
+"""The largest step of the finite differences, in typical sizes of a parameter."""
 
 
 def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
@@ -22,13 +22,16 @@ def residuals(evidence: Evidence, model: Model) -> dict[str, Array]:
     return {channel.name: channel.residual(model) for channel in evidence.channels}
 
 
-def slopes(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+def slopes(
+    evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
+) -> dict[str, Array]:
     """Slopes (rows, k) by channel of the residuals `at` the model, by one-sided differences within the bounds.
 
-    Slopes that an effect cannot have in a channel are zero and not evaluated.
+    `steps` (k,) are those of the differences, in typical sizes; STEP where they are not given. Slopes that an effect
+    cannot have in a channel are zero and not evaluated.
     """
     with near(evidence, model):
-        return differences(evidence, model, free, at)
+        return differences(evidence, model, free, at, steps=steps)
 
 
 @contextmanager
@@ -43,12 +46,15 @@ def near(evidence: Evidence, model: Model) -> Generator[None]:
             channel.near(None)
 
 
-def differences(evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array]) -> dict[str, Array]:
+def differences(
+    evidence: Evidence, model: Model, free: Sequence[Free], at: dict[str, Array], *, steps: Array | None = None
+) -> dict[str, Array]:
     """The slopes as in `slopes`, inside a context that `near` has opened."""
     vector = vector_of(model, free)
+    sizes = np.full(len(free), STEP) if steps is None else steps
     found = {name: np.zeros((len(values), len(free))) for name, values in at.items()}
-    for place, number in enumerate(free):
-        step = STEP if vector[place] + STEP <= number.high else -STEP
+    for place, (number, size) in enumerate(zip(free, sizes.tolist(), strict=True)):
+        step = size if vector[place] + size <= number.high else -size
         changed = moved(model, number, step)
         for channel in evidence.channels:
             if _changes(channel, number):

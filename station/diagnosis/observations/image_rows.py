@@ -11,10 +11,11 @@ import numpy as np
 from shared.messages import CameraGeometry
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
-from station.diagnosis.observations.marks import CREEP_POINTS, Mount, PlateMarks, Rest, Shape, strain_of
+from station.diagnosis.observations.marks import CREEP_POINTS, Mount, PlateMarks, Rest
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.nearness import crept_m
 from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.shape import Shape, strain_of
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.stretches import (
     LEAST_FRAMES,

@@ -1,4 +1,4 @@
-"""The image channels: the apparent motion of block and plate before the slide, and the mark's strain."""
+"""The image channels: the apparent motion of block and plate before the slide."""
 
 from __future__ import annotations
 
@@ -10,16 +10,10 @@ from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import REST, Channel, Rows
 from station.diagnosis.observations.moments import Latest, Moments
 from station.physics.contact import GRAVITY_M_S2, Array, View
-from station.physics.effect import Effect
 from station.physics.model import Model
 
 CREEP_POINTS = 49
 """Most of a shaking arm's creep falls into the last tenth of the way to the slip."""
-COMMON_ROUNDS = 8
-TRUE_ROUNDS = 2
-"""A lens of a twentieth leaves a thousandth of itself after one round, and a thirtieth of that after another."""
-LEAST_PULL = 1e-6
-"""Strains that are equal to so much of their noise have no scatter to divide by."""
 SENSOR_POINTS = 15
 
 
@@ -109,84 +103,6 @@ class Rest(PlateMarks):
         """The creep's part of the predicted motion (n, 2), m."""
         velocity = model.creep(self._resting).reshape(len(self), CREEP_POINTS, 2)
         return (velocity * self._creep_s[..., None]).sum(axis=1)
-
-
-class Shape(Channel):
-    """Strain of the mark's image in the block's axes (xx, yy, xy: three rows a view), less the mark's own.
-
-    A mark is never printed exactly: what all views share beside a model's strain is the mark's own. `spread_m` (n, 2)
-    is the root mean square way of the mark along its path in the view's frames, over which the strain is a mean.
-    """
-
-    name: str = "shape"
-    title: str = "the mark's shape"
-    phase: str = "camera at rest"
-    unit: str = "1"
-    trusted: float = thresholds.STRAIN_TRUSTED
-
-    def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array, spread_m: Array) -> None:
-        super().__init__(rows)
-        self._strain, self._view, self._yaw, self._spread = strain, view, yaw_rad, spread_m[:, None, :]
-
-    def changed_by(self, effect: Effect) -> bool:
-        """False for what moves a mark as a whole."""
-        return super().changed_by(effect) and effect.strains
-
-    def residual(self, model: Model) -> Array:
-        """Recorded minus predicted strain (3 n,)."""
-        if not any(self.changed_by(term.effect) for term in model.acting("seen")):
-            return self._apart(self._strain)
-        moved = strain_of(self._view.point_m, self._view.point_m + self._seen(model), self._yaw)
-        return self._apart(self._strain - moved)
-
-    def _apart(self, strain: Array) -> Array:
-        """Strains (n, 3) less what they have in common: (3 n,)."""
-        return (strain - common(strain, self.rows.sigma[:: strain.shape[1]])).ravel()
-
-    def _seen(self, model: Model) -> Array:
-        """The corners' displacement (n, 4, 2), m, at the mark's true place; the view has its apparent one.
-
-        It is the mean of two places on the path, whose mean and spread are those of the view's frames.
-        """
-        seen, true = self._view.point_m, self._view.point_m
-        for _ in range(TRUE_ROUNDS):
-            true = seen - model.seen(replace(self._view, point_m=true)).mean(axis=1, keepdims=True)
-        ahead, behind = (model.seen(replace(self._view, point_m=true + way)) for way in (self._spread, -self._spread))
-        return 0.5 * (ahead + behind)
-
-
-def common(values: Array, sigma: Array) -> Array:
-    """The values (k,) that the rows (n, k) have in common: the maximum likelihood of Student's t with 3 degrees.
-
-    `sigma` (n,) are the rows' standard deviations up to a factor: where the noise grows during a session, the mean of
-    all rows is off by more than the best of them are, which then seem to share a strain.
-
-    Its weights change smoothly with the values, so that a fit has slopes. The difference of two medians of skew values,
-    as a lens makes them, was off by a per cent of the lens (tests/unit/diagnosis/test_image_rows.py).
-    """
-    precision, middle = 1.0 / np.square(sigma)[:, None], np.median(values, axis=0)
-    for _ in range(COMMON_ROUNDS):
-        off = precision * (values - middle) ** 2
-        weight = precision / (1.0 + off / np.maximum(3.0 * off.mean(axis=0), LEAST_PULL**2))
-        middle = (weight * values).sum(axis=0) / weight.sum(axis=0)
-    return middle
-
-
-def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
-    """Strain (n, 3: xx, yy, xy), in the block's axes, of a mark's corners as seen against those of a rigid mark.
-
-    `seen_m` (n, 4, 2) and `model_m` (n, 4, 2) are in P, m, and the block's heading there is `yaw_rad` (n,), rad.
-    """
-    rigid = model_m - model_m.mean(axis=1, keepdims=True)
-    apparent = seen_m - seen_m.mean(axis=1, keepdims=True)
-    cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
-    turn = np.stack([np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)], axis=-2)
-    rigid, apparent = (np.einsum("nij,nkj->nki", turn, points) for points in (rigid, apparent))
-    square = np.einsum("nki,nkj->nij", rigid, rigid)
-    gradient = np.einsum("nki,nkj->nij", apparent, rigid) @ np.linalg.inv(square)
-    return np.column_stack(
-        [gradient[:, 0, 0] - 1, gradient[:, 1, 1] - 1, 0.5 * (gradient[:, 0, 1] + gradient[:, 1, 0])]
-    )
 
 
 class Sensor(Channel):

@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.fit import Fit, shaking_of
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.noise import TAILS
 from station.diagnosis.likelihood.student import log_density, scale_of
 from station.diagnosis.likelihood.whitening import Whitening

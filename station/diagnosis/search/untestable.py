@@ -10,7 +10,8 @@ import numpy as np
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import Looked, Scores, looked, scores_of
-from station.diagnosis.inference.fit import Fit, noise_of
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.noise_of import noise_of
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.observations.channel import ACTING, Channel
 from station.diagnosis.observations.evidence import Evidence

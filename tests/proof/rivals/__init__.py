@@ -18,7 +18,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.diagnosis.inference.fit import Fit, with_tails
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.inference.noise_of import with_tails
 from station.diagnosis.likelihood.noise import estimate_noise
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.student import log_density

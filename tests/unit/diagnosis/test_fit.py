@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from station.diagnosis.inference.fit import CONVERGED, fit
+from station.diagnosis.inference.climb import CONVERGED
+from station.diagnosis.inference.fit import fit
 from station.diagnosis.inference.level import levelled
 from station.diagnosis.observations.setting import Setting
 from station.diagnosis.observations.table import table_evidence

@@ -12,8 +12,9 @@ from scipy import stats
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.ceiling import entropy, expected_log_run
-from station.diagnosis.inference.fit import Fit, fit, shaking_of
+from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.level import levelled
+from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.likelihood.student import log_density
 from station.diagnosis.likelihood.whitening import Whitening
 from station.diagnosis.observations.build import evidence_of

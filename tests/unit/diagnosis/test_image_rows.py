@@ -13,8 +13,8 @@ from station.diagnosis.inference.fit import fit
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.channel import Rows, rows_of
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.observations.marks import Shape, common, strain_of
 from station.diagnosis.observations.setting import Setting
+from station.diagnosis.observations.shape import Shape, common, strain_of
 from station.diagnosis.observations.stretches import STRETCH, mean_shape, stretch
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.catalogue import catalogue
@@ -160,6 +160,6 @@ def test_what_rows_have_in_common_is_known_by_the_best_of_them() -> None:
     """
     rng = np.random.default_rng(5)
     sigma = np.repeat([1e-4, 2e-3], [40, 160])
-    found = [common(3e-3 + sigma[:, None] * rng.normal(size=(200, 3)), sigma) for _ in range(100)]
+    found = [common(3e-3 + sigma[:, None] * rng.normal(size=(200, 3)), 1 / sigma**2) for _ in range(100)]
     pulls = (np.array(found) - 3e-3) / (1e-4 / np.sqrt(40))
     assert pulls.std() == pytest.approx(1.0, abs=0.15)

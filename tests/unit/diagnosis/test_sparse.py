@@ -10,7 +10,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from station.diagnosis import thresholds
 from station.diagnosis.inference.columns import looked, scores_of
-from station.diagnosis.inference.fit import Fit, fit, shaking_of
+from station.diagnosis.inference.fit import Fit, fit
+from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.sparse import Index, Table, by_channel
 from station.diagnosis.likelihood.slopes import residuals, slopes
 from station.diagnosis.likelihood.student import pulls

@@ -1,0 +1,190 @@
+"""The climb to a likelihood's maximum: Newton steps within bounds that bend where their valley does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from station.diagnosis.inference.errors import Curvature
+from station.diagnosis.inference.noise_of import noise_of, shaking_of
+from station.diagnosis.inference.parameters import Free, model_of, vector_of
+from station.diagnosis.inference.quadratic import Quadratic
+from station.diagnosis.likelihood.noise import Noise
+from station.diagnosis.likelihood.slopes import STEP, residuals, slopes
+from station.diagnosis.likelihood.student import log_density, pulls
+from station.diagnosis.likelihood.whitening import Whitening, stack
+from station.diagnosis.observations.evidence import Evidence
+from station.physics.contact import Array
+from station.physics.model import Model
+
+CONVERGED = 1e-3
+"""A step that promises a smaller gain in log likelihood is not taken."""
+WORTH_RENEWING = 0.5
+"""A new noise estimate is kept if it raises the log likelihood by more than this."""
+
+FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
+"""The longest steps, in typical sizes: a shape has no slope where its effect vanishes and must not run away, and the
+slope of a law by its shape holds only nearby."""
+
+SHRUNK = (1.0, 0.5, 0.2, 0.05, 0.01)
+"""The factors by which a step is shortened, one after another."""
+ENOUGH = 0.2
+"""A step must bring this share of its promised gain, or else it is shortened: a step to the far end of a shape's range
+may gain a little and end where nothing has a slope (Armijo 1966, Pac. J. Math. 16, 1)."""
+
+AGAIN = 0.25
+"""Newton steps reuse their slopes while each promises less than this share of the last one's gain: the slopes of a
+linear model are the same everywhere, and such a step costs one evaluation instead of one for each number (Shamanskii
+1967, Ukr. Mat. Zh. 19, 133). A climb ends only with slopes that were taken within one finite difference of its end.
+"""
+
+LEAST_STEP = 1e-5
+"""The smallest step of the finite differences, in typical sizes: residuals are exact to about its square."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """The numbers (k,), their model, its residuals by channel, and these whitened (rows,)."""
+
+    vector: Array
+    model: Model
+    at: dict[str, Array]
+    white: Array
+    whitening: Whitening
+
+
+class Climb:
+    """One climb: `point` is where it stands, `noise` the noise there, and `curvature` that of its last step."""
+
+    point: Point
+    curvature: Curvature
+
+    def __init__(self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None) -> None:
+        self.evidence, self.free = evidence, free
+        self.counts = evidence.counted
+        self.low = np.array([number.low for number in free])
+        self.high = np.array([number.high for number in free])
+        self.precision = np.array([number.precision for number in free])
+        self._reach = np.array([FARTHEST_SHAPE if number.is_shape else FARTHEST for number in free])
+        vector = vector_of(start, free)
+        model = model_of(vector, free, base=start)
+        at = residuals(evidence, model)
+        self.noise = noise or noise_of(evidence, at)
+        self.point = self._whitened(vector, model, at)
+        self._slope, self._sloped, self._stale = np.zeros((len(self.point.white), 0)), vector, True
+        self._steps: Array | None = None
+
+    def climb(self, steps: int, enough: float) -> bool:
+        """Takes Newton steps until one promises less than `enough`; False if it does not come to that.
+
+        Where a step does not bring what it promised, slopes are taken anew, right there and by the differences that the
+        curvature asks for. If these lead nowhere either, the climb has converged only if little was promised.
+        """
+        for _ in range(steps):
+            exact = self._take_slopes()
+            promised, gained = self._step()
+            if promised < enough:
+                return True
+            if exact and gained < CONVERGED:
+                return promised < WORTH_RENEWING
+            self._stale = gained < ENOUGH * promised
+        return False
+
+    def renew_noise(self) -> bool:
+        """Estimates the noise anew and keeps it where that makes the recording more likely; True if it was kept."""
+        before, kept = self._total(self.point), (self.noise, self.point)
+        self.noise = noise_of(self.evidence, self.point.at)
+        self.point = self._whitened(self.point.vector, self.point.model, self.point.at)
+        if self._total(self.point) > before + WORTH_RENEWING:
+            return True
+        self.noise, self.point = kept
+        return False
+
+    def _take_slopes(self) -> bool:
+        """Takes slopes (rows, k) of the residuals, which do not depend on the noise, unless the last ones hold here.
+
+        Gives True if they were taken right here, by differences of no more than each number's own standard error.
+        """
+        here, steps = self.point, self._steps
+        if not self._stale and np.all(np.abs(here.vector - self._sloped) <= STEP):
+            return False
+        self._sloped = here.vector
+        self._slope = stack(self.evidence, slopes(self.evidence, here.model, self.free, here.at, steps=steps))
+        return steps is not None
+
+    def _step(self) -> tuple[float, float]:
+        """Takes one Newton step, and more with the same slopes: the gain that the first promised, and what all gained.
+
+        A step that promises less than CONVERGED is not taken.
+        """
+        whitening, before = self.point.whitening, self._total(self.point)
+        slope = whitening(self._slope)[self.counts[whitening.run]]
+        here = self.curvature = self._curved(slope)
+        self._steps = 1.0 / np.sqrt(np.clip(here.alone + self.precision, STEP**-2, LEAST_STEP**-2))
+        move, promised = self._promise(here)
+        gain, last, shrunk = promised, np.inf, SHRUNK
+        while CONVERGED < gain < AGAIN * last and self._moved(here, move, gain, shrunk):
+            last, shrunk = gain, SHRUNK[:1]
+            here = self._curved(slope)
+            move, gain = self._promise(here)
+        return promised, self._total(self.point) - before
+
+    def _curved(self, slope: Array) -> Curvature:
+        """The likelihood's curvature here, from whitened slopes of the components that count."""
+        whitening = self.point.whitening
+        counted = self.counts[whitening.run]
+        tail, limit = whitening.tail[counted], whitening.limit[counted]
+        pull, curve = pulls(self.point.white[counted], tail, limit)
+        return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=whitening.block[counted])
+
+    def _promise(self, here: Curvature) -> tuple[Array, float]:
+        """The step (k,) to the maximum of the quadratic model within bounds and reach, and the gain it promises."""
+        vector = self.point.vector
+        least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
+        return Quadratic.of(here, vector, self.precision).step(least, most)
+
+    def _moved(self, here: Curvature, move: Array, gain: float, shrunk: Sequence[float]) -> bool:
+        """Goes by the first of the shortened steps that gains enough, or else by the best; False if none gains.
+
+        What a step shows beside its slopes bends the next one.
+        """
+        start, before = self.point, self._total(self.point)
+        most, bend = before, np.zeros_like(move)
+        for shrink in shrunk:
+            tried = self._at(start.vector + shrink * move + 0.5 * shrink**2 * bend)
+            total = self._total(tried)
+            if total > most:
+                self.point, most = tried, total
+            if most > before + ENOUGH * shrink * gain:
+                break
+            bend = self._bend(here, start, tried, move=move, shrink=shrink)
+        return self.point is not start
+
+    def _bend(self, here: Curvature, start: Point, tried: Point, *, move: Array, shrink: float) -> Array:
+        """The bend (k,) of the way along `move`, from what a step by a share of it has shown beside the slopes."""
+        counted = self.counts[start.whitening.run]
+        straight = here.slope @ (tried.vector - start.vector)
+        bent = 2.0 / shrink**2 * ((tried.white - start.white)[counted] - straight)
+        return Quadratic.of(here, start.vector, self.precision).bend(here, bent, move, shrink)
+
+    def _at(self, vector: Array) -> Point:
+        clipped = np.clip(vector, self.low, self.high)
+        model = model_of(clipped, self.free, base=self.point.model)
+        at = residuals(self.evidence, model)
+        if model.acting("shaking"):
+            return self._whitened(clipped, model, at)
+        whitening = self.point.whitening
+        return Point(clipped, model, at, whitening(stack(self.evidence, at)), whitening)
+
+    def _whitened(self, vector: Array, model: Model, at: dict[str, Array]) -> Point:
+        whitening = Whitening(self.evidence, self.noise, shaking=shaking_of(self.evidence, model))
+        return Point(vector, model, at, whitening(stack(self.evidence, at)), whitening)
+
+    def _total(self, at: Point) -> float:
+        """The log density of the runs that count, and of the numbers' priors."""
+        density = log_density(at.white, at.whitening.tail, at.whitening.limit)
+        counted = self.counts[at.whitening.run]
+        prior = -0.5 * float(self.precision @ at.vector**2)
+        return float(density[counted].sum() - at.whitening.log_scale[self.counts].sum()) + prior
