@@ -30,7 +30,7 @@ class Quadratic:
 
     @staticmethod
     def of(here: Curvature, vector: Array, precision: Array) -> Quadratic:
-        """Builds it from the data and from normal priors with `precision` (k,) about 0, at the numbers `vector` (k,)."""
+        """Builds it at the numbers `vector` (k,), from the data and normal priors with `precision` (k,) about 0."""
         hessian = (here.slope * here.curve[:, None]).T @ here.slope + np.diag(precision)
         return Quadratic(here.slope.T @ here.pull + precision * vector, hessian)
 

@@ -24,10 +24,11 @@ SETTINGS: dict[str, str] = {
         search.comparison:NAMED_FITS search.comparison:SMOOTH_FITS inference.columns:MOST_VARIANTS
         inference.calibration:DRAWS search.smooth:MOST_POWERS search.smooth:SWINGS""",
     "steps, tolerances, starts and grids of a search for a maximum, which is the same with others": """
-        inference.fit:MOST_STEPS inference.fit:CONVERGED inference.fit:NOISE_ROUNDS inference.fit:WORTH_RENEWING
-        inference.fit:FARTHEST inference.fit:FARTHEST_SHAPE inference.fit:SHRUNK inference.fit:ENOUGH
-        inference.fit:AGAIN likelihood.student:SETTLED
-        inference.fit:LEAST_FACTOR inference.fit:_RIDGE inference.gain:SINGULAR inference.columns:HOPELESS
+        inference.fit:MOST_STEPS inference.fit:NOISE_ROUNDS inference.climb:CONVERGED inference.climb:WORTH_RENEWING
+        inference.climb:FARTHEST inference.climb:FARTHEST_SHAPE inference.climb:SHRUNK inference.climb:ENOUGH
+        inference.climb:AGAIN inference.climb:LEAST_STEP inference.quadratic:BENT inference.quadratic:RIDGE
+        inference.quadratic:FLAT likelihood.student:SETTLED inference.noise_of:LEAST_FACTOR inference.gain:SINGULAR
+        inference.columns:HOPELESS
         inference.columns:ABSORBED inference.determined:STEP likelihood.slopes:STEP likelihood.wander:STEPS
         likelihood.grouped:STEPS
         likelihood.noise:CENSORED_ROUNDS likelihood.noise:TAILS search.candidates:OFF_NULL search.candidates:PROMISED
