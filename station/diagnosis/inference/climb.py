@@ -56,12 +56,23 @@ class Point:
 
 
 class Climb:
-    """One climb: `point` is where it stands, `noise` the noise there, and `curvature` that of its last step."""
+    """One climb: `point` is where it stands, `noise` the noise there, and `curvature` that of its last step.
+
+    `slope` (rows, k), if given, is from nearby: it is used until a step does not bring what it promised.
+    """
 
     point: Point
     curvature: Curvature
 
-    def __init__(self, evidence: Evidence, start: Model, free: tuple[Free, ...], *, noise: Noise | None) -> None:
+    def __init__(
+        self,
+        evidence: Evidence,
+        start: Model,
+        free: tuple[Free, ...],
+        *,
+        noise: Noise | None,
+        slope: Array | None = None,
+    ) -> None:
         self.evidence, self.free = evidence, free
         self.counts = evidence.counted
         self.low = np.array([number.low for number in free])
@@ -73,7 +84,8 @@ class Climb:
         at = residuals(evidence, model)
         self.noise = noise or noise_of(evidence, at)
         self.point = self._whitened(vector, model, at)
-        self._slope, self._sloped, self._stale = np.zeros((len(self.point.white), 0)), vector, True
+        self._slope, self._stale = np.zeros((len(self.point.white), 0)) if slope is None else slope, slope is None
+        self._sloped: Array | None = None
         self._steps: Array | None = None
 
     def climb(self, steps: int, enough: float) -> bool:
@@ -108,7 +120,8 @@ class Climb:
         Gives True if they were taken right here, by differences of no more than each number's own standard error.
         """
         here, steps = self.point, self._steps
-        if not self._stale and np.all(np.abs(here.vector - self._sloped) <= STEP):
+        far = self._sloped is not None and np.any(np.abs(here.vector - self._sloped) > STEP)
+        if not self._stale and not far:
             return False
         self._sloped = here.vector
         self._slope = stack(self.evidence, slopes(self.evidence, here.model, self.free, here.at, steps=steps))

@@ -11,10 +11,11 @@ import numpy as np
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.noise_of import shaking_of
-from station.diagnosis.inference.parameters import Free, identifiable
+from station.diagnosis.inference.parameters import Free, free_numbers, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import expected_information, pulls
+from station.diagnosis.likelihood.systematic import nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
@@ -209,7 +210,10 @@ class _Columns:
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:
     """The same scores, whose variants at a size have their `twice_gain`; it takes a short fit for each of them."""
-    gained = (replace(one, twice_gain=_twice_gain(evidence, fit, one.start)) for one in scored.variants)
+    model = fit.model
+    free = free_numbers(evidence, nuisances(evidence, model))
+    slope = stack(evidence, slopes(evidence, model, free, residuals(evidence, model)))
+    gained = (replace(one, twice_gain=_twice_gain(evidence, fit, one.start, slope)) for one in scored.variants)
     return replace(scored, variants=tuple(gained))
 
 
@@ -218,12 +222,15 @@ def _null_sizes(effect: Effect) -> dict[str, float]:
     return {one.name: one.neutral for one in effect.parameters if one.sizes}
 
 
-def _twice_gain(evidence: Evidence, current: Fit, start: Term) -> float:
-    """Twice what the log likelihood gains by a term at one of its sizes, mu_s and nuisances alone fitted anew; or 0."""
+def _twice_gain(evidence: Evidence, current: Fit, start: Term, slope: Array) -> float:
+    """Twice what the log likelihood gains by a term at one of its sizes, mu_s and nuisances alone fitted anew; or 0.
+
+    `slope` (rows, k) has the current model's slopes by these.
+    """
     if all(start.values[name] == null for name, null in _null_sizes(start.effect).items()):
         return 0.0
     tried = current.model.with_term(start)
-    found = fit_model(evidence, tried, (), noise=current.noise, refine=False, steps=ROUGH)
+    found = fit_model(evidence, tried, (), noise=current.noise, refine=False, steps=ROUGH, slope=slope)
     return max(2.0 * (found.log_likelihood - current.log_likelihood), 0.0)
 
 
