@@ -99,6 +99,7 @@ class View:
         yaw_rate_rad_s: (n,) turning rate of the mark.
         tilt_rad, down_rad: (n,) as in `Contact`.
         rest_s: (n,) time since this run's tilt began: how long the block has been held on a slope.
+        limit_rad: (n,) the tilt at which this run's block slides; nan where that is unknown.
         side_m: side of the block's mark.
         camera_height_m: height of the lens above the plate.
         image_centre_m: (2,) the place in P that the optical axis meets.
@@ -113,6 +114,7 @@ class View:
     tilt_rad: Array
     down_rad: Array
     rest_s: Array
+    limit_rad: Array
     side_m: float
     camera_height_m: float
     image_centre_m: Array

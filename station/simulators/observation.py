@@ -14,13 +14,14 @@ from station.physics.model import Model
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Seen:
-    """Moments of a mark: `pose`, `velocity` (n, 3) x, y, yaw in P; tilt, descent (rad) and time on the slope (n,)."""
+    """Moments of a mark: `pose`, `velocity` (n, 3) x, y, yaw in P; the others (n,) are those of `View`."""
 
     pose: Array
     velocity: Array
     tilt_rad: Array
     down_rad: Array
     rest_s: Array
+    limit_rad: Array
 
 
 class Camera:
@@ -70,6 +71,7 @@ class Camera:
             tilt_rad=seen.tilt_rad,
             down_rad=seen.down_rad,
             rest_s=seen.rest_s,
+            limit_rad=seen.limit_rad,
             side_m=self.geometry.marker_side_m,
             camera_height_m=self.geometry.camera_height_m,
             image_centre_m=self._centre,

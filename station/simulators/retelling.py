@@ -104,7 +104,7 @@ def retold(
     corners, fiducials = recorded.corners, recorded.fiducials
     if recorded.geometry is not None:
         camera = Camera(recorded.geometry, size_px=(rig.camera.width_px, rig.camera.height_px))
-        stage = _Stage(recorded, runs, model, camera, moments)
+        stage = _Stage(recorded, runs, model, camera, moments=moments, onset_rad=outcome.onset_rad)
         corners = stage.noisy(mark.corners(outcome, stage), rng)
         fiducials = {name: stage.noisy(stage.fiducial(track), rng) for name, track in fiducials.items()}
     simulated = replace(
@@ -121,9 +121,16 @@ class _Stage:
     """The camera at the moments of a session."""
 
     def __init__(
-        self, recorded: Signals, runs: Sequence[RecordedRun], model: Model, camera: Camera, moments: _Moments
-    ) -> None:  # fmt: skip
-        self.camera, self.model = camera, model
+        self,
+        recorded: Signals,
+        runs: Sequence[RecordedRun],
+        model: Model,
+        camera: Camera,
+        *,
+        moments: _Moments,
+        onset_rad: Array,
+    ) -> None:
+        self.camera, self.model, self._onset_rad = camera, model, onset_rad
         self._attitude, self._moments = recorded.attitude, moments
         self._tilt_ns = np.array([run.tilt_ns for run in runs], dtype=np.int64)
         self._late_ns = round(model.delay_s() * 1e9)
@@ -139,6 +146,7 @@ class _Stage:
             tilt_rad=np.arctan2(np.hypot(gravity[:, 0], gravity[:, 1]), -gravity[:, 2]),
             down_rad=np.arctan2(gravity[:, 1], gravity[:, 0]),
             rest_s=np.where(row >= 0, np.maximum(since, 0.0), 0.0),
+            limit_rad=np.where(row >= 0, self._onset_rad[np.maximum(row, 0)], np.nan),
         )
 
     def fiducial(self, track: CornerTrack) -> CornerTrack:

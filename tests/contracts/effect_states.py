@@ -66,6 +66,7 @@ def views(count: int = 60, *, seed: int = 2, on_block: bool = True, **fixed: Any
         "tilt_rad": rng.uniform(0, 1.4, count),
         "down_rad": rng.uniform(-np.pi, np.pi, count),
         "rest_s": rng.uniform(0, 200, count),
+        "limit_rad": np.where(np.arange(count) % 3, 0.4, np.nan),
         "image_centre_m": np.array([0.002, -0.001]),
         "row_m": np.array([0.0, -1.0]),
         **fixed,

@@ -15,7 +15,7 @@ BENT = 0.75
 """The longest bend of a step, in lengths of the step: the alpha of Transtrum & Sethna."""
 
 RIDGE, FLAT = 1e-9, 1e-6
-"""What is added to the curvature by each number: a share of it, so that no two numbers are exactly one, and a prior of
+"""The additions to the curvature by each number: a share of it, so that no two numbers are exactly one, and a prior of
 a thousand typical sizes for what no row determines. A share of the largest curvature stood here: of a simulation
 without noise it was a prior of half a typical size for all others, and a fit did not end within 25 steps
 (`pytest tests/unit/diagnosis/test_climb.py`)."""
@@ -30,12 +30,12 @@ class Quadratic:
 
     @staticmethod
     def of(here: Curvature, vector: Array, precision: Array) -> Quadratic:
-        """Builds it at the numbers `vector` (k,), from the data and normal priors with `precision` (k,) about 0."""
+        """Builds it at the numbers `vector` (k,), from the data and priors about 0, whose `precision` is (k,)."""
         hessian = (here.slope * here.curve[:, None]).T @ here.slope + np.diag(precision)
         return Quadratic(here.slope.T @ here.pull + precision * vector, hessian)
 
     def step(self, least: Array, most: Array) -> tuple[Array, float]:
-        """The step (k,) to the maximum between two bounds (k,), and the gain that it promises.
+        """The step (k,) to the maximum between the bounds `least` (k,) and `most` (k,), and the gain that it promises.
 
         A Newton step that is merely clipped at the bounds can lead downhill: a number that is held at its bound changes
         the others' optimum (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
@@ -49,9 +49,9 @@ class Quadratic:
     def bend(self, here: Curvature, bent: Array, move: Array, shrink: float) -> Array:
         """The second derivative (k,) of the way along a valley's floor, from that of the residuals along `move` (k,).
 
-        `bent` (n,) is the latter. Where the step is to go by the share `shrink` of `move`, a bend longer than BENT of
-        that way is shortened: the residuals are no quadratic so far away. Transtrum & Sethna 2012, arXiv:1201.5885
-        ("geodesic acceleration").
+        `bent` (n,) is the latter, whitened. Where the step is to go by the share `shrink` of `move`, a bend longer than
+        BENT of that way is shortened: the residuals are no quadratic so far away. Transtrum & Sethna 2012,
+        arXiv:1201.5885 ("geodesic acceleration").
         """
         root = self._root()
         half = solve_triangular(root, here.slope.T @ (here.curve * bent), lower=True)

@@ -64,7 +64,7 @@ class Shape(Channel):
 
 @compiled
 def common(values: Array, precision: Array) -> Array:
-    """The values (k,) that the rows (n, k) have in common: the maximum likelihood of Student's t with 3 degrees.
+    """The (k,) that the rows of `values` (n, k) have in common: the maximum likelihood of Student's t with 3 degrees.
 
     `precision` (n,) are the rows' inverse variances up to a factor: where the noise grows during a session, the mean of
     all rows is off by more than the best of them are, which then seem to share a strain.
@@ -92,15 +92,16 @@ def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
 
 
 def strain_by(moved_m: Array, per_m: Array) -> Array:
-    """Strain (n, 3) of a mark whose corners are moved by (n, 4, 2), m, from `strain_per_m`."""
+    """Strain (n, 3) of a mark whose corners are `moved_m` (n, 4, 2), m, by `per_m` (n, 3, 4, 2), see `strain_per_m`."""
     return np.einsum("nskc,nkc->ns", per_m, moved_m)
 
 
 def strain_per_m(model_m: Array, yaw_rad: Array) -> Array:
     """The strains (xx, yy, xy) by each corner's displacement along x and y: (n, 3, 4, 2), 1/m.
 
-    The corners' gradient is that of least squares: with the rigid mark's corners r about their mean, in the block's
-    axes, and their second moment S, a displacement d of one corner adds d rᵀ S⁻¹.
+    `model_m` (n, 4, 2), m, are a rigid mark's corners in P, and `yaw_rad` (n,) is the block's heading there. The
+    gradient is that of least squares: with the corners r about their mean, in the block's axes, and their second moment
+    S, a displacement d of one corner adds d rᵀ S⁻¹.
     """
     cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
     turn = np.stack([np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)], axis=-2)

@@ -85,6 +85,7 @@ def view_of(stretches: Stretches, recorded: Recorded) -> View:
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=np.maximum((middle - stretches["tilt_ns"]) * 1e-9, 0.0),
+        limit_rad=recorded.plate.at(stretches["slip_ns"]).tilt_rad,
     )
 
 

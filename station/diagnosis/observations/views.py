@@ -23,6 +23,7 @@ def block_view(
     tilt_rad: Array,
     down_rad: Array,
     rest_s: Array,
+    limit_rad: Array | None = None,
 ) -> View:
     """The view of the mark on blocks; the arguments but the first two are those of `View`.
 
@@ -36,6 +37,7 @@ def block_view(
         tilt_rad: (n,) angle between the plate's normal and up, rad.
         down_rad: (n,) direction of the steepest descent in P, rad.
         rest_s: (n,) time since the run's tilt began, s.
+        limit_rad: (n,) tilt at which the run's block slid, rad; None where it is not asked for.
     """
     geometry = recorded.signals.geometry or CameraGeometry(
         marker_side_m=recorded.setting.block_side_m, mm_per_px=0.1667
@@ -57,6 +59,7 @@ def block_view(
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=rest_s,
+        limit_rad=np.full(len(pose), np.nan) if limit_rad is None else limit_rad,
         **_camera(geometry, recorded.setting.image_height_px, nearer=_nearer(geometry)),
     )
 
@@ -77,6 +80,7 @@ def fixed_view(
         tilt_rad=tilt_rad,
         down_rad=down_rad,
         rest_s=np.zeros(count),
+        limit_rad=np.full(count, np.nan),
         **_camera(geometry, image_height_px),
     )
 

@@ -61,6 +61,7 @@ def view(corners_m: Any, *, tilt_rad: float, down_rad: float, **said: Any) -> Vi
         "velocity_m_s": np.zeros((1, 2)),
         "yaw_rate_rad_s": np.zeros(1),
         "rest_s": np.full(1, USUAL["rest_s"]),
+        "limit_rad": np.full(1, math.nan),
         "side_m": float(np.linalg.norm(corners[0, 1] - corners[0, 0])),
         "camera_height_m": 0.3,
         "image_centre_m": np.zeros(2),

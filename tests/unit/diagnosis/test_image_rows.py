@@ -127,6 +127,7 @@ def marks_at(place_m: Array) -> View:
         tilt_rad=zero,
         down_rad=zero,
         rest_s=zero,
+        limit_rad=np.full(len(place_m), np.nan),
         side_m=0.0075,
         camera_height_m=0.3,
         image_centre_m=np.zeros(2),

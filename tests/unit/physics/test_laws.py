@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -334,10 +335,31 @@ def test_the_camera_sags_for_everything_and_the_sole_for_the_block_only() -> Non
 
 def test_a_sole_creeps_by_decades_down_the_slope() -> None:
     """At 45°: e at once, k more after 9 s, 2 k after 99 s."""
-    view = square_view([45.0] * 3, [90.0] * 3, rest_s=[0.0, 9.0, 99.0])
+    view = square_view([45.0] * 3, [90.0] * 3, rest_s=[0.0, 9.0, 99.0], limit_rad=math.nan)
     seen = said("presliding", "seen", view, elastic_m=1e-4, creep_m_per_decade=5e-5)
     np.testing.assert_allclose(seen[:, 0, 1], [1e-4, 1.5e-4, 2e-4])
     np.testing.assert_allclose(seen[:, :, 0], 0.0, atol=1e-12)
+
+
+def test_a_sole_yields_beyond_a_share_of_its_limit() -> None:
+    """Its stiffness falls to nothing at the limit: (1 - s) / (1 - b) beyond the share b, and Dahl's law where b = 0."""
+    limit = math.atan(0.4)
+    shares = np.linspace(0.05, 0.95, 1801)
+    view = square_view(np.degrees(np.arctan(0.4 * shares)), 90.0, limit_rad=np.full(len(shares), limit))
+
+    def shift(elastic_share: float) -> Array:
+        return said("presliding", "seen", view, elastic_m=1e-3, elastic_share=elastic_share)[:, 0, 1]
+
+    np.testing.assert_allclose(shift(1.0), 1e-3 * 0.4 * shares)
+    np.testing.assert_allclose(shift(0.0), -1e-3 * 0.4 * np.log(1.0 - shares))
+    stiffness = 0.4e-3 / np.gradient(shift(0.6), shares, edge_order=2)
+    np.testing.assert_allclose(stiffness, np.minimum((1.0 - shares) / 0.4, 1.0), rtol=2e-3)
+
+
+def test_a_sole_whose_limit_nobody_knows_is_elastic() -> None:
+    view = square_view([5.0, 40.0, 45.0], 90.0, limit_rad=[math.nan, math.nan, 0.0])
+    seen = said("presliding", "seen", view, elastic_m=1e-4, elastic_share=0.5)
+    np.testing.assert_allclose(seen[:, 0, 1], 1e-4 * np.tan(np.radians([5.0, 40.0, 45.0])))
 
 
 def test_a_moving_mark_shears_by_its_rows() -> None:
