@@ -55,10 +55,11 @@ class Quadratic:
         """
         root = self._root()
         half = solve_triangular(root, here.slope.T @ (here.curve * bent), lower=True)
-        bend = -solve_triangular(root, half, lower=True, trans="T")
+        bend = -solve_triangular(root.T, half)
         longest = 2.0 * BENT / shrink * float(np.linalg.norm(move))
         return bend * min(1.0, longest / max(float(np.linalg.norm(bend)), 1e-300))
 
     def _root(self) -> Array:
         """The Cholesky factor (k, k) of the hessian with its ridge."""
-        return np.linalg.cholesky(self.hessian + np.diag(RIDGE * np.diag(self.hessian) + FLAT))
+        root = np.linalg.cholesky(self.hessian + np.diag(RIDGE * np.diag(self.hessian) + FLAT))
+        return np.asarray(root, dtype=np.float64)
