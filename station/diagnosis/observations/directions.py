@@ -3,7 +3,7 @@
 A law of the direction must not be fitted to the noise of directions: they are replaced by their expectation given the
 measurement (regression calibration; Carroll et al. 2006, Measurement Error in Nonlinear Models, chapter 4). They are
 shrunk toward what similar runs share: a level error or a texture turns all of them. Shrinkage toward the steepest line
-itself would make every such turn a tenth too small.
+itself would make every such turn a tenth too small. What they share is an expectation, too: see `relevance`.
 """
 
 from __future__ import annotations
@@ -13,46 +13,60 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis.observations.plate import Times
+from station.diagnosis.observations.relevance import relevant
 from station.physics.contact import Array
 
-HARMONICS = (1, 2)
+HARMONICS = (1, 2, 3, 4, 6)
+"""The orders to which a law's turns are followed: a grain of two axes that is pinched, and of three and four axes."""
 FAR = 0.98
 """Deviations beyond this quantile are clipped to it: a block that was knocked follows no law."""
 
 LEAST_RAD = 1e-3
+ROUNDS = 3
+"""The shared part is as uncertain as the slides' own deviations let it be, and these are what it leaves."""
 
 
 @dataclass(frozen=True, eq=False)
 class Believed:
-    """Expected deviations from the steepest line at the nodes (n, 3), rad, and their errors (n,) at the middle."""
+    """Expected deviations from the steepest line at the nodes (n, 3), rad, and their errors (n,) at the middle.
+
+    `common_rad` (n, 3) is the part that similar runs share.
+    """
 
     off_rad: Array
     sigma_rad: Array
+    common_rad: Array
 
 
-def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Believed:
+def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Believed:
     """The expectation of deviations from the steepest line, for slides at angles (n, 3) each, rad.
 
-    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad. The angles are
-    those on which a law may depend: down the slope in the plate, from the plate's texture, in the block.
+    `off_rad` (n, 3), rad, are the deviations as measured, with standard errors `sigma_rad` (n,), rad, which the rows of
+    a `run` (n,) have in common. The angles are those on which a law may depend: down the slope in the plate, from the
+    plate's texture, in the block.
     """
     if len(off_rad) == 0:
-        return Believed(off_rad, sigma_rad)
+        return Believed(off_rad, sigma_rad, off_rad)
     sigma = np.maximum(sigma_rad, LEAST_RAD)
     most = float(np.quantile(np.abs(off_rad), FAR))
-    common = _common(np.clip(off_rad, -most, most), sigma, angles_rad)
+    clipped = np.clip(off_rad, -most, most)
+    own = _true_variance(off_rad[:, 1], sigma)
+    for _ in range(ROUNDS):
+        common = _common(clipped, np.sqrt(sigma**2 + own), angles_rad, run)
+        own = _true_variance((off_rad - common)[:, 1], sigma)
     left = off_rad - common
-    own = _true_variance(left[:, 1], sigma)
     trust = own / (own + sigma**2)
-    return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma)
+    return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma, common)
 
 
-def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array]) -> Array:
-    """The part (n, 3) of the deviations that harmonics of the angles explain."""
+def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: Times) -> Array:
+    """The part (n, 3) of the deviations that harmonics of the angles explain; each angle and order is a group."""
     waves = [function(k * angle.ravel()) for angle in angles_rad for k in HARMONICS for function in (np.cos, np.sin)]
     design = np.column_stack([np.ones(off_rad.size), *waves])
-    weight = np.repeat(1.0 / sigma_rad, off_rad.shape[1])
-    found = np.linalg.lstsq(design * weight[:, None], off_rad.ravel() * weight, rcond=1e-3)[0]
+    rows = np.bincount(run)[run] * off_rad.shape[1]
+    weight = np.repeat(1.0 / (rows * sigma_rad**2), off_rad.shape[1])
+    found = relevant(design, off_rad.ravel(), weight, np.r_[0, 1 + np.arange(len(waves)) // 2])
     return (design @ found).reshape(off_rad.shape)
 
 

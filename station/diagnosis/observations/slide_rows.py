@@ -62,6 +62,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         windows["node_yaw_rate_rad_s"].ravel(),
         _between(windows, plate, uneven),
         _seen(recorded, contact),
+        (down + deviation.common_rad).ravel(),
     )
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
     # The yaw is that before the slide: a window's own shares the noise of the turning that it is to explain.
@@ -117,9 +118,10 @@ def _directions(recorded: Recorded) -> tuple[Array, Believed]:
     down = plate.down_rad.reshape(-1, len(NODES))
     off = np.mod(windows["node_way_rad"] - down + np.pi, 2 * np.pi) - np.pi
     angles = (down, down - recorded.facts.mount_rad[windows["run"]][:, None], down - windows["node_pose"][..., 2])
-    found = believed(off, windows["way_sigma_rad"], angles)
+    found = believed(off, windows["way_sigma_rad"], angles, windows["run"])
     level = plate.tilt_rad.reshape(down.shape) < LEAST_SLOPE_RAD
-    return down, replace(found, off_rad=np.where(level, off, found.off_rad))
+    off_rad, common_rad = (np.where(level, off, expected) for expected in (found.off_rad, found.common_rad))
+    return down, replace(found, off_rad=off_rad, common_rad=common_rad)
 
 
 def _velocities(windows: Windows, way_rad: Array) -> Array:

@@ -33,7 +33,8 @@ class Motion:
     `run_effects` gives for a model the log friction of the windows' runs (n,) over its own by their onsets, and those
     onsets' residuals; `yaw_rate_rad_s` (3 n) is the block's turning at the nodes; `between_m_s2` (n, 3) is what the
     three nodes miss of the means of pull (2) and press over a window in which the plate is set in motion or stopped;
-    `view` is the camera's view of the nodes.
+    `view` is the camera's view of the nodes. `usual_way_rad` (3 n) is the way that slides of such runs go, rad in P:
+    their own, unless it is given.
     """
 
     moments: Moments
@@ -43,6 +44,12 @@ class Motion:
     yaw_rate_rad_s: Array | float = 0.0
     between_m_s2: Array | None = None
     view: View | None = None
+    usual_way_rad: Array | None = None
+
+    @property
+    def usual_way(self) -> Array:
+        """`usual_way_rad`, or the blocks' own ways (3 n) if it is not given."""
+        return self.moments.reported.way_rad if self.usual_way_rad is None else self.usual_way_rad
 
     @property
     def between(self) -> Array:
@@ -199,6 +206,10 @@ class Across(_Slides):
     adds to the pull is therefore taken across the way that is expected of any block under its load. Across the block's
     own way a steeper plate would add a share of the very residual that it is to explain, and few runs with uneven soles
     would seem to prove an offset of the angle.
+
+    For the same reason a law's slope is taken on the way of similar runs: a run's own sideways friction sets its own,
+    and four such runs seemed to prove a grain (`RIG_SEED=20261873 RIG_SESSIONS=1 pytest -m benchmark -s
+    tests/benchmarks/test_rig_as_it_comes.py`).
     """
 
     name: str = ACROSS
@@ -223,7 +234,7 @@ class Across(_Slides):
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted sideways force (n,), relative to the friction."""
         load = self.motion.moments.loads(model)
-        slope = support_slope(model, load.contact, load.contact.way_rad)
+        slope = support_slope(model, load.contact, self.motion.usual_way)
         if model.acting("lead") or model.acting("seen"):
             slope = slope + model.friction(load.contact) * self._aside(model)
         held = self._mean(load.normal * slope) * np.exp(self._run_effects(model)[0])

@@ -54,14 +54,23 @@ def moments_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD) -> Moments:
     )
 
 
-def across_of(way_rad: Array, tilt_rad: Array | float = TILT_RAD, *, yaw_rate_rad_s: Array | float = 0.0) -> Across:
+def across_of(
+    way_rad: Array,
+    tilt_rad: Array | float = TILT_RAD,
+    *,
+    yaw_rate_rad_s: Array | float = 0.0,
+    usual_way_rad: Array | None = None,
+) -> Across:
     """Slides that go straight in directions (3 n,), each at a steady rate of speeding, and of turning (3 n,)."""
     moments = moments_of(way_rad, tilt_rad)
     toward = np.column_stack([np.cos(way_rad), np.sin(way_rad)])[NODES // 2 :: NODES]
     gained = 0.1 * GRAVITY_M_S2 * toward
     none = np.zeros(len(RUN), dtype=np.int64)
     rows = rows_of({"run": RUN, "from_ns": none, "to_ns": none, "sigma": np.full(len(RUN), 1e-3)}, {})
-    return Across(rows, Motion(moments, gained, np.zeros(len(RUN)), yaw_rate_rad_s=yaw_rate_rad_s))
+    motion = Motion(
+        moments, gained, np.zeros(len(RUN)), yaw_rate_rad_s=yaw_rate_rad_s, usual_way_rad=usual_way_rad
+    )  # fmt: skip
+    return Across(rows, motion)
 
 
 def test_uneven_soles_do_not_make_the_plate_steeper() -> None:
@@ -71,6 +80,17 @@ def test_uneven_soles_do_not_make_the_plate_steeper() -> None:
     plain = across.residual(PLAIN)
     assert np.std(plain) > 0.03
     assert np.abs(across.residual(STEEPER) - plain).max() < 1e-12
+
+
+def test_uneven_soles_are_no_grain() -> None:
+    """The slope of a grain is that on the way of such slides, which no run's own sideways friction sets."""
+    grain = PLAIN.with_term(Term(catalogue()["plate_anisotropy"], {"cos2": 0.1, "sin2": 0.0, "shape": 0.0}))
+    own = np.random.default_rng(20261443).normal(0.0, 0.05, RUNS)[NODE_RUN]
+    usual, aside = across_of(DOWN_RAD), across_of(DOWN_RAD + own, usual_way_rad=DOWN_RAD)
+    expected = usual.residual(grain) - usual.residual(PLAIN)
+    changed = aside.residual(grain) - aside.residual(PLAIN)
+    assert np.std(expected) > 0.05
+    assert changed == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("own_rad", [0.0, 0.03], ids=["alike", "each its own way"])
