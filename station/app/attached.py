@@ -34,11 +34,16 @@ def attached_table(reader: RecordingReader, name: str) -> Table | None:
 def attached_rig(reader: RecordingReader) -> RigConfig | None:
     """The rig inside a recording, without the folders of effects and plug-ins that it names; None if it carries none.
 
+    A session that was simulated again has nothing of what a simulated rig conceals on purpose.
+
     Raises:
         UserError: if it is not a rig file.
     """
     table = attached_table(reader, "rig.toml")
-    return None if table is None else replace(rig_of_table(table), physics=Table({}), plugins=Table({}))
+    if table is None:
+        return None
+    rig = replace(rig_of_table(table), physics=Table({}), plugins=Table({}))
+    return replace(rig, planted="") if "simulated_from" in reader.metadata.get("session", {}) else rig
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run:
         return Believed(off_rad, sigma_rad, off_rad)
     sigma = np.maximum(sigma_rad, LEAST_RAD)
     most = float(np.quantile(np.abs(off_rad), FAR))
-    clipped = np.clip(off_rad, -most, most)
+    clipped, common = np.clip(off_rad, -most, most), np.zeros_like(off_rad)
     own = _true_variance(off_rad[:, 1], sigma)
     for _ in range(ROUNDS):
         common = _common(clipped, np.sqrt(sigma**2 + own), angles_rad, run)

@@ -111,3 +111,14 @@ def test_a_rig_file_that_is_none_is_one_sentence(tmp_path: Path, rig: bytes) -> 
     reader = open_recording(forged(tmp_path / "odd.mcap", rig=rig))
     with pytest.raises(UserError, match=r"rig\.toml in .*odd\.mcap: expected TOML, got something else"):
         attached_rig(reader)
+
+
+def test_what_a_rig_conceals_is_not_in_a_simulation_of_its_session(tmp_path: Path) -> None:
+    """A diagnosis of a simulation must not be told that a camera's mount sags, which nobody simulated."""
+    simulated = tmp_path / "simulated.mcap"
+    assert main(["simulate", str(GOLDEN), "--plant", "kinetic_drop=0.3", "--out", str(simulated)]) == 0
+    recorded, again = (attached_rig(open_recording(path)) for path in (GOLDEN, simulated))
+    assert recorded is not None
+    assert "sags" in recorded.planted
+    assert again is not None
+    assert not again.planted

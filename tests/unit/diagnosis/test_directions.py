@@ -24,7 +24,9 @@ def seen(rng: np.random.Generator, *, wave_rad: float, own_rad: float) -> tuple[
     yaw = np.repeat(np.linspace(0.0, -0.7, RUNS), WINDOWS)
     true = wave_rad * np.sin(down - 0.4) + rng.normal(0.0, own_rad, RUNS)[RUN]
     measured = true + rng.normal(0.0, SIGMA, RUNS)[RUN]
-    at_nodes = [np.repeat(values[:, None], 3, axis=1) for values in (measured, down, down - yaw)]
+    at_nodes: list[Array] = [
+        np.asarray(np.repeat(values[:, None], 3, axis=1), dtype=np.float64) for values in (measured, down, down - yaw)
+    ]
     found = believed(at_nodes[0], np.full(len(RUN), SIGMA), (at_nodes[1], at_nodes[1], at_nodes[2]), RUN)
     return np.repeat(true[:, None], 3, axis=1), found
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def waves(rng: np.random.Generator) -> Array:
 
 
 def fitted(design: Array, values: Array) -> Array:
-    return np.linalg.lstsq(design, values, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(design, values, rcond=None)[0], dtype=np.float64)
 
 
 def test_noise_has_no_waves() -> None:
@@ -55,11 +56,12 @@ def test_the_variances_are_the_likeliest() -> None:
     rng = np.random.default_rng(20261129)
     design = rng.normal(size=(40, 4))
     values = design @ [0.03, -0.02, 0.004, 0.001] + rng.normal(0.0, SIGMA, 40)
+    normal: Any = multivariate_normal
     group, weight = np.array([0, 0, 1, 1]), np.full(40, SIGMA**-2)
 
     def loss(log_variance: Array) -> float:
         covariance = SIGMA**2 * np.eye(40) + (design * np.exp(log_variance)[group]) @ design.T
-        return -float(multivariate_normal(np.zeros(40), covariance).logpdf(values))
+        return -float(normal(np.zeros(40), covariance).logpdf(values))
 
     best = np.exp(minimize(loss, np.log([1e-3, 1e-5]), method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9}).x)
     known = np.linalg.solve(
