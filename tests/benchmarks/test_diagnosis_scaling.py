@@ -93,4 +93,5 @@ def test_how_a_diagnosis_grows(tmp_path: Path) -> None:
     in_line = float(np.polyval(np.polyfit(SIZES, memory, 1), LONG_RUNS)) if len(measured) > 1 else memory[-1]
     print(f"memory of {LONG_RUNS} runs, by the line through these: {in_line:.0f} MB")
     assert in_line < MOST_MB
-    assert math.log(total[-1] / total[0]) / math.log(SIZES[-1] / SIZES[0]) < MOST
+    if len(SIZES) > 1:
+        assert math.log(total[-1] / total[0]) / math.log(SIZES[-1] / SIZES[0]) < MOST
