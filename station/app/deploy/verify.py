@@ -15,6 +15,9 @@ from shared.rig import RigConfig
 from shared.zenoh_bus import ZenohBus
 from station.app.clocks import RoundTrip, best_of
 
+ENOUGH = 5
+"""The fewest corners by which a camera's rate is told."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Arrival:
@@ -73,21 +76,26 @@ class _Listener:
 
 
 def watch(rig: RigConfig, endpoint: str, *, seconds: float, patience_s: float) -> Arrival:
-    """Listens at `endpoint` for `seconds` from the first corners on; gives up after `patience_s` without any."""
+    """Listens at `endpoint` for `seconds` from the first corners on, and until there are ENOUGH of them.
+
+    It gives up after `patience_s`. A busy Pi may send one frame in the first second, and one frame has no rate.
+    """
     clock = SystemClock()
     heard = _Listener(clock.now_ns())
     with ZenohBus(rig.id, connect=[endpoint], clock=clock) as bus:
         bus.subscribe("camera/corners", heard.corners)
         bus.subscribe("camera/status", heard.took_status)
-        give_up, next_ping = time.monotonic() + patience_s, 0.0
-        while time.monotonic() < give_up:
+        until = give_up = time.monotonic() + patience_s
+        next_ping = 0.0
+        while time.monotonic() < (until if len(heard.times) >= ENOUGH else give_up):
             if time.monotonic() >= next_ping:
                 next_ping = time.monotonic() + 0.05
                 _ping(bus, clock, heard.trips)
             before = len(heard.times)
             bus.poll(0.02)
             if not before and heard.times:
-                give_up = time.monotonic() + seconds
+                until = time.monotonic() + seconds
+                give_up = max(give_up, until)
     return _arrival(heard)
 
 
