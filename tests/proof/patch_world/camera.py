@@ -15,6 +15,7 @@ from tests.proof.patch_world import places as at
 from tests.proof.patch_world.world import Camera
 
 Array = NDArray[np.float64]
+Pair = tuple[float, float]
 SIZE_PX = 600
 CENTRE_PX = (SIZE_PX - 1) / 2
 PX_PER_M = 6000.0
@@ -44,8 +45,10 @@ class View:
         seen: list[float] = []
         for bx, by in _CORNERS:
             rx, ry = half * (cosine * bx - sine * by), half * (sine * bx + cosine * by)
-            vx, vy = state[at.VX] - state[at.SPIN] * ry, state[at.VY] + state[at.SPIN] * rx
-            seen += self._read(x + rx, y + ry, vx, vy, shift)
+            spin, turning = state[at.SPIN], state[at.TURNING]
+            velocity = state[at.VX] - spin * ry, state[at.VY] + spin * rx
+            gaining = state[at.AX] - turning * ry - spin * spin * rx, state[at.AY] + turning * rx - spin * spin * ry
+            seen += self._read((x + rx, y + ry), velocity, gaining, shift)
         return seen
 
     def fiducial(self, state: Array, *, azimuth: float, run: int) -> list[float]:
@@ -57,12 +60,19 @@ class View:
             seen += self._pixel(FIDUCIAL_M[0] + half * bx, FIDUCIAL_M[1] + half * by, 0.0, shift)
         return seen
 
-    def _read(self, x: float, y: float, vx: float, vy: float, shift: tuple[float, float]) -> tuple[float, float]:
-        """A moving corner's image: the row in which it stands when that row is read out."""
-        corner = self._pixel(x, y, self.mark_height_m, shift)
+    def _read(self, place: Pair, velocity: Pair, gaining: Pair, shift: Pair) -> Pair:
+        """A moving corner's image: the row in which it stands when that row is read out.
+
+        Without what it gains in speed meanwhile, it would stand up to 8 % of its way short at 0.05 m/s and 4 ms.
+        """
+        corner = self._pixel(*place, self.mark_height_m, shift)
         for _ in range(_READ_ROUNDS if self.camera.readout_s else 0):
             late = self.camera.readout_s * (corner[1] / SIZE_PX - 0.5)
-            corner = self._pixel(x + vx * late, y + vy * late, self.mark_height_m, shift)
+            x, y = (
+                at + late * (speed + 0.5 * late * gain)
+                for at, speed, gain in zip(place, velocity, gaining, strict=True)
+            )
+            corner = self._pixel(x, y, self.mark_height_m, shift)
         return corner
 
     def _shift(self, angle: float, *, azimuth: float, run: int) -> tuple[float, float]:

@@ -31,6 +31,8 @@ from tests.proof.patch_world.places import (
     AT_X,
     AT_Y,
     AT_YAW,
+    AX,
+    AY,
     AZIMUTH,
     BEGIN,
     FRESH,
@@ -45,6 +47,7 @@ from tests.proof.patch_world.places import (
     SLOSH_Y,
     SPIN,
     TIRED,
+    TURNING,
     VX,
     VY,
     WEAKEST,
@@ -206,6 +209,7 @@ def _rest(s: Array, z: Array, px: float, py: float, press: float, c: Contact) ->
     for i in range(z.shape[0]):
         z[i, 0], z[i, 1] = gx, gy
     s[VX] = s[VY] = s[SPIN] = 0.0
+    s[AX] = s[AY] = s[TURNING] = 0.0
     s[SLOSH_X], s[SLOSH_Y] = px / c.slosh_omega**2, py / c.slosh_omega**2
     s[SLOSH_VX] = s[SLOSH_VY] = 0.0
 
@@ -300,7 +304,13 @@ def advance(
             ax, ay = box_x, box_y
         s[VX] += dt * ax
         s[VY] += dt * ay
-        s[SPIN] += dt * (press * c.mass * moment + wall_moment) / inertia
+        turn = (press * c.mass * moment + wall_moment) / inertia
+        s[SPIN] += dt * turn
+        s[AX], s[AY], s[TURNING] = (
+            s[AX] + blend * (ax - s[AX]),
+            s[AY] + blend * (ay - s[AY]),
+            s[TURNING] + blend * (turn - s[TURNING]),
+        )
         s[X] += dt * s[VX]
         s[Y] += dt * s[VY]
         s[YAW] += dt * s[SPIN]
