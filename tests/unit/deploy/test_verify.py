@@ -54,7 +54,10 @@ class BusyCamera:
 
 
 def heard(monkeypatch: pytest.MonkeyPatch, more: int) -> verify.Arrival:
-    monkeypatch.setattr(verify, "ZenohBus", lambda *_, **__: BusyCamera(more))
+    def bus(*_: Any, **__: Any) -> BusyCamera:
+        return BusyCamera(more)
+
+    monkeypatch.setattr(verify, "ZenohBus", bus)
     return watch(rig(), "tcp/127.0.0.1:1", seconds=SECONDS, patience_s=2.0)
 
 

@@ -169,11 +169,11 @@ def test_a_sliding_block_gains_speed_as_its_state_says() -> None:
     """By differences of its velocity: rows that are read later see where it will be."""
     bench = bench_of(World())
     end = bench.ask(math.radians(35.0), azimuth=0.0, rate=math.radians(8.0))
-    rows: list[tuple[float, float, float, float]] = []
+    rows: list[list[float]] = []
     while bench.time_s < end and len(rows) < 40:
         bench.advance(round(bench.time_s + 0.002, 4))
         if math.hypot(bench.state[at.VX], bench.state[at.VY]) > 0.02:
-            rows.append(tuple(float(bench.state[k]) for k in (at.VX, at.VY, at.AX, at.AY)))
+            rows.append([float(bench.state[k]) for k in (at.VX, at.VY, at.AX, at.AY)])
     vx, vy, ax, ay = np.array(rows).T
     assert len(rows) == 40
     for speed, gain in ((vx, ax), (vy, ay)):
