@@ -14,6 +14,9 @@ from shared.errors import UserError
 from shared.rig import RigConfig, rig_of_table
 from station.recording.reader import RecordingReader
 
+SIMULATED_FROM = "simulated_from"
+"""The key in a session's metadata under which one that was simulated again names the recorded one."""
+
 
 def attached_table(reader: RecordingReader, name: str) -> Table | None:
     """The TOML file `name` inside a recording; None if it carries none.
@@ -43,7 +46,7 @@ def attached_rig(reader: RecordingReader) -> RigConfig | None:
     if table is None:
         return None
     rig = replace(rig_of_table(table), physics=Table({}), plugins=Table({}))
-    return replace(rig, planted="") if "simulated_from" in reader.metadata.get("session", {}) else rig
+    return replace(rig, planted="") if SIMULATED_FROM in reader.metadata.get("session", {}) else rig
 
 
 def effects_left_out(reader: RecordingReader) -> tuple[str, ...]:

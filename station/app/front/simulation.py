@@ -16,6 +16,7 @@ from shared.installed import missing_said
 from shared.messages import Sample
 from shared.rig import RigConfig
 from station.app import simulating
+from station.app.attached import SIMULATED_FROM
 from station.app.front.page import fragment
 from station.app.front.recording import FilePath, Recording, opened, path_of
 from station.app.front.table import Table
@@ -71,7 +72,7 @@ def simulate(
             "station diagnose --simulate runs it as it is, and with what was found"
         )
     signals = engine.repeat(recorded.signals, chosen, rig=config, rng=rng)
-    said = {"simulated_from": Path(recorded.name).name, "simulator": simulator}
+    said = {SIMULATED_FROM: Path(recorded.name).name, "simulator": simulator}
     if seed is not None:
         said["simulation_seed"] = str(seed)
     return Simulated(recorded, signals, rig=config, said=said, model_toml=text)

@@ -22,7 +22,7 @@ from station.physics.model import Model
 CONVERGED = 1e-3
 """A step that promises a smaller gain in log likelihood is not taken."""
 WORTH_RENEWING = 0.5
-"""A new noise estimate is kept if it raises the log likelihood by more than this."""
+"""A new noise estimate is kept if it raises the log likelihood by more than this; it is not worth a climb for less."""
 
 FARTHEST, FARTHEST_SHAPE = 30.0, 3.0
 """The longest steps, in typical sizes: a shape has no slope where its effect vanishes and must not run away, and the
@@ -53,6 +53,16 @@ class Point:
     at: dict[str, Array]
     white: Array
     whitening: Whitening
+
+
+@dataclass(frozen=True, eq=False)
+class Aim:
+    """A step `move` (k,) to the maximum of the `quadratic` model by the curvature `here`, and the promised `gain`."""
+
+    here: Curvature
+    quadratic: Quadratic
+    move: Array
+    gain: float
 
 
 class Climb:
@@ -134,15 +144,21 @@ class Climb:
         """
         whitening, before = self.point.whitening, self._total(self.point)
         slope = whitening(self._slope)[self.counts[whitening.run]]
-        here = self.curvature = self._curved(slope)
-        self._steps = 1.0 / np.sqrt(np.clip(here.alone + self.precision, STEP**-2, LEAST_STEP**-2))
-        move, promised = self._promise(here)
-        gain, last, shrunk = promised, np.inf, SHRUNK
-        while CONVERGED < gain < AGAIN * last and self._moved(here, move, gain, shrunk):
-            last, shrunk = gain, SHRUNK[:1]
-            here = self._curved(slope)
-            move, gain = self._promise(here)
-        return promised, self._total(self.point) - before
+        first = aim = self._aim(slope)
+        self.curvature = first.here
+        self._steps = 1.0 / np.sqrt(np.clip(np.diag(first.quadratic.hessian), STEP**-2, LEAST_STEP**-2))
+        last, shrunk = np.inf, SHRUNK
+        while CONVERGED < aim.gain < AGAIN * last and self._moved(aim, shrunk):
+            last, shrunk = aim.gain, SHRUNK[:1]
+            aim = self._aim(slope)
+        return first.gain, self._total(self.point) - before
+
+    def _aim(self, slope: Array) -> Aim:
+        """The step to the maximum of the quadratic model, from whitened slopes of the components that count."""
+        vector, here = self.point.vector, self._curved(slope)
+        quadratic = Quadratic.of(here, vector, self.precision)
+        least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
+        return Aim(here, quadratic, *quadratic.step(least, most))
 
     def _curved(self, slope: Array) -> Curvature:
         """The likelihood's curvature here, from whitened slopes of the components that count."""
@@ -152,35 +168,28 @@ class Climb:
         pull, curve = pulls(self.point.white[counted], tail, limit)
         return Curvature(slope=slope, pull=pull, curve=curve, tail=tail, limit=limit, run=whitening.block[counted])
 
-    def _promise(self, here: Curvature) -> tuple[Array, float]:
-        """The step (k,) to the maximum of the quadratic model within bounds and reach, and the gain it promises."""
-        vector = self.point.vector
-        least, most = np.maximum(self.low - vector, -self._reach), np.minimum(self.high - vector, self._reach)
-        return Quadratic.of(here, vector, self.precision).step(least, most)
-
-    def _moved(self, here: Curvature, move: Array, gain: float, shrunk: Sequence[float]) -> bool:
+    def _moved(self, aim: Aim, shrunk: Sequence[float]) -> bool:
         """Goes by the first of the shortened steps that gains enough, or else by the best; False if none gains.
 
         What a step shows beside its slopes bends the next one.
         """
         start, before = self.point, self._total(self.point)
-        most, bend = before, np.zeros_like(move)
+        most, bend = before, np.zeros_like(aim.move)
         for shrink in shrunk:
-            tried = self._at(start.vector + shrink * move + 0.5 * shrink**2 * bend)
+            tried = self._at(start.vector + shrink * aim.move + 0.5 * shrink**2 * bend)
             total = self._total(tried)
             if total > most:
                 self.point, most = tried, total
-            if most > before + ENOUGH * shrink * gain:
+            if most > before + ENOUGH * shrink * aim.gain:
                 break
-            bend = self._bend(here, start, tried, move=move, shrink=shrink)
+            bend = self._bend(aim, start, tried, shrink)
         return self.point is not start
 
-    def _bend(self, here: Curvature, start: Point, tried: Point, *, move: Array, shrink: float) -> Array:
-        """The bend (k,) of the way along `move`, from what a step by a share of it has shown beside the slopes."""
-        counted = self.counts[start.whitening.run]
-        straight = here.slope @ (tried.vector - start.vector)
-        bent = 2.0 / shrink**2 * ((tried.white - start.white)[counted] - straight)
-        return Quadratic.of(here, start.vector, self.precision).bend(here, bent, move, shrink)
+    def _bend(self, aim: Aim, start: Point, tried: Point, shrink: float) -> Array:
+        """The bend (k,) of the way along a step, from what a share of it has shown beside the slopes."""
+        straight = aim.here.slope @ (tried.vector - start.vector)
+        seen = (tried.white - start.white)[self.counts[start.whitening.run]]
+        return aim.quadratic.bend(aim.here, 2.0 / shrink**2 * (seen - straight), aim.move, shrink)
 
     def _at(self, vector: Array) -> Point:
         clipped = np.clip(vector, self.low, self.high)

@@ -15,7 +15,6 @@ from station.diagnosis.inference.parameters import Free, free_numbers, identifia
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
 from station.diagnosis.likelihood.slopes import differences, near, residuals, slopes
 from station.diagnosis.likelihood.student import expected_information, pulls
-from station.diagnosis.likelihood.systematic import nuisances
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
@@ -211,7 +210,7 @@ class _Columns:
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:
     """The same scores, whose variants at a size have their `twice_gain`; it takes a short fit for each of them."""
     model = fit.model
-    free = free_numbers(evidence, nuisances(evidence, model))
+    free = free_numbers(evidence, model, ())
     slope = stack(evidence, slopes(evidence, model, free, residuals(evidence, model)))
     gained = (replace(one, twice_gain=_twice_gain(evidence, fit, one.start, slope)) for one in scored.variants)
     return replace(scored, variants=tuple(gained))

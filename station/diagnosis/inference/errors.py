@@ -30,11 +30,6 @@ class Curvature:
     limit: Bools
     run: Times
 
-    @property
-    def alone(self) -> Array:
-        """The curvature (k,) by each number while the others keep their values."""
-        return np.einsum("nk,nk,n->k", self.slope, self.slope, self.curve)
-
     def covariance(self, precision: Array, width: Array) -> Array:
         """Covariance (k, k) of the numbers; `precision` (k,) is their priors', `width` (k,) the length of their ranges.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.diagnosis.likelihood.systematic import nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -48,9 +49,10 @@ class Free:
         return 1.0 if self.parameter is None else self.parameter.typical
 
 
-def free_numbers(evidence: Evidence, effects: Sequence[Effect]) -> tuple[Free, ...]:
-    """ln mu_s, then the effects' parameters in their order, without the shapes that are not identifiable here."""
-    numbers = (Free(effect, parameter) for effect in effects for parameter in identifiable(evidence, effect))
+def free_numbers(evidence: Evidence, model: Model, effects: Sequence[Effect]) -> tuple[Free, ...]:
+    """ln mu_s, then the parameters of the model's nuisances and of the effects, without unidentifiable shapes."""
+    every = [*nuisances(evidence, model), *effects]
+    numbers = (Free(effect, parameter) for effect in every for parameter in identifiable(evidence, effect))
     return (Free(None, None), *numbers)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -40,7 +41,7 @@ class Quadratic:
         A Newton step that is merely clipped at the bounds can lead downhill: a number that is held at its bound changes
         the others' optimum (Stark & Parker 1995, Comput. Stat. 10, 129: bounded-variable least squares).
         """
-        root = self._root()
+        root = self._root
         target = -solve_triangular(root, self.gradient, lower=True)
         found = lsq_linear(root.T, target, (least, most), method="bvls")
         move = np.clip(np.asarray(found.x, dtype=np.float64), least, most)
@@ -53,12 +54,13 @@ class Quadratic:
         BENT of that way is shortened: the residuals are no quadratic so far away. Transtrum & Sethna 2012,
         arXiv:1201.5885 ("geodesic acceleration").
         """
-        root = self._root()
+        root = self._root
         half = solve_triangular(root, here.slope.T @ (here.curve * bent), lower=True)
         bend = -solve_triangular(root.T, half)
         longest = 2.0 * BENT / shrink * float(np.linalg.norm(move))
         return bend * min(1.0, longest / max(float(np.linalg.norm(bend)), 1e-300))
 
+    @cached_property
     def _root(self) -> Array:
         """The Cholesky factor (k, k) of the hessian with its ridge."""
         root = np.linalg.cholesky(self.hessian + np.diag(RIDGE * np.diag(self.hessian) + FLAT))

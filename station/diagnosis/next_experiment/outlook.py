@@ -22,7 +22,7 @@ from station.diagnosis.inference.parameters import free_numbers, vector_of
 from station.diagnosis.inference.sparse import Table, by_channel
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.slopes import residuals
-from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, nuisances, without_nuisances
+from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, without_nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.smooth import smooth_terms
@@ -167,7 +167,7 @@ def _signals(evidence: Evidence, null: Fit, rivals: Sequence[Rival]) -> Table:
 def standing(evidence: Evidence, model: Model, noise: Noise) -> Fit:
     """A model as it is, as if it were the fit to the evidence: its own numbers stay free."""
     named = _acting(model)
-    free = free_numbers(evidence, [*nuisances(evidence, model), *named])
+    free = free_numbers(evidence, model, named)
     count = len(evidence.run_number)
     return Fit(
         model=model,

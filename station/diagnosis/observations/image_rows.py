@@ -62,7 +62,7 @@ def rest_channel(recorded: Recorded) -> Sequence[Channel]:
     }
     columns = {**_span(now), "sigma": np.hypot(sigma, thresholds.PLACE_TRUSTED_M), "astray": crept_m(recorded, now)}
     rows = rows_of(columns, {**known, "tilt": view.tilt_rad})
-    limit_rad = np.repeat(recorded.plate.at(now["slip_ns"]).tilt_rad, CREEP_POINTS)
+    limit_rad = np.repeat(view.limit_rad, CREEP_POINTS)
     down_m = (moved * view.down).sum(axis=1)
     return [Rest(rows, down_m, view=view, start=level, creeping=creeping, creep_s=creep_s, limit_rad=limit_rad)]
 

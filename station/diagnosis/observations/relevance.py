@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from station.physics.contact import Array
 
 ROUNDS = 200
+"""The steps until the variances stand still (`pytest tests/unit/diagnosis/test_relevance.py -k likeliest`)."""
 IRRELEVANT = 1e8
 """A precision beyond this multiple of what the data say of a coefficient holds it at zero."""
 

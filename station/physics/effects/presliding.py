@@ -5,7 +5,7 @@ part k per decade of the time t on the slope. The load is q = 0.3 (g / 0.3)^n: n
 are metres at 45°), more where asperities let go one after another as it grows. Hard contacts shift by nanometres.
 
 Up to the share b of the load under which it slides a sole is elastic, and g = tan θ. Beyond, its bristles slip one
-after another: what still holds stiffens it by (1 − s) / (1 − b) at the share s = tan θ / tan θ_slip, so that
+after another: at the share s = tan θ / tan θ_slip its stiffness has fallen to (1 − s) / (1 − b) of what it was, so that
 g = tan θ_slip (b + (1 − b) ln((1 − b) / (1 − s))). At b = 0 that is Dahl's law, at b = 1 an elastic sole.
 """
 

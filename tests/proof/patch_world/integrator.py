@@ -306,11 +306,9 @@ def advance(
         s[VY] += dt * ay
         turn = (press * c.mass * moment + wall_moment) / inertia
         s[SPIN] += dt * turn
-        s[AX], s[AY], s[TURNING] = (
-            s[AX] + blend * (ax - s[AX]),
-            s[AY] + blend * (ay - s[AY]),
-            s[TURNING] + blend * (turn - s[TURNING]),
-        )
+        s[AX] += blend * (ax - s[AX])
+        s[AY] += blend * (ay - s[AY])
+        s[TURNING] += blend * (turn - s[TURNING])
         s[X] += dt * s[VX]
         s[Y] += dt * s[VY]
         s[YAW] += dt * s[SPIN]
