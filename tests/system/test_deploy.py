@@ -164,7 +164,7 @@ def test_corners_arrive_at_the_station_and_a_second_deployment_changes_nothing(g
     assert verified, done.stdout
     count, rate_hz, found, latency_ms = map(float, verified.groups())
     assert found == count > 0
-    assert rate_hz > 0
+    assert rate_hz > 0, done.stdout + done.stderr
     assert latency_ms > 0
     assert f"+{release.rpartition('-')[2]}" in done.stdout, "the agent says which release it is"
     assert {path.name for path in (good.home / "current").iterdir() if path.is_dir()} >= {"pi_agent", "shared", "venv"}
