@@ -8,7 +8,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from shared import foxglove, topics, wire
@@ -62,19 +62,6 @@ def same(one: Any, other: Any) -> bool:
     return one == other
 
 
-@pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
-@given(data=st.data())
-def test_what_is_sent_arrives(cls: type[Message], data: st.DataObject):
-    message = data.draw(messages(cls))
-    payload = wire.encode(message)
-    assert payload == wire.encode(message)
-    if message.impossible():
-        with pytest.raises(UserError, match=f"Expected a {wire.schema_name(cls)}, got "):
-            wire.decode(cls, payload)
-    else:
-        assert same(message, wire.decode(cls, payload))
-
-
 @cache
 def strangers(cls: type[Message]) -> Any:
     """The class that protobuf itself makes of the schema."""
@@ -86,16 +73,22 @@ def strangers(cls: type[Message]) -> Any:
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
-def test_a_stranger_can_read_it_with_the_schema_alone(cls: type[Message]):
-    assert strangers(cls).FromString(wire.encode(cls())) is not None
+@given(data=st.data())
+def test_what_is_sent_arrives_and_is_written_as_by_protobuf(cls: type[Message], data: st.DataObject):
+    message = data.draw(messages(cls))
+    payload = wire.encode(message)
+    assert payload == wire.encode(message)
+    assert strangers(cls).FromString(payload).SerializeToString() == payload
+    if message.impossible():
+        with pytest.raises(UserError, match=f"Expected a {wire.schema_name(cls)}, got "):
+            wire.decode(cls, payload)
+    else:
+        assert same(message, wire.decode(cls, payload))
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
-@settings(deadline=None)
-@given(data=st.data())
-def test_the_bytes_are_those_that_protobuf_writes(cls: type[Message], data: st.DataObject):
-    payload = wire.encode(data.draw(messages(cls)))
-    assert strangers(cls).FromString(payload).SerializeToString() == payload
+def test_a_stranger_can_read_it_with_the_schema_alone(cls: type[Message]):
+    assert strangers(cls).FromString(wire.encode(cls())) is not None
 
 
 def test_zeros_and_the_largest_numbers_are_written_as_protobuf_does():

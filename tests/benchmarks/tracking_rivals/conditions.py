@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +57,16 @@ Maker = Callable[[Rng], Trial]
 
 
 class Plates:
-    """Parts of a few large surfaces of each kind, turned and mirrored: making one takes longer than a frame."""
+    """Parts of a few large surfaces of each kind, turned and mirrored: making one takes longer than a frame.
 
-    def __init__(self) -> None:
+    They are made when the first is asked for, since every run of the tests imports this module.
+    """
+
+    @cached_property
+    def _fields(self) -> dict[str, list[Plate]]:
         rng = np.random.default_rng(77)
-        self._fields = {kind: [surface(kind, rng=rng, size=LARGE_PX) for _ in range(4)] for kind in ("wood", "steel")}
-        self._fields["plain"] = [surface("plain", rng=rng, size=LARGE_PX)]
+        fields = {kind: [surface(kind, rng=rng, size=LARGE_PX) for _ in range(4)] for kind in ("wood", "steel")}
+        return fields | {"plain": [surface("plain", rng=rng, size=LARGE_PX)]}
 
     def pick(self, rng: Rng, kind: str | None = None) -> Plate:
         """A surface of the kind, or of wood or steel."""
