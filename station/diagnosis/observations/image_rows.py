@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from shared.geometry import mark_corners
 from shared.messages import CameraGeometry
 from station.diagnosis import thresholds
 from station.diagnosis.observations.channel import Channel, rows_of
@@ -15,7 +16,7 @@ from station.diagnosis.observations.marks import CREEP_POINTS, Mount, PlateMarks
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.nearness import crept_m
 from station.diagnosis.observations.plate import Times
-from station.diagnosis.observations.shape import Shape, strain_of
+from station.diagnosis.observations.shape import Shape
 from station.diagnosis.observations.starts import leans
 from station.diagnosis.observations.stretches import (
     LEAST_FRAMES,
@@ -165,7 +166,7 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     found = np.array([row for each in enumerate(recorded.tracks) for row in _shaped(recorded, *each)], dtype=STRETCH)
     if geometry is None or len(found) < LEAST_FRAMES:
         return []
-    view, yaw = view_of(found, recorded), found["pose"][:, 2]
+    view = view_of(found, recorded)
     sigma = found["corner_sigma_m"] / geometry.marker_side_m / np.sqrt(found["frames"])
     covariates = {
         "x": view.centre_m[:, 0],
@@ -179,7 +180,8 @@ def shape_channel(recorded: Recorded) -> Sequence[Channel]:
     every = np.repeat(np.arange(len(found)), 3)
     rows = rows_of(columns, covariates).chosen(every)
     spread_m = view.velocity_m_s * found["spread_s"][:, None]
-    return [Shape(rows, strain_of(view.point_m, found["corner_m"], yaw), view, yaw, spread_m)]
+    mark_m = mark_corners(side_m=geometry.marker_side_m, aspect=geometry.marker_aspect)
+    return [Shape(rows, found["corner_m"], mark_m=mark_m, view=view, spread_m=spread_m)]
 
 
 def _shaped(recorded: Recorded, place: int, track: RunTrack) -> Iterator[Any]:

@@ -23,8 +23,9 @@ LEAST_PULL = 1e-6
 class Shape(Channel):
     """Strain of the mark's image in the block's axes (xx, yy, xy: three rows a view), less the mark's own.
 
-    A mark is never printed exactly: what all views share beside a model's strain is the mark's own. `spread_m` (n, 2)
-    is the root mean square way of the mark along its path in the view's frames, over which the strain is a mean.
+    A mark is never printed exactly: what all views share beside a model's strain is the mark's own. The mean corners
+    seen in P are `corner_m` (n, 4, 2), m, and `mark_m` (4, 2) those of the mark as it should be, in the block's axes;
+    `spread_m` (n, 2) is the root mean square way of the mark along its path in the view's frames.
     """
 
     name: str = "shape"
@@ -33,33 +34,53 @@ class Shape(Channel):
     unit: str = "1"
     trusted: float = thresholds.STRAIN_TRUSTED
 
-    def __init__(self, rows: Rows, strain: Array, view: View, yaw_rad: Array, spread_m: Array) -> None:
+    def __init__(self, rows: Rows, corner_m: Array, *, mark_m: Array, view: View, spread_m: Array) -> None:
         super().__init__(rows)
-        self._strain, self._view, self._spread = strain, view, spread_m[:, None, :]
-        self._per_m = strain_per_m(view.point_m, yaw_rad)
-        self._precision = 1.0 / np.square(rows.sigma[:: strain.shape[1]])
+        self._corner, self._view, self._spread = corner_m, view, spread_m[:, None, :]
+        self._gradient = gradient_per_m(mark_m)
+        self._precision = 1.0 / np.square(rows.sigma[::3])
 
     def changed_by(self, effect: Effect) -> bool:
         """False for what moves a mark as a whole."""
         return super().changed_by(effect) and effect.strains
 
     def residual(self, model: Model) -> Array:
-        """Recorded minus predicted strain (3 n,)."""
-        strain = self._strain
-        if any(self.changed_by(term.effect) for term in model.acting("seen")):
-            strain = strain - strain_by(self._seen(model), self._per_m)
+        """Strain (3 n,) that is left of the mark where the model says that its corners were."""
+        seen_by = any(self.changed_by(term.effect) for term in model.acting("seen"))
+        strain = strain_of(self._true(model) if seen_by else self._corner, self._gradient)
         return (strain - common(strain, self._precision)).ravel()
 
-    def _seen(self, model: Model) -> Array:
-        """The corners' displacement (n, 4, 2), m, at the mark's true place; the view has its apparent one.
+    def _true(self, model: Model) -> Array:
+        """The corners' true places (n, 4, 2), m: those seen, less their displacement there.
 
-        It is the mean of two places on the path, whose mean and spread are those of the view's frames.
+        The displacement is the mean at two places on the path, whose mean and spread are those of the view's frames.
         """
-        seen, true = self._view.point_m, self._view.point_m
+        true = self._corner
         for _ in range(TRUE_ROUNDS):
-            true = seen - model.seen(replace(self._view, point_m=true)).mean(axis=1, keepdims=True)
+            true = self._corner - model.seen(replace(self._view, point_m=true))
         ahead, behind = (model.seen(replace(self._view, point_m=true + way)) for way in (self._spread, -self._spread))
-        return 0.5 * (ahead + behind)
+        return self._corner - 0.5 * (ahead + behind)
+
+
+def gradient_per_m(mark_m: Array) -> Array:
+    """The gradient of least squares by each corner's place: (4, 2), 1/m, of a mark with corners `mark_m` (4, 2), m.
+
+    With the corners r about their mean and their second moment S, a corner at d adds d rᵀ S⁻¹.
+    """
+    about = mark_m - mark_m.mean(axis=0)
+    return about @ np.linalg.inv(about.T @ about)
+
+
+def strain_of(corner_m: Array, gradient: Array) -> Array:
+    """Green's strain (n, 3: xx, yy, xy), in the mark's own axes, of its corners `corner_m`; no turn changes it.
+
+    `corner_m` is (n, 4, 2), m, and `gradient` (4, 2), 1/m, is that of `gradient_per_m`. The strain by displacements
+    from a rigid mark, fitted to the sheared one, is off by three eighths of the shear's square: more than the noise of
+    a slide at .1 m/s.
+    """
+    bent = np.einsum("nki,kj->nij", corner_m, gradient)
+    stretched = 0.5 * (np.einsum("nki,nkj->nij", bent, bent) - np.eye(2))
+    return np.stack([stretched[:, 0, 0], stretched[:, 1, 1], stretched[:, 0, 1]], axis=1)
 
 
 @compiled
@@ -81,31 +102,3 @@ def common(values: Array, precision: Array) -> Array:
             weight = precision / (1.0 + off / max(3.0 * off.mean(), LEAST_PULL**2))
             middle[k] = (weight * column).sum() / weight.sum()
     return middle
-
-
-def strain_of(model_m: Array, seen_m: Array, yaw_rad: Array) -> Array:
-    """Strain (n, 3: xx, yy, xy), in the block's axes, of a mark's corners as seen against those of a rigid mark.
-
-    `seen_m` (n, 4, 2) and `model_m` (n, 4, 2) are in P, m, and the block's heading there is `yaw_rad` (n,), rad.
-    """
-    return strain_by(seen_m - model_m, strain_per_m(model_m, yaw_rad))
-
-
-def strain_by(moved_m: Array, per_m: Array) -> Array:
-    """Strain (n, 3) of a mark whose corners are `moved_m` (n, 4, 2), m, by `per_m` (n, 3, 4, 2), see `strain_per_m`."""
-    return np.einsum("nskc,nkc->ns", per_m, moved_m)
-
-
-def strain_per_m(model_m: Array, yaw_rad: Array) -> Array:
-    """The strains (xx, yy, xy) by each corner's displacement along x and y: (n, 3, 4, 2), 1/m.
-
-    `model_m` (n, 4, 2), m, are a rigid mark's corners in P, and `yaw_rad` (n,) is the block's heading there. The
-    gradient is that of least squares: with the corners r about their mean, in the block's axes, and their second moment
-    S, a displacement d of one corner adds d rᵀ S⁻¹.
-    """
-    cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
-    turn = np.stack([np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)], axis=-2)
-    rigid = np.einsum("nij,nkj->nki", turn, model_m - model_m.mean(axis=1, keepdims=True))
-    weight = rigid @ np.linalg.inv(np.einsum("nki,nkj->nij", rigid, rigid))
-    along_x, along_y = np.einsum("nkj,nic->njikc", weight, turn).swapaxes(0, 1)
-    return np.stack([along_x[:, 0], along_y[:, 1], 0.5 * (along_y[:, 0] + along_x[:, 1])], axis=1)

@@ -20,6 +20,8 @@ STRETCHES = 4
 """The stretches of a tilt."""
 
 LEAST_FRAMES = 3
+DEGREE = 3
+"""The degree of a path in one stretch: its pull changes with the tilt, about evenly."""
 MEAN_POINTS = 24
 
 STRETCH = np.dtype(
@@ -52,13 +54,25 @@ def stretch(place: int, track: RunTrack, from_ns: int, to_ns: int, *, moving: bo
         return None
     times, pose = track.time_ns[part], track.pose[part]
     mean, seconds = pose.mean(axis=0), (times - times[0]) * 1e-9
-    slopes = np.polyfit(seconds, pose, 1)[0] if moving else np.zeros(3)
+    slopes = mean_slopes(seconds, pose) if moving else np.zeros(3)
     corners = np.full((4, 2), np.nan)
     if track.corner_m is not None:
         corners = mean[:2] + mean_shape(track.corner_m[part], pose[:, 2] - mean[2])
     noise = (track.sigma_m, track.corner_sigma_m)
     times_ns = times[0], times[-1], track.tilt_ns, track.slip_ns or track.end_ns
     return place, *times_ns, count, seconds.std(), mean, corners, slopes[:2], slopes[2], *noise
+
+
+def mean_slopes(seconds: Array, values: Array) -> Array:
+    """The mean (k,) over the frames, per second, of the slopes of `values` (n, k) at `seconds` (n,), by a cubic.
+
+    In a slide the plate turns back, and its pull falls by some 7 m/s³. A straight line's slope, which the middle of a
+    stretch decides, is .6 % above that mean, which shears the mean picture (tests/unit/diagnosis/test_image_rows.py).
+    """
+    centred = seconds - seconds.mean()
+    powers = np.arange(min(DEGREE, len(seconds) - 1), 0, -1)
+    terms = np.polyfit(centred, values, int(powers[0]))[:-1]
+    return (powers * (centred[:, None] ** (powers - 1)).mean(axis=0)) @ terms
 
 
 def mean_shape(seen: Array, turned_rad: Array) -> Array:
