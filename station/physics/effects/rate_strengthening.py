@@ -5,8 +5,12 @@ v = 0. v0 is 10 mm/s or some decades less: a contact's memory length (1 to 10 µ
 more; rock and gouge keep to the logarithm down to nm/s: Marone 1998, Annu. Rev. Earth Planet. Sci. 26, 643). Both signs
 occur: a > 0 strengthens, a < 0 weakens. Rock and metal have |a| of some hundredths; plastics and rubber, whose friction
 is viscoelastic, change several times over a few decades of speed, by 0.1 to 0.2 an e-fold (a tossed plastic cube:
-0.11). A level of its own that sliding has below the static one is another effect's (`kinetic_drop`), and so is a fall
-that only begins at higher speeds (`stribeck`).
+0.11).
+
+A contact whose friction grows with the speed creeps below its limit, too: thermally activated, it slips at v0 exp((q -
+1) / a) under the share q of its limit (Baumberger & Caroli 2006). The creep is c times that, and c = 0 is a contact
+that holds still until it slides. A level of its own that sliding has below the static one is another effect's
+(`kinetic_drop`), and so is a fall that only begins at higher speeds (`stribeck`).
 """
 
 from __future__ import annotations
@@ -16,12 +20,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from station.physics.contact import Array, Contact
-from station.physics.effect import Effect, Family, Layer, Values
+from station.physics.contact import GRAVITY_M_S2, Array, Contact
+from station.physics.effect import Effect, Family, Layer, Values, unit
 from station.physics.parameter import Parameter
 from station.physics.speed_slope import speed_slope
 
 FASTEST_M_S = 0.1
+
+NEAREST_M_S2 = 3e-3
+"""A block that is nearer to its limit, .02° of tilt, creeps as there: creep that began with a jump would leave a fit no
+slope at a = 0."""
+
+LEAST_M_S2 = 1e-9
+"""Friction that changes by less an e-fold has no creep: it guards the division by it."""
 
 
 class RateStrengthening(Effect):
@@ -29,7 +40,7 @@ class RateStrengthening(Effect):
 
     id: ClassVar[str] = "rate_strengthening"
     title: ClassVar[str] = "friction by the logarithm of speed"
-    law: ClassVar[str] = "mu = mu_s (1 + a ln(1 + v / v0)) while sliding (a = 0)"
+    law: ClassVar[str] = "mu = mu_s (1 + a ln(1 + v / v0)) while sliding, and creep below the limit (a = 0)"
     source: ClassVar[str] = (
         "Baumberger & Caroli 2006, Adv. Phys. 55, 279; Bar-Sinai et al. 2014, JGR Solid Earth 119, 1738; Dieterich "
         "1979, JGR 84, 2161; of plastics and rubber McLaren & Tabor 1963, Nature 197, 856; Grosch 1963, "
@@ -42,6 +53,7 @@ class RateStrengthening(Effect):
         Parameter(
             name="slower_decades", unit="1", low=1.0, high=8.0, typical=0.5, null=None, starts=(1.5, 1.0, 3.0, 6.0)
         ),
+        Parameter(name="creep_share", unit="1", low=0.0, high=1.0, typical=0.3, null=None, starts=(0.05,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = ("viscous", "stribeck", "lens_distortion", "friction_patch")
     separated_by: ClassVar[str] = "the same speed at another place: starts spread over the plate and several tilt rates"
@@ -49,10 +61,21 @@ class RateStrengthening(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Gives the factor (n,) on friction by the law of this module."""
-        cut_off = FASTEST_M_S * 10.0 ** -values["slower_decades"]
-        factor = 1.0 + values["per_e_fold"] * np.log1p(contact.speed_m_s / cut_off)
+        factor = 1.0 + values["per_e_fold"] * np.log1p(contact.speed_m_s / _cut_off_m_s(values))
         return np.where(contact.moving, np.maximum(factor, 0.0), 1.0)
+
+    def creep(self, contact: Contact, values: Values) -> Array | None:
+        """Gives the velocity (n, 2), m/s, of a block below its limit; friction that falls with the speed has none."""
+        spare = np.maximum(contact.spare_m_s2, NEAREST_M_S2)
+        e_fold = np.maximum(values["per_e_fold"] * (spare + GRAVITY_M_S2 * np.sin(contact.tilt_rad)), LEAST_M_S2)
+        speed = values["creep_share"] * _cut_off_m_s(values) * np.exp(-spare / e_fold)
+        return np.where(contact.moving | (values["per_e_fold"] <= 0.0), 0.0, speed)[:, None] * unit(contact.down_rad)
 
     def derived(self, contact: Contact, values: Values) -> Mapping[str, tuple[float, str]]:
         """The slope of friction by speed, which the law's size and shape share."""
         return speed_slope(self, contact, values)
+
+
+def _cut_off_m_s(values: Values) -> float:
+    """The speed v0, m/s, below which friction is linear in the speed."""
+    return float(FASTEST_M_S * 10.0 ** -values["slower_decades"])

@@ -152,6 +152,18 @@ def test_rate_begins_at_the_static_friction_and_grows_by_e_folds() -> None:
     assert factor[3] - factor[2] == pytest.approx(0.02, rel=1e-3)
 
 
+def test_friction_that_grows_with_the_speed_creeps_below_its_limit_and_goes_on_as_it_slides() -> None:
+    """The logarithm without its 1 + is mu_s (1 + a ln(v / v0)) at all speeds: at 3 e-folds below the limit v0 / e³."""
+    spare, cut_off, size = np.array([0.01, 0.06, 0.5]), 1e-3, 0.02
+    state = at_rest(3, spare_m_s2=spare, tilt_rad=np.full(3, 0.3), down_rad=np.zeros(3))
+    values = {"per_e_fold": size, "slower_decades": 2.0, "creep_share": 1.0}
+    creep = said("rate_strengthening", "creep", state, **values)
+    holds = spare + GRAVITY_M_S2 * np.sin(0.3)
+    np.testing.assert_allclose(1.0 + size * np.log(creep[:, 0] / cut_off), 1.0 - spare / holds, rtol=1e-12)
+    for other in ({"creep_share": 0.0}, {"per_e_fold": -size}, {"per_e_fold": 0.0}):
+        assert np.all(said("rate_strengthening", "creep", state, **values | other) == 0.0)
+
+
 def test_only_contacts_at_rest_age_and_only_sliding_ones_drop() -> None:
     """Sliding renews the contact."""
     rest, slide = at_rest(rest_s=100.0), contacts(12, moving=True, rest_s=100.0)
