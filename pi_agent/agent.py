@@ -24,6 +24,7 @@ from pi_agent.journal import NAME, Journal
 from pi_agent.observer import Observer
 from pi_agent.outbox import Outbox
 from pi_agent.preview import Preview, View
+from pi_agent.trouble import Trouble
 from shared.bus import Bus
 from shared.clock import Clock
 from shared.errors import UserError
@@ -54,6 +55,7 @@ class Agent:
         self.boot_id = secrets.randbits(62) | 1
         self._outbox, self._said_lost = Outbox(bus), 0
         self._journal = Journal(self._outbox.put, clock)
+        self._trouble = Trouble(self._journal)
         config = rig.camera
         self._preview = Preview(bus, clock, rate_hz=config.preview_hz, jpeg_quality=config.jpeg_quality)
         self._capture = Capture(camera, on_open=self._opened, on_frame=self._took, journal=self._journal)
@@ -123,15 +125,9 @@ class Agent:
         return corners
 
     def _diagnose(self, frame: Frame, corners: MarkerCorners) -> None:
-        fault = self._diagnosis.see(frame, corners)
-        if fault == self._picture_fault:
-            return
-        if fault:
-            self._journal.error(fault)
-        else:
-            assumed = " (which quarter turn it is is assumed)" if self._observer.identity == "assumed" else ""
-            self._journal.info(f"The marker is found again{assumed}")
-        self._picture_fault = fault
+        self._picture_fault = self._diagnosis.see(frame, corners)
+        assumed = self._observer.identity == "assumed"
+        self._trouble.see(self._picture_fault, capture_ns=frame.capture_ns, assumed=assumed)
 
     # --- the caller's thread -----------------------------------------------------------------------------------------
 
