@@ -148,7 +148,7 @@ class Follower:
                 if not slides:
                     body.shift(dx, dy)
         surplus = 1.0 - pull / np.where(held > 0, held, 1e-12)
-        _weigh(runs, surplus)
+        weigh(runs, surplus)
         self._take_note(runs, way)
         return surplus
 
@@ -195,11 +195,11 @@ class Follower:
             runs.number = runs.number + over
 
 
-def _weigh(runs: Followed, surplus: Array) -> None:
+def weigh(runs: Followed, surplus: Array) -> None:
     """Notes when the load came to exceed friction, by linear interpolation from the step before."""
-    now, before = surplus < 0, np.where(np.isnan(runs.surplus), 0.0, runs.surplus)
-    share = np.where(now, surplus / np.minimum(surplus - before, -1e-300), 0.0)
-    crossing = runs.time_s - runs.step_s * np.where(np.isnan(runs.surplus), 0.0, share)
+    now, crosses = surplus < 0, (surplus < 0) & (runs.surplus >= 0)
+    share = np.divide(surplus, surplus - runs.surplus, out=np.zeros_like(surplus), where=crosses)
+    crossing = runs.time_s - runs.step_s * share
     begun = np.where(np.isfinite(runs.over_from_s), runs.over_from_s, crossing)
     runs.over_from_s = np.where(now, begun, np.inf)
     runs.surplus = surplus
