@@ -10,6 +10,7 @@ from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from shared.arguments import nearest
 from shared.errors import UserError
 
 T = TypeVar("T")
@@ -84,7 +85,7 @@ def parse(cls: type[T], table: Table) -> T:
     specs: dict[str, Field[Any]] = {spec.name: spec for spec in fields(cls)}  # pyright: ignore[reportArgumentType]
     for key in table.values:
         if key not in specs:
-            raise table.error(key, f"one of {', '.join(sorted(specs))}", "an unknown key")
+            raise table.error(key, f"one of {', '.join(sorted(specs))}", f"an unknown key{nearest(key, specs)}")
     hints = get_type_hints(cls)
     values: dict[str, Any] = {}
     for name, spec in specs.items():

@@ -27,10 +27,11 @@ SLIPS = (1e-3, 1e3, 1e-2, 1e2)
 """Factors by which units are mistaken: mm for m, m for mm, cm for m, m for cm."""
 
 Range = tuple[float, float]
+Sides = tuple[float, float, float]
 
 
 def unlikely(
-    *, block_m: tuple[float, float, float], mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range
+    *, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range
 ) -> Iterator[str]:
     """Sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
 
@@ -53,17 +54,34 @@ def sides_meant(side: float) -> str:
     """The question whether a cube with such sides was meant, in the likeliest unit, for a size that is one number."""
     near = (side * slip for slip in (1.0, *SLIPS))
     found = next((one for one in near if BLOCK_M[0] <= one <= BLOCK_M[1]), None)
-    return "" if found is None else f"; did you mean [{found:.6g}, {found:.6g}, {found:.6g}]?"
+    return "" if found is None else f"; did you mean {_listed(found, found, found)}?"
 
 
-def _density(block_m: tuple[float, float, float], mass_kg: float) -> Iterator[str]:
+def _density(block_m: Sides, mass_kg: float) -> Iterator[str]:
     volume = math.prod(block_m)
     likely = (DENSITY_KG_M3[0] * volume, DENSITY_KG_M3[1] * volume)
     if not likely[0] <= mass_kg <= likely[1]:
+        hint = _meant(mass_kg, likely) or _sides_of_mass(block_m, mass_kg)
         yield (
             f"expected a block of {DENSITY_KG_M3[0]:g} to {DENSITY_KG_M3[1]:g} kg/m³, got {mass_kg / volume:.3g} kg/m³ "
-            f"from [block] mass_kg = {mass_kg:g} and its size_m{_meant(mass_kg, likely)}"
+            f"from [block] mass_kg = {mass_kg:g} and its size_m{hint}"
         )
+
+
+def _sides_of_mass(block_m: Sides, mass_kg: float) -> str:
+    """The question whether the sides were meant in another unit, in which the block's density is likely."""
+    near = ((slip * block_m[0], slip * block_m[1], slip * block_m[2]) for slip in SLIPS)
+    found = next((sides for sides in near if _solid(sides, mass_kg)), None)
+    return "" if found is None else f"; did you mean size_m = {_listed(*found)}?"
+
+
+def _solid(block_m: Sides, mass_kg: float) -> bool:
+    likely = DENSITY_KG_M3[0] <= mass_kg / math.prod(block_m) <= DENSITY_KG_M3[1]
+    return likely and all(BLOCK_M[0] <= side <= BLOCK_M[1] for side in block_m)
+
+
+def _listed(*sides: float) -> str:
+    return f"[{', '.join(f'{side:.6g}' for side in sides)}]"
 
 
 def _mark(mark_mm: Range, room_mm: list[float]) -> Iterator[str]:

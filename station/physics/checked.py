@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from shared.arguments import nearest
 from shared.errors import UserError
 
 
@@ -21,7 +22,8 @@ def only(table: Mapping[str, Any], allowed: set[str], where: str) -> None:
     a_table(table, where)
     unknown = sorted(set(table) - allowed)
     if unknown:
-        raise UserError(f"Expected only {', '.join(sorted(allowed))} in {where}, got {', '.join(unknown)}")
+        hint = nearest(unknown[0], allowed)
+        raise UserError(f"Expected only {', '.join(sorted(allowed))} in {where}, got {', '.join(unknown)}{hint}")
 
 
 def number(value: object, name: str, valid: Callable[[float], bool], expected: str) -> float:

@@ -162,7 +162,7 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
     if "mu_s" not in friction:
         raise UserError("Expected mu_s in the table [friction] of the model, found none")
     mu_s = number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
-    scatter = number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 … 1")
+    scatter = number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 or more and less than 1")
     terms = [_term(name, values, known) for name, values in a_table(table.get("effects", {}), "effects").items()]
     terms += [Term(*each) for each in smooth_of_tables(table.get("smooth", []))]
     return Model(mu_s=mu_s, scatter=scatter, terms=tuple(terms))
@@ -185,7 +185,7 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
     effect = known[name]
     only(values, {parameter.name for parameter in effect.parameters}, f"[effects.{name}]")
     chosen = effect.neutral()
-    sizes = {one.name: f"{one.name} ({one.unit})" for one in effect.parameters if not one.is_shape}
+    sizes = {one.name: f"{one.name}{one.in_unit}" for one in effect.parameters if not one.is_shape}
     if not set(sizes) & set(values):
         raise UserError(f"Expected {' or '.join(sizes.values())} in [effects.{name}], found none")
     for parameter in effect.parameters:
@@ -194,6 +194,6 @@ def _term(name: str, values: Mapping[str, Any], known: Catalogue) -> Term:
                 values[parameter.name],
                 f"effects.{name}.{parameter.name}",
                 lambda value, of=parameter: of.low <= value <= of.high,
-                f"{parameter.low:g} … {parameter.high:g} {parameter.unit}",
+                parameter.expected,
             )
     return Term(effect, chosen)

@@ -46,6 +46,16 @@ class Parameter:
         """The null value; for a shape its first start."""
         return self.starts[0] if self.null is None else self.null
 
+    @property
+    def in_unit(self) -> str:
+        """The unit in brackets, for after the name; a pure number has none."""
+        return "" if self.unit == "1" else f" ({self.unit})"
+
+    @property
+    def expected(self) -> str:
+        """The words for a number within the bounds; a pure number has no unit to tell."""
+        return f"a number from {self.low:g} to {self.high:g}{'' if self.unit == '1' else f' {self.unit}'}"
+
     def clipped(self, value: float) -> float:
         """The nearest value within the bounds."""
         return min(max(value, self.low), self.high)

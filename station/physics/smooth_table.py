@@ -119,8 +119,8 @@ def _term(table: Mapping[str, Any]) -> tuple[Unnamed, dict[str, float]]:
         said = f"Expected {len(effect.parameters)} coefficients in {_WHERE} of {table['covariate']}"
         raise UserError(f"{said}, got {len(coefficients)}")
     for value, parameter in zip(coefficients, effect.parameters, strict=True):
-        within = f"{parameter.low:g} … {parameter.high:g} {parameter.unit}"
-        number(value, f"a coefficient of {_WHERE}", lambda one, of=parameter: of.low <= one <= of.high, within)
+        name = f"a coefficient of {_WHERE}"
+        number(value, name, lambda one, of=parameter: of.low <= one <= of.high, parameter.expected)
     return effect, {one.name: value for one, value in zip(effect.parameters, coefficients, strict=True)}
 
 

@@ -75,7 +75,7 @@ def _explained(effect: Effect) -> str:
     lines = [f"{effect.id}: {effect.title}", f"  law: {effect.law}", f"  source: {effect.source}"]
     for one in effect.parameters:
         null = "a shape" if one.is_shape else f"null {one.null:g}, typical {one.typical:g}"
-        lines.append(f"  {one.name} ({one.unit}): {one.low:g} … {one.high:g}, {null}")
+        lines.append(f"  {one.name}{one.in_unit}: {one.low:g} … {one.high:g}, {null}")
     if effect.confounded_with:
         lines.append(f"  confounded with: {', '.join(effect.confounded_with)}")
     return "\n".join([*lines, f"  separated by: {effect.separated_by}"])

@@ -61,11 +61,11 @@ def test_whole_numbers_are_numbers() -> None:
         ({"friction": {"mu_s": 0.4, "mu_k": 0.3}}, r"mu_s, scatter in \[friction\], got mu_k"),
         ({"effect": {}}, "in a model, got effect"),
         ({"effects": {"ageing": {}}}, "Expected one of the effects adhesion, .*, got ageing"),
-        ({"effects": {"stribeck": {}}}, r"Expected drop \(1\) in \[effects.stribeck\], found none"),
+        ({"effects": {"stribeck": {}}}, r"Expected drop in \[effects.stribeck\], found none"),
         ({"effects": {"stribeck": {"drop": 0.1, "speed": 1}}}, r"\[effects.stribeck\], got speed"),
         (
             {"effects": {"viscous": {"drag_n_s_m": -0.1}}},
-            "Expected 0 … 2 N s/m for effects.viscous.drag_n_s_m",
+            "Expected a number from 0 to 2 N s/m for effects.viscous.drag_n_s_m",
         ),
         ({"effects": {"wear": {"fall": 0.1, "runs": 0}}}, "effects.wear.runs, got 0"),
     ],

@@ -141,7 +141,7 @@ def test_the_examples_can_be_read() -> None:
         ({"covariate": "colour"}, "Expected one of direction, .* as a covariate of .*, got 'colour'"),
         ({"coefficients": None}, "covariate and coefficients"),
         ({"coefficients": 0.1}, "a list of numbers for coefficients"),
-        ({"coefficients": [7.0]}, "Expected -1 … 1 1 for a coefficient"),
+        ({"coefficients": [7.0]}, "Expected a number from -1 to 1 for a coefficient"),
         ({"coefficients": ["a"]}, "finite numbers for coefficients .*, got 'a'"),
         ({"powers": None}, "one of powers, harmonics, swings .*, got none"),
         ({"powers": {"middle": 1.0}}, "middle, spread for powers"),

@@ -44,6 +44,8 @@ def written(folder: Path, **changed: object) -> Path:
         ({"size_m": [10.0, 10.0, 10.0]}, "[block] size_m of 0.001 to 1 m, got 10; did you mean 0.01?"),
         ({"size_m": [0.01, 0.01, 1.5]}, "[block] size_m of 0.001 to 1 m, got 1.5; did you mean 0.0015?"),
         ({"mass_kg": 7.85}, "got 7.85e+06 kg/m³ from [block] mass_kg = 7.85 and its size_m; did you mean 0.00785?"),
+        ({"size_m": [1, 1, 1]}, "mass_kg = 0.00785 and its size_m; did you mean size_m = [0.01, 0.01, 0.01]?"),
+        ({"size_m": [0.9, 0.9, 0.4], "mass_kg": 0.0026}, "; did you mean size_m = [0.009, 0.009, 0.004]?"),
         ({"mass_kg": 0.00001}, "got 10 kg/m³"),
         ({"side_mm": 0.0075}, "[mark] side_mm of 1 to 10 mm, got 0.0075; did you mean 7.5?"),
         ({"side_mm": 7500.0}, "fits on its block of 10 mm × 10 mm, got [mark] side_mm = 7500; did you mean 7.5?"),
@@ -91,3 +93,11 @@ def test_a_size_that_is_one_number_is_named_with_the_three_that_were_meant(
     with pytest.raises(UserError) as refused:
         load_rig(written(tmp_path, size_m=size_m))
     assert str(refused.value).endswith(f"expected a list of length, width and height (m) for 'block.size_m', {said}")
+
+
+def test_a_misspelt_key_is_named_with_the_one_that_was_meant(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace("mass_kg", "mas_kg"), encoding="utf-8")
+    with pytest.raises(UserError) as refused:
+        load_rig(path)
+    assert str(refused.value).endswith("for 'block.mas_kg', got an unknown key; did you mean mass_kg?")
