@@ -15,14 +15,14 @@ from shared.system.terminal import outlive_terminal, print_all_letters
 DESCRIPTION = """\
 The camera's side of a rig: finds the block's marker in every frame and sends its corners over the bus.
 
-  pi-agent run --rig rig.toml              run the rig's camera (also without the word `run`)
+  pi-agent run --rig rig.toml              run the rig's camera (with options also without `run`)
   pi-agent run --camera synthetic          draw what the camera would see of `station twin`
   pi-agent track PICTURE.png --json        see what the tracker makes of pictures or a video
   pi-agent calibrate --help                measure the camera: lens, plate, tone curve, noise
   pi-agent serve --rig rig.toml            a page in the browser for focus, exposure and calibration
 """
 COMMANDS = {
-    "run": ("pi_agent.run_command", "run the camera agent (the default)"),
+    "run": ("pi_agent.run_command", "run the camera agent (the default, if there are options)"),
     "track": ("pi_agent.tracking.command", "run the tracker on pictures or a video"),
     "calibrate": ("pi_agent.calibration.command", "measure the camera and keep the result beside the rig file"),
     "serve": ("pi_agent.page.command", "a page in the browser for focus, exposure and calibration"),
@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if follow_parent() or sys.stdout.isatty():
         outlive_terminal()
     words = list(sys.argv[1:] if argv is None else argv)
-    if not words or (words[0].startswith("-") and words[0] not in {"-h", "--help", "--version"}):
+    if words and words[0].startswith("-") and words[0] not in {"-h", "--help", "--version"}:
         words.insert(0, "run")
     return exit_status("pi-agent", lambda: _run(words))
 
@@ -45,11 +45,11 @@ def _run(words: list[str]) -> int:
     """Reads the words and does what they ask; only that command is imported, as tracking must start fast on a Pi."""
     parser = Parser(prog="pi-agent", description=DESCRIPTION)
     parser.add_argument("--version", action="version", version=f"pi-agent {version()}")
-    choices = parser.add_subparsers(dest="command", required=True, metavar=f"{{{','.join(COMMANDS)}}}")
+    choices = parser.add_subparsers(dest="command", metavar=f"{{{','.join(COMMANDS)}}}")
     asked = parser
     for name, (module, told) in COMMANDS.items():
         sub = choices.add_parser(name, help=told)
-        if name == words[0]:
+        if words and name == words[0]:
             asked, command = sub, importlib.import_module(module)
             sub.description = command.__doc__
             sub.epilog = ending(one=getattr(command, "ONE", ""), example=command.EXAMPLE)
@@ -58,6 +58,9 @@ def _run(words: list[str]) -> int:
     options, unknown = parser.parse_known_args(words)
     if unknown:
         asked.refuse(unknown)
+    if options.command is None:
+        parser.print_help()
+        return 0
     return options.action(options)
 
 

@@ -44,7 +44,8 @@ def main(arguments: list[str] | None = None) -> int:
     files = commands()
     if " ".join(words[:2]) in files or _is_first_of_two(words[:2], files):  # commands such as `station arm plan`
         words = [" ".join(words[:2]), *words[2:]]
-    return exit_status(" ".join(["station", *words[:1]]), lambda: _run(words, files))
+    asked = _group_help if _asks_for_group(words, files) else _run
+    return exit_status(" ".join(["station", *words[:1]]), lambda: asked(words, files))
 
 
 def _run(words: list[str], files: dict[str, Path]) -> int | None:
@@ -74,6 +75,24 @@ def _is_first_of_two(words: list[str], files: Iterable[str]) -> bool:
     """True if commands of two words begin with the first word, and the second is no option of the first alone."""
     second = words[1] if len(words) > 1 else "-"
     return not second.startswith("-") and any(name.startswith(f"{words[0]} ") for name in files)
+
+
+def _asks_for_group(words: list[str], files: Iterable[str]) -> bool:
+    """True if the words are those with which commands of two words begin, and no command themselves, as `keys` is."""
+    first, *rest = words or [""]
+    begins = first not in files and any(name.startswith(f"{first} ") for name in files)
+    return begins and set(rest) <= {"-h", "--help"}
+
+
+def _group_help(words: list[str], files: dict[str, Path]) -> None:
+    """Prints the commands of two words that begin with the first word."""
+    parser = Parser(prog=f"station {words[0]}", epilog=_STATUS.replace("COMMAND", f"{words[0]} COMMAND"))
+    choices = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, path in files.items():
+        first, _, second = name.partition(" ")
+        if first == words[0]:
+            choices.add_parser(second, help=help_of(path))
+    parser.print_help()
 
 
 def examples() -> list[str]:

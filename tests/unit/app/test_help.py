@@ -17,6 +17,17 @@ def test_alone_it_shows_help_with_the_exit_statuses(capsys: pytest.CaptureFixtur
     assert all(name in said for name in commands())
 
 
+@pytest.mark.parametrize("words", [["keys"], ["keys", "--help"], ["keys", "-h"]])
+def test_the_first_of_two_words_shows_the_commands_that_begin_with_it(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("usage: station keys ")
+    assert all(f"    {name} " in said for name in ("new", "revoke", "sign"))
+    assert "plan" not in said
+
+
 @pytest.mark.parametrize("name", commands())
 def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):

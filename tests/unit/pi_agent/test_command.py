@@ -62,6 +62,14 @@ def test_help_names_the_commands_and_the_drivers(capsys: pytest.CaptureFixture[s
     assert "video_file" in capsys.readouterr().out
 
 
+def test_alone_it_shows_help(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    monkeypatch.chdir(tmp_path)
+    assert main([]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("usage: pi-agent ")
+    assert all(f"    {name} " in said for name in COMMANDS)
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.CaptureFixture[str]):
     with pytest.raises(SystemExit, match="0"):
