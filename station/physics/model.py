@@ -162,7 +162,9 @@ def model_of_table(table: Mapping[str, Any], known: Catalogue) -> Model:
     if "mu_s" not in friction:
         raise UserError("Expected mu_s in the table [friction] of the model, found none")
     mu_s = number(friction["mu_s"], "friction.mu_s", lambda value: 0 < value < 20, "a number between 0 and 20")
-    scatter = number(friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "0 or more and less than 1")
+    scatter = number(
+        friction.get("scatter", 0.0), "friction.scatter", lambda value: 0 <= value < 1, "a number from 0 to less than 1"
+    )
     terms = [_term(name, values, known) for name, values in a_table(table.get("effects", {}), "effects").items()]
     terms += [Term(*each) for each in smooth_of_tables(table.get("smooth", []))]
     return Model(mu_s=mu_s, scatter=scatter, terms=tuple(terms))
