@@ -71,6 +71,10 @@ def run(options: argparse.Namespace) -> int:
     return _lockstep(options, rig, plan, path, tilter) if options.lockstep else _live(options, rig, plan, path)
 
 
+def _display(console: Console, rig: RigConfig, plan: Plan, path: Path, *, json_lines: bool) -> Display:
+    return display_of(console, plan, path, json_lines=json_lines, nominal_hz=rig.camera.rate_hz)
+
+
 def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path, tilter: Tilter) -> int:
     # Leaving, the interpreter would search all that it has loaded for cycles: a tenth of a second for nothing.
     atexit.register(gc.freeze)
@@ -82,7 +86,8 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split, flush_every_s=10.0
         )
         recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
-        display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
+        display = _display(console, rig, plan, path, json_lines=options.json_lines)
+        stack.enter_context(display)
         lockstep = Lockstep(
             rig,
             plan,
@@ -124,7 +129,8 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         claim_arm(bus, clock=clock, owner=owner, take_over=options.take_over)
         origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
         recording = Recording(path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split)
-        display = stack.enter_context(display_of(console, plan, path, json_lines=options.json_lines))
+        display = _display(console, rig, plan, path, json_lines=options.json_lines)
+        stack.enter_context(display)
         session = LiveSession(
             bus,
             rig,

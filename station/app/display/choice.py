@@ -47,10 +47,11 @@ class Display(Protocol):
         ...
 
 
-def display_of(console: Console, plan: Plan, path: Path, *, json_lines: bool) -> Display:
-    """The display of a session that is recorded to `path`."""
+def display_of(console: Console, plan: Plan, path: Path, *, json_lines: bool, nominal_hz: float = 0.0) -> Display:
+    """The display of a session that is recorded to `path`; `nominal_hz` is the rate of the rig's camera."""
+    watched = Watched(plan, path, nominal_hz=nominal_hz)
     if json_lines:
-        return JsonLinesDisplay(sys.stdout, Watched(plan, path), path=path, total=plan.samples)
+        return JsonLinesDisplay(sys.stdout, watched, path=path, total=plan.samples)
     if console.is_terminal:
-        return PanelDisplay(console, Watched(plan, path))
+        return PanelDisplay(console, watched)
     return PlainDisplay(console, total=plan.samples)

@@ -12,6 +12,8 @@ class Health:
     part: str
     well: bool
     text: str
+    off: bool = False
+    """True where nothing can be said, and nothing is wrong."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +31,8 @@ class Moment:
     """A session at one moment.
 
     `moved_px` is how far the corner that decides has moved from its reference, `threshold_px` how far it may: the slip
-    rule asks for a number of corners, and this is the last of them. Both are None where there is no reference.
+    rule asks for a number of corners, and this is the last of them. Both are None where there is no reference. In mm
+    they are known where the camera's geometry is.
     `left_s` is None before the first sample.
     """
 
@@ -48,3 +51,5 @@ class Moment:
     lines: tuple[str, ...]
     paused: bool = False
     """True while no further run begins."""
+    moved_mm: float | None = None
+    threshold_mm: float | None = None

@@ -86,7 +86,7 @@ def _now(moment: Moment) -> list[tuple[str, RenderableType]]:
     return [
         ("direction", Text(_direction(moment.direction))),
         ("tilt", Text("–" if moment.tilt_deg is None else f"{moment.tilt_deg:6.2f}°")),
-        ("to the threshold", _distance(moment)),
+        ("block moved", _distance(moment)),
         ("samples", progress),
     ]
 
@@ -97,8 +97,18 @@ def _distance(moment: Moment) -> RenderableType:
     row = Table.grid(padding=(0, 1))
     moved, threshold = moment.moved_px, moment.threshold_px
     bar = ProgressBar(total=threshold, completed=min(moved, threshold), width=_BAR // 2)
-    row.add_row(bar, f"{max(threshold - moved, 0.0):.1f} px: moved {moved:.1f} of {threshold:.1f}")
+    row.add_row(bar, _told_distance(moment))
     return row
+
+
+def _told_distance(moment: Moment) -> str:
+    """The distance in mm, or in px while the camera's geometry is unknown."""
+    moved, threshold, unit = moment.moved_mm, moment.threshold_mm, "mm"
+    if moved is None or threshold is None:
+        moved, threshold, unit = moment.moved_px or 0.0, moment.threshold_px or 0.0, "px"
+    if moved > threshold:
+        return f"{moved:.1f} {unit}: a slip (beyond {threshold:.1f} {unit})"
+    return f"{moved:.1f} of the {threshold:.1f} {unit} that make a slip"
 
 
 def _directions(found: tuple[Direction, ...]) -> RenderableType:
@@ -112,7 +122,7 @@ def _directions(found: tuple[Direction, ...]) -> RenderableType:
 
 
 def _health(part: Health) -> tuple[RenderableType, RenderableType]:
-    sign, style = ("✓", "green") if part.well else ("!", "bold red")
+    sign, style = ("–", "dim") if part.off else ("✓", "green") if part.well else ("!", "bold red")
     return Text(f"{sign} {part.part}", style=style), Text(part.text, no_wrap=True, overflow="ellipsis")
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import shutil
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from shared.geometry import tilt_of
 from shared.messages import (
     REPLACED,
     AgentStatus,
+    CameraGeometry,
     ClockOffset,
     MarkerCorners,
     Message,
@@ -28,19 +28,17 @@ from shared.messages import (
     SessionStatus,
     TiltCommand,
 )
+from station.app.display import health
 from station.app.display.moment import Direction, Health, Moment
-from station.recording.writer import MIN_FREE_BYTES, partial_path
 from station.sampling.plan import Plan
 from station.view.reference import ReferenceTracker
 
 TOPICS = (
-    *("camera/corners", "camera/status", "arm/platform", "arm/command", "arm/motion"),
+    *("camera/corners", "camera/status", "camera/geometry", "arm/platform", "arm/command", "arm/motion"),
     *("session/event", "session/sample", "session/pause", "session/status", "clock"),
 )
 SILENT_S = 2.0
 """A part that was not heard for longer is said to be silent: camera and arm report many times a second."""
-_SOON_FULL = 10
-"""Times the room at which a recording stops: from here on the disk needs a look."""
 _LINES = 4
 _CORNERS = 4
 """The corners of a mark."""
@@ -50,8 +48,18 @@ _WITHIN_A_PHASE = frozenset({"STEP_BEGIN", "STEP_END", "SYNC"})
 class Watched:
     """A session as it is heard on the bus. `attach` it, and ask for the `moment`, on any thread."""
 
-    def __init__(self, plan: Plan, path: Path, *, seconds: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        path: Path,
+        *,
+        nominal_hz: float = 0.0,
+        elsewhere: Sequence[Path] = (),
+        seconds: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`nominal_hz` is the camera's (0: unknown); a recording that is not at `path` is looked for `elsewhere`."""
         self._plan, self._path, self._seconds = plan, path, seconds
+        self._nominal_hz, self._elsewhere = nominal_hz, elsewhere
         self._begin = seconds()
         self._newest: dict[type[Message], Message] = {}
         self._heard: dict[type[Message], float] = {}
@@ -119,24 +127,27 @@ class Watched:
         if status.started_ns:
             self._begin = self._seconds() - 1e-9 * (status.stamp_ns - status.started_ns)
 
-    def moment(self) -> Moment:
-        """The session now."""
+    def moment(self, *, ended: bool = False) -> Moment:
+        """The session now; once it has `ended`, a part that is silent is none to worry about."""
         passed_s, tilt_deg = self._seconds() - self._begin, self._tilt_deg()
-        slip, moved_px = self._plan.slip, self._moved_px()
-        shown = moved_px is not None and tilt_deg is not None
+        moved_px, threshold_px = self._moved_px(), self._threshold_px(tilt_deg)
+        if moved_px is None:
+            threshold_px = None
         return Moment(
             run=self._event.run,
             phase=self._event.phase or "START",
             direction=self._direction,
             tilt_deg=tilt_deg,
             moved_px=moved_px,
-            threshold_px=slip.base_px + slip.per_deg_px * tilt_deg if shown and tilt_deg is not None else None,
+            threshold_px=threshold_px,
+            moved_mm=self._mm(moved_px),
+            threshold_mm=self._mm(threshold_px),
             done=self._done,
             total=self._plan.samples,
             passed_s=passed_s,
             left_s=passed_s / self._done * (self._plan.samples - self._done) if self._done else None,
             by_direction=tuple(_spread(number, onsets) for number, onsets in self._onsets_deg.items() if onsets),
-            health=tuple(self._health()),
+            health=tuple(self._health(ended=ended)),
             lines=tuple(self._lines.copy()),
             paused=self._paused,
         )
@@ -146,6 +157,19 @@ class Watched:
         if not isinstance(state, PlatformState) or not any((state.qw, state.qx, state.qy, state.qz)):
             return None
         return math.degrees(tilt_of(state.qw, state.qx, state.qy, state.qz))
+
+    def _threshold_px(self, tilt_deg: float | None) -> float | None:
+        slip = self._plan.slip
+        return None if tilt_deg is None else slip.base_px + slip.per_deg_px * tilt_deg
+
+    def _mm(self, size_px: float | None) -> float | None:
+        """A length in the picture in mm at the height of the mark, which is nearer to the camera than the plate."""
+        seen = self._newest.get(CameraGeometry)
+        if size_px is None or not isinstance(seen, CameraGeometry):
+            return None
+        if not (seen.mm_per_px > 0 and seen.camera_height_m > seen.mark_height_m >= 0):
+            return None
+        return size_px * seen.mm_per_px * (1.0 - seen.mark_height_m / seen.camera_height_m)
 
     def _moved_px(self) -> float | None:
         """The displacement (px) of the corner with which the slip rule would be fulfilled."""
@@ -157,32 +181,19 @@ class Watched:
 
     # --- health ------------------------------------------------------------------------------------------------------
 
-    def _health(self) -> Iterator[Health]:
-        yield self._camera()
-        yield self._arm()
-        clocks = sorted(self._clocks.copy().items())
-        told = [f"{agent} {1e-6 * at.offset_ns:+.2f} ± {1e-6 * at.sigma_ns:.2f} ms" for agent, at in clocks]
-        yield Health(part="clock", well=bool(told), text=", ".join(told) or "not measured yet")
-        yield self._disk()
-
-    def _camera(self) -> Health:
-        silent, status = self._silent(MarkerCorners), self._newest.get(AgentStatus)
-        if silent or not isinstance(status, AgentStatus):
-            return Health(part="camera", well=not silent, text=silent or "no status yet")
-        text = f"{status.rate_hz:.1f} frames/s, {status.dropped} dropped"
-        warm = f", {status.temperature_c:.0f} °C" if status.temperature_c > 0 else ""  # nan, or never told: unknown
-        return Health(part="camera", well=not status.fault, text=status.fault or text + warm)
-
-    def _arm(self) -> Health:
-        fault = self._silent(PlatformState) or self._arm_fault
-        return Health(part="arm", well=not fault, text=fault or "follows")
-
-    def _disk(self) -> Health:
-        free = shutil.disk_usage(self._path.parent).free if self._path.parent.is_dir() else 0
-        files = (partial_path(self._path), self._path)
-        written = next((file.stat().st_size for file in files if file.exists()), 0)
-        text = f"{1e-6 * written:.1f} MB written, {1e-9 * free:.1f} GB free"
-        return Health(part="disk", well=free > _SOON_FULL * MIN_FREE_BYTES, text=text)
+    def _health(self, *, ended: bool) -> Iterator[Health]:
+        status, unheard = self._newest.get(AgentStatus), self._silent(MarkerCorners)
+        if unheard:
+            yield health.silence("camera", unheard, ended=ended)
+        else:
+            yield health.camera(status if isinstance(status, AgentStatus) else None, nominal_hz=self._nominal_hz)
+        unheard = self._silent(PlatformState)
+        if unheard and not self._arm_fault:
+            yield health.silence("arm", unheard, ended=ended)
+        else:
+            yield Health(part="arm", well=not self._arm_fault, text=self._arm_fault or "follows")
+        yield health.clocks(self._clocks.copy())
+        yield health.disk([self._path, *(folder / self._path.name for folder in self._elsewhere)])
 
     def _silent(self, cls: type[Message]) -> str:
         if cls not in self._heard:

@@ -23,7 +23,9 @@ class Backend:
     def __init__(self, bus: Bus, rig: RigConfig, *, files: Files, clock: Clock) -> None:
         self._rig = rig
         self.shelf = Shelf(files.folder)
-        self.follower = Follower(bus, self.shelf.new_ones)
+        self.follower = Follower(
+            bus, self.shelf.new_ones, elsewhere=(self.shelf.folder,), nominal_hz=rig.camera.rate_hz
+        )
         self.curve = LiveCurve(self.follower.samples)
         self.jobs = Jobs(self.shelf)
         self.viewers = Viewers(rig_file=files.rig)

@@ -24,20 +24,25 @@ _UNNAMED = "recording.mcap"
 class Follower:
     """The newest session on a bus. It is fed on the thread that polls the bus, and asked from any other."""
 
-    def __init__(self, bus: Bus, folder: Path) -> None:
-        """`folder` is where sessions are recorded to, for the room on its disk."""
+    def __init__(self, bus: Bus, folder: Path, *, elsewhere: Sequence[Path] = (), nominal_hz: float = 0.0) -> None:
+        """`folder` is where sessions are recorded to, and `elsewhere` they may lie too; the disk is that of theirs.
+
+        `nominal_hz` is the rate of the rig's camera.
+        """
         self._bus, self._folder = bus, folder
+        self._elsewhere, self._nominal_hz = elsewhere, nominal_hz
         self._lock = threading.Lock()
         self._owner: str | None = None
         self._geometry: CameraGeometry | None = None
         self._lines: deque[str] = deque(maxlen=_LINES)
         self._began = 0
         self._begin()
-        for topic in (*TOPICS, "session/heartbeat", "camera/geometry", "log"):
+        for topic in (*TOPICS, "session/heartbeat", "log"):
             bus.subscribe(topic, self.take)
 
     def _begin(self) -> None:
-        self._watched = Watched(Plan(), self._folder / _UNNAMED)
+        path = self._folder / _UNNAMED
+        self._watched = Watched(Plan(), path, nominal_hz=self._nominal_hz, elsewhere=self._elsewhere)
         self._samples = list[Sample]()
         self._status: SessionStatus | None = None
         self._began += 1
@@ -48,13 +53,13 @@ class Follower:
         with self._lock:
             if isinstance(message, Heartbeat):
                 self._hear(message)
-            elif isinstance(message, CameraGeometry):
-                self._geometry = message
             elif isinstance(message, Log):
                 self._lines.append(f"{message.name}: {message.message}")
             else:
                 if isinstance(message, SessionStatus):
                     self._status = message
+                elif isinstance(message, CameraGeometry):
+                    self._geometry = message
                 elif isinstance(message, Sample):
                     self._samples.append(message)
                 self._watched.take(received)
@@ -73,12 +78,13 @@ class Follower:
 
     def state(self) -> dict[str, Any]:
         """The session at this moment, for the page."""
-        with self._lock:
-            moment, status, began = self._watched.moment(), self._status, self._began
-            lines = list(self._lines)
         alive = self._bus.alive()
+        with self._lock:
+            status, began, lines = self._status, self._began, list(self._lines)
+            ended = "station" not in alive and (status is not None or bool(self._samples))
+            moment = self._watched.moment(ended=ended)
         told = asdict(moment) | {"lines": lines, "total": moment.total if status else None}
-        here = {"recording": status.recording if status else "", "running": "station" in alive}
+        here = {"recording": status.recording if status else "", "running": "station" in alive, "ended": ended}
         return told | here | {"session": began, "alive": sorted(alive)}
 
     def samples(self) -> tuple[int, list[Sample], CameraGeometry | None]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from station.recording.checkup.held import BY_CHANCE
+from station.recording.checkup.rate import RATE_SHARE
 from station.recording.checkup.report import Report
 from station.recording.checkup.streams import LATE_NS
 
@@ -14,8 +15,6 @@ LATENCY_P99_MS = 15.0
 """Capture to record at 90 Hz on two cores."""
 CLOCK_SIGMA_MS = 2.0
 _AHEAD_MS = 1.0
-_RATE_SHARE = 0.95
-"""A rate that is short by less than this is rounding at the ends of a short session."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +45,7 @@ def _rates(report: Report) -> Iterator[Finding]:
         if stream is None:
             if topic == "arm/platform" or corners is not None:
                 yield Finding("rate", f"expected {floor:g} Hz on /{topic}, found nothing")
-        elif stream.count > 1 and not stream.rate_hz >= _RATE_SHARE * floor:
+        elif stream.count > 1 and not stream.rate_hz >= RATE_SHARE * floor:
             yield Finding("rate", f"expected {floor:g} Hz on /{topic}, found {stream.rate_hz:.1f} Hz")
 
 

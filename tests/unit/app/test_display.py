@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -17,10 +18,11 @@ import pytest
 from rich.console import Console
 
 from shared.bus import Received
-from shared.messages import ClockOffset, MarkerCorners, PlatformState, Sample
+from shared.messages import AgentStatus, CameraGeometry, ClockOffset, MarkerCorners, PlatformState, Sample
 from station.app.commands import run as command
 from station.app.display.choice import display_of
 from station.app.display.json_lines import JsonLinesDisplay
+from station.app.display.moment import Health
 from station.app.display.panel import PanelDisplay, rendered
 from station.app.display.plain import PlainDisplay
 from station.app.display.watched import SILENT_S, Watched
@@ -108,6 +110,61 @@ def test_a_part_that_falls_silent_is_not_well(tmp_path: Path) -> None:
     assert clocks.text == "camera +1.50 ± 0.02 ms"
 
 
+def test_a_camera_that_loses_frames_is_not_well(tmp_path: Path) -> None:
+    def told_of(status: AgentStatus) -> Health:
+        watch = Watched(PLAN, tmp_path / "a.mcap", nominal_hz=90.0, seconds=Clock())
+        watch.take(Received("camera/corners", 1, MarkerCorners()))
+        watch.take(Received("camera/status", 1, status))
+        return watch.moment().health[0]
+
+    slow = told_of(AgentStatus(rate_hz=25.2, frames=600, dropped=400))
+    assert (slow.well, slow.text) == (False, "only 25.2 of 90 frames/s, 400 dropped (40 %)")
+    usual = told_of(AgentStatus(rate_hz=87.2, frames=600, dropped=4))
+    assert (usual.well, usual.text) == (True, "87.2 frames/s, 4 dropped")
+
+
+def test_a_session_that_has_ended_is_none_to_worry_about(tmp_path: Path) -> None:
+    clock = Clock()
+    watch = watched(tmp_path, until_s=2.0, clock=clock)
+    clock.now += 10.0
+    camera, arm, *_ = watch.moment().health
+    assert (camera.well, arm.well) == (False, False)
+    camera, arm, _, disk = watch.moment(ended=True).health
+    assert [(part.well, part.off) for part in (camera, arm)] == [(True, True)] * 2
+    assert camera.text == "silent, as the session has ended"
+    assert disk.text.startswith("no recording in this folder, ")
+
+
+def test_a_recording_is_looked_for_where_it_may_lie(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_bytes(bytes(2_500_000))
+    watch = Watched(PLAN, tmp_path / "recordings" / "a.mcap", elsewhere=(tmp_path,))
+    assert watch.moment().health[-1].text.startswith("2.5 MB written, ")
+
+
+def test_a_folder_that_is_not_there_yet_has_the_room_of_its_disk(tmp_path: Path) -> None:
+    disk = Watched(PLAN, tmp_path / "recordings" / "b.mcap").moment().health[-1]
+    free_gb = 1e-9 * shutil.disk_usage(tmp_path).free
+    told = re.fullmatch(r"no recording in this folder, ([\d.]+) GB free", disk.text)
+    assert told
+    assert float(told[1]) == pytest.approx(free_gb, abs=1.0)
+
+
+def test_the_distance_is_told_in_mm_at_the_height_of_the_mark(tmp_path: Path) -> None:
+    moment = watched(tmp_path, until_s=session.SLIP_S + 0.3).moment()
+    assert moment.moved_px is not None
+    assert moment.threshold_px is not None
+    nearer = (1 / 6) * (0.3 - 0.01) / 0.3
+    assert moment.moved_mm == pytest.approx(nearer * moment.moved_px)
+    assert moment.threshold_mm == pytest.approx(nearer * moment.threshold_px)
+
+
+def test_without_a_geometry_the_distance_is_told_in_pixels(tmp_path: Path) -> None:
+    watch = watched(tmp_path, until_s=session.SLIP_S - 0.2)
+    watch.take(Received("camera/geometry", 1, CameraGeometry()))
+    assert watch.moment().moved_mm is None
+    assert "px that make a slip" in told(watch)
+
+
 def test_messages_that_make_no_sense_are_not_shown(tmp_path: Path) -> None:
     watch = watched(tmp_path, until_s=0.0)
     watch.take(Received("arm/platform", 1, PlatformState(qw=0.0)))
@@ -125,7 +182,17 @@ def test_the_panel_has_everything_in_the_height_of_a_terminal(tmp_path: Path) ->
     for direction in range(4):
         watch.take(Received("session/sample", 1, replace(session.sample(), direction=direction)))
     panel = told(watch)
-    for words in ("run 1: TILT", "direction", "px: moved", "4 of 4", "24.00", "✓ camera", "arm", "clock", "disk"):
+    for words in (
+        "run 1: TILT",
+        "direction",
+        "mm that make a slip",
+        "4 of 4",
+        "24.00",
+        "✓ camera",
+        "arm",
+        "clock",
+        "disk",
+    ):
         assert words in panel
     assert "warning: line 8" in panel
     assert "line 4" not in panel

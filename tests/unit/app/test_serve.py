@@ -21,6 +21,7 @@ from shared.memory_bus import MemoryBus
 from shared.messages import (
     ArmReply,
     CameraGeometry,
+    ClockOffset,
     Heartbeat,
     Message,
     Sample,
@@ -258,6 +259,22 @@ def test_another_session_begins_anew(bus: MemoryBus, tmp_path: Path) -> None:
     give("session/heartbeat", Heartbeat(2, armed=True, owner="two"))
     assert follower.samples()[:2] == (2, [])
     assert follower.state()["paused"] is False
+
+
+def test_the_state_says_that_the_session_has_ended_and_raises_no_alarm(
+    bus: MemoryBus, backend: Backend, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus.announce("station")
+    for topic, message in (("clock", ClockOffset(agent="arm")), ("session/status", SessionStatus(recording="a.mcap"))):
+        backend.follower.take(Received(topic, 1, message))
+    running = backend.state()
+    assert (running["running"], running["ended"]) == (True, False)
+    assert {part["part"] for part in running["health"] if not part["well"]} == {"camera", "arm"}
+    monkeypatch.setattr(bus, "alive", frozenset)
+    ended = backend.state()
+    assert (ended["running"], ended["ended"]) == (False, True)
+    assert all(part["well"] for part in ended["health"])
+    assert {part["part"] for part in ended["health"] if part["off"]} == {"camera", "arm"}
 
 
 def test_the_session_does_what_is_asked_and_refuses_the_rest(bus: MemoryBus) -> None:

@@ -26,9 +26,17 @@ const timeOf = (seconds) => (seconds < 120 ? `${seconds.toFixed(0)} s` : `${(sec
 
 function phaseOf(now) {
   const starting = now.own && now.own.running;
-  if (!now.running) return starting ? "starting" : now.done ? `ended with ${now.done} samples` : "no session";
+  if (!now.running) return starting ? "starting" : now.ended ? `the session has ended with ${now.done} samples` : "no session";
   const waiting = now.paused && (now.phase === "DONE" || now.phase === "ABORTED" || now.phase === "START");
   return waiting ? "paused, the plate is level" : `run ${now.run}: ${PHASES[now.phase] || now.phase}${now.paused ? ", pausing after it" : ""}`;
+}
+
+// In mm, or in px while the camera's geometry is unknown.
+function distanceOf(now) {
+  const known = now.moved_mm !== null && now.threshold_mm !== null;
+  const [moved, threshold, unit] = known ? [now.moved_mm, now.threshold_mm, "mm"] : [now.moved_px, now.threshold_px, "px"];
+  if (moved > threshold) return `${moved.toFixed(1)} ${unit}: a slip (beyond ${threshold.toFixed(1)} ${unit})`;
+  return `${moved.toFixed(1)} of the ${threshold.toFixed(1)} ${unit} that make a slip`;
 }
 
 function showSession(now) {
@@ -39,7 +47,7 @@ function showSession(now) {
   const seen = now.moved_px !== null && now.threshold_px !== null;
   byId("moved").max = seen ? now.threshold_px : 1;
   byId("moved").value = seen ? Math.min(now.moved_px, now.threshold_px) : 0;
-  byId("distance").textContent = seen ? `moved ${now.moved_px.toFixed(1)} of ${now.threshold_px.toFixed(1)} px` : "no reference";
+  byId("distance").textContent = seen ? distanceOf(now) : "no reference";
   byId("progress").max = now.total || 1;
   byId("progress").value = now.total ? now.done : 0;
   const left = now.left_s === null || !now.running || now.total === null ? "" : `, about ${timeOf(now.left_s)} left`;
@@ -65,7 +73,8 @@ function showLines(id, lines) {
 function healthOf(now) {
   const idle = phaseOf(now) === "no session";
   const parts = idle ? now.health.filter((part) => part.part !== "disk") : now.health;
-  const looks = (part) => (part.well ? {} : { class: idle && part.text.endsWith(" yet") ? "silent" : "bad" });
+  const silent = (part) => part.off || (idle && part.text.endsWith(" yet"));
+  const looks = (part) => (silent(part) ? { class: "silent" } : part.well ? {} : { class: "bad" });
   return parts.map((part) => element("li", `${part.part}: ${part.text}`, looks(part)));
 }
 
