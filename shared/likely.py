@@ -30,9 +30,7 @@ Range = tuple[float, float]
 Sides = tuple[float, float, float]
 
 
-def unlikely(
-    *, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range
-) -> Iterator[str]:
+def unlikely(*, block_m: Sides, mass_kg: float, plate_m: float, opening_m: float, mark_mm: Range) -> Iterator[str]:
     """Sentences on sizes and masses beyond all rigs, each with key, value and the value that was probably meant.
 
     Args:
