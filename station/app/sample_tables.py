@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from rich.markup import escape
@@ -10,7 +9,7 @@ from rich.table import Table
 
 from shared.messages import Sample
 from shared.visible import visible
-from station.recording.summary import by_direction
+from station.recording.summary import by_direction, degrees, sd_degrees
 
 ENDS = 10
 """Rows at each end of a long table: what fits on a screen together with the table by direction."""
@@ -33,17 +32,10 @@ def samples_table(samples: Sequence[Sample], *, ends: int = ENDS) -> Table:
 
 
 def _row(sample: Sample) -> tuple[str, ...]:
-    angles = [_degrees(angle) for angle in (sample.azimuth_rad, sample.onset_angle_rad)]
-    steps = [_degrees(angle) for angle in (sample.step_from_rad, sample.step_to_rad)]
-    measured = (*angles, _sd(sample.onset_sigma_rad), *steps, f"{sample.dwell_s:.1f}")
+    angles = [degrees(angle) for angle in (sample.azimuth_rad, sample.onset_angle_rad)]
+    steps = [degrees(angle) for angle in (sample.step_from_rad, sample.step_to_rad)]
+    measured = (*angles, sd_degrees(sample.onset_sigma_rad), *steps, f"{sample.dwell_s:.1f}")
     return str(sample.run), _direction(sample.direction), *measured, _outcome(sample)
-
-
-def _sd(angle_rad: float) -> str:
-    """A standard deviation in degrees: a dash without one, and "<0.01" where two decimals would show zero."""
-    if not angle_rad > 0:
-        return "–"
-    return "<0.01" if math.degrees(angle_rad) < 0.005 else _degrees(angle_rad)
 
 
 def _outcome(sample: Sample) -> str:
@@ -58,13 +50,9 @@ def directions_table(samples: Sequence[Sample]) -> Table:
         table.add_column(column, justify="right")
     for row in by_direction(samples):
         counts = (str(row.kept), str(row.censored), str(row.flagged))
-        table.add_row(_direction(row.direction), *counts, _degrees(row.mean_rad), _degrees(row.sd_rad))
+        table.add_row(_direction(row.direction), *counts, degrees(row.mean_rad), degrees(row.sd_rad))
     return table
 
 
 def _direction(direction: int) -> str:
     return "free" if direction < 0 else str(direction)
-
-
-def _degrees(angle_rad: float) -> str:
-    return "–" if math.isnan(angle_rad) else f"{math.degrees(angle_rad):.2f}"

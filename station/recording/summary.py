@@ -51,3 +51,15 @@ def _summary(direction: int, samples: Sequence[Sample]) -> DirectionSummary:
         mean_rad=statistics.fmean(told) if told else math.nan,
         sd_rad=statistics.stdev(told) if len(told) > 1 else math.nan,
     )
+
+
+def degrees(angle_rad: float) -> str:
+    """An angle in degrees with two decimals; a dash without one."""
+    return "–" if math.isnan(angle_rad) else f"{math.degrees(angle_rad):.2f}"
+
+
+def sd_degrees(angle_rad: float) -> str:
+    """The standard deviation of such an angle, with as many decimals: "<0.01" where they would show zero."""
+    if not angle_rad > 0:
+        return "–"
+    return "<0.01" if math.degrees(angle_rad) < 0.005 else degrees(angle_rad)

@@ -10,6 +10,7 @@ import rerun as rr
 
 from shared.foxglove import LEVELS, Log
 from shared.messages import REPLACED, ArmReply, Heartbeat, MotionReport, RunEvent, Sample
+from station.recording.summary import degrees, sd_degrees
 from station.view import colours, entities
 from station.view.canvas import Canvas
 from station.view.part import Handler, Rates
@@ -158,9 +159,10 @@ class _Spread:
 
 
 def _row(sample: Sample) -> str:
-    onset = f"{math.degrees(sample.onset_angle_rad):.2f} ± {math.degrees(sample.onset_sigma_rad):.1g}°"
+    error = f" ± {sd_degrees(sample.onset_sigma_rad)}" if sample.onset_sigma_rad > 0 else ""
+    onset = f"{degrees(sample.onset_angle_rad)}{error}°"
     if sample.censored:
-        onset = f"none up to {math.degrees(sample.onset_angle_rad):.2f}°"
+        onset = f"none up to {degrees(sample.onset_angle_rad)}°"
     return f"| {sample.run} | {_direction(sample.direction)} | {onset} | {', '.join(sample.flags)} |"
 
 

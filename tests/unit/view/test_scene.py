@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -273,6 +274,17 @@ def test_the_table_gives_mean_and_sd_by_direction_over_kept_runs_only() -> None:
     feed(board, SamplesPart, *items)
     assert "| 1 | 3 | 22.00 ± 2.00° |" in _text(board)
     assert "turned" in _text(board)
+
+
+@pytest.mark.parametrize(
+    ("sigma_deg", "told"),
+    [(0.02, "24.00 ± 0.02°"), (0.0123, "24.00 ± 0.01°"), (0.0007, "24.00 ± <0.01°"), (0.0, "24.00°")],
+)
+def test_an_onset_and_its_error_have_the_same_decimals(sigma_deg: float, told: str) -> None:
+    board = Board()
+    sample = replace(session.sample(), onset_sigma_rad=math.radians(sigma_deg))
+    feed(board, SamplesPart, ("session/sample", sample, NOW))
+    assert f"| {told} |" in _text(board)
 
 
 def test_a_late_sample_does_not_show_a_phase_before_it_began() -> None:
