@@ -196,7 +196,10 @@ class Follower:
 
 
 def weigh(runs: Followed, surplus: Array) -> None:
-    """Notes when the load came to exceed friction, by linear interpolation from the step before."""
+    """Notes when the load came to exceed friction, by linear interpolation from the step before.
+
+    `surplus` (a,) is the excess of friction over the load at this step's beginning, as a share.
+    """
     now, crosses = surplus < 0, (surplus < 0) & (runs.surplus >= 0)
     share = np.divide(surplus, surplus - runs.surplus, out=np.zeros_like(surplus), where=crosses)
     crossing = runs.time_s - runs.step_s * share
