@@ -158,16 +158,17 @@ class Agent:
 
     def _attend(self, stop: threading.Event) -> None:
         meter, due_s = ProcessorMeter(), time.monotonic()
-        counted, counted_s = 0, due_s
+        counted, counted_s, rate_hz = 0, due_s, 0.0
         while not stop.is_set():
             if self._bus.poll(0.05) == 0:
                 stop.wait(0.01)  # a bus within one process does not wait itself
             now_s = time.monotonic()
             if now_s >= due_s or self.fault != self._said_fault:
-                due_s = max(due_s + STATUS_S, now_s) if now_s >= due_s else due_s
-                frames, passed_s = self._frames, max(now_s - counted_s, 1e-3)
-                self._publish_status(rate_hz=(frames - counted) / passed_s, cpu_percent=meter.percent())
-                counted, counted_s = frames, now_s
+                if now_s >= due_s:  # a fault that changes within the second leaves too few frames to tell a rate
+                    due_s = max(due_s + STATUS_S, now_s)
+                    frames, passed_s = self._frames, max(now_s - counted_s, 1e-3)
+                    rate_hz, counted, counted_s = (frames - counted) / passed_s, frames, now_s
+                self._publish_status(rate_hz=rate_hz, cpu_percent=meter.percent())
 
     @property
     def fault(self) -> str:
