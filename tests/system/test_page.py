@@ -103,6 +103,8 @@ def test_a_session_on_the_page(rig: Rig, tmp_path: Path) -> None:
             assert page.of("document.querySelectorAll('#runs tbody tr').length") == 0
             page.click("#stop")
             page.wait("!document.getElementById('start').disabled")
+            page.wait("document.getElementById('state').innerText.includes('has ended with')")
+            page.wait("!document.querySelector('#health .bad')")
     unexpected = [error for error in page.errors if "ERR_CONNECTION_REFUSED" not in error]
     assert not unexpected
 

@@ -43,10 +43,12 @@ def _rate(status: AgentStatus, nominal_hz: float, *, low: bool) -> str:
     return f"{wanted} frames/s, {status.dropped} dropped{lost}{warm}"
 
 
-def clocks(known: Mapping[str, ClockOffset]) -> Health:
+def clocks(known: Mapping[str, ClockOffset], *, ended: bool) -> Health:
     """The offset of each agent's clock."""
+    if not known:
+        return silence("clock", "not measured yet", ended=ended)
     told = [f"{agent} {1e-6 * at.offset_ns:+.2f} ± {1e-6 * at.sigma_ns:.2f} ms" for agent, at in sorted(known.items())]
-    return Health(part="clock", well=bool(told), text=", ".join(told) or "not measured yet")
+    return Health(part="clock", well=True, text=", ".join(told))
 
 
 def disk(paths: Sequence[Path]) -> Health:

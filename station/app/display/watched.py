@@ -192,7 +192,7 @@ class Watched:
             yield health.silence("arm", unheard, ended=ended)
         else:
             yield Health(part="arm", well=not self._arm_fault, text=self._arm_fault or "follows")
-        yield health.clocks(self._clocks.copy())
+        yield health.clocks(self._clocks.copy(), ended=ended)
         yield health.disk([self._path, *(folder / self._path.name for folder in self._elsewhere)])
 
     def _silent(self, cls: type[Message]) -> str:

@@ -21,7 +21,6 @@ from shared.memory_bus import MemoryBus
 from shared.messages import (
     ArmReply,
     CameraGeometry,
-    ClockOffset,
     Heartbeat,
     Message,
     Sample,
@@ -265,16 +264,15 @@ def test_the_state_says_that_the_session_has_ended_and_raises_no_alarm(
     bus: MemoryBus, backend: Backend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bus.announce("station")
-    for topic, message in (("clock", ClockOffset(agent="arm")), ("session/status", SessionStatus(recording="a.mcap"))):
-        backend.follower.take(Received(topic, 1, message))
+    backend.follower.take(Received("session/status", 1, SessionStatus(recording="a.mcap")))
     running = backend.state()
     assert (running["running"], running["ended"]) == (True, False)
-    assert {part["part"] for part in running["health"] if not part["well"]} == {"camera", "arm"}
+    assert {part["part"] for part in running["health"] if not part["well"]} == {"camera", "arm", "clock"}
     monkeypatch.setattr(bus, "alive", frozenset)
     ended = backend.state()
     assert (ended["running"], ended["ended"]) == (False, True)
     assert all(part["well"] for part in ended["health"])
-    assert {part["part"] for part in ended["health"] if part["off"]} == {"camera", "arm"}
+    assert {part["part"] for part in ended["health"] if part["off"]} == {"camera", "arm", "clock"}
 
 
 def test_the_session_does_what_is_asked_and_refuses_the_rest(bus: MemoryBus) -> None:
