@@ -63,10 +63,17 @@ def _table(diagnosis: Diagnosis) -> str:
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "
-        f"a {singular(diagnosis)}{_expected(fit)}. Names and numbers were found without the {diagnosis.counted} that "
-        "are predicted."
+        f"a {singular(diagnosis)}{_expected(fit)}. {_unseen(diagnosis)}"
     )
     return pieces.table(head, rows, caption="Before and after") + pieces.paragraph(gain)
+
+
+def _unseen(diagnosis: Diagnosis) -> str:
+    """The sentence that tells what of a fit knows nothing of the runs that it predicts."""
+    apart = f"without the {diagnosis.counted} that are predicted"
+    if diagnosis.fit.nested:
+        return f"Names and numbers were found {apart}."
+    return f"Numbers were fitted {apart}; the names were found with all {diagnosis.counted} (--nested searches anew)."
 
 
 def _expected(fit: FitQuality) -> str:

@@ -91,3 +91,16 @@ def test_other_says_on_what_it_depends_and_how_strongly() -> None:
 )
 def test_a_level_of_its_own_has_a_run_whose_onset_tells_it(before: dict[str, object], words: str) -> None:
     assert own_level({"runs": 60, "before": before}) == words
+
+
+@pytest.mark.parametrize(
+    ("nested", "words"),
+    [
+        (True, "Names and numbers were found without the rows that are predicted."),
+        (False, "Numbers were fitted without the rows that are predicted; the names were found with all rows"),
+    ],
+)
+def test_what_is_held_out_is_said_as_it_was_done(nested: bool, words: str) -> None:
+    found = grained()
+    fit = replace(found.diagnosis.fit, nested=nested)
+    assert words in html_page(replace(found.diagnosis, fit=fit), found.pictures)
