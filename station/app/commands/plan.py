@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         raise UserError("Expected either a recording or --separate with ids of effects, got both or neither")
     plan = _after(options) if options.file else _between(options)
     if plan is None:
-        print("No further experiment is called for")
+        print("No further experiment is called for.")
         return 0
     print(f"{plan.runs} runs: {plan.why}" if plan.plan else plan.why)
     print(f"\n{plan.plan}" if options.out is None else write_plan(plan, options.out))

@@ -50,6 +50,6 @@ def _cells(result: Result) -> tuple[str, ...]:
         result["verdict"],
         ", ".join(named) or "–",
         f"{result['global_p']:.2g}",
-        "–" if closed is None else f"{closed:.0%}",
+        "–" if closed is None else f"{100.0 * closed:.0f} %",
         f"{result['seconds']:.0f}",
     )

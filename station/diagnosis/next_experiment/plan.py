@@ -35,7 +35,7 @@ HALF = 0.5
 
 CHOSEN = 2.0
 """A plan has a range of dwells if one in twenty was so many times another; tilts up to the onset vary them by less."""
-NO_PLAN = "no plan alone separates them"
+NO_PLAN = "No single plan separates them"
 
 
 def next_experiment(
@@ -157,7 +157,7 @@ def _suspected(found: Search, suspicion: Term, catalogue: Mapping[str, Effect]) 
 def _separates(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     if choice.promise.told < POWER:
-        return _none(question, choice, bench, NO_PLAN)
+        return _none(question, choice, bench, NO_PLAN, advice="They are separated by")
     first, *others = (" or ".join(group) for group in choice.groups)
     return _told(
         tuple(name for group in choice.groups for name in group),
@@ -171,7 +171,7 @@ def _confirms(question: Question, bench: Bench) -> NextExperiment:
     choice = separating(question, bench)
     (name,) = question.ids
     if choice.promise.told < POWER:
-        return _none(question, choice, bench, f"no plan alone shows {name} of this size")
+        return _none(question, choice, bench, f"No single plan shows {name} of this size", advice="It is shown by")
     return _told((name, "none"), choice, bench, f"shows {name}, if it is there,")
 
 
@@ -190,14 +190,21 @@ def _told(ids: tuple[str, ...], choice: Choice, bench: Bench, told: str) -> Next
     )
 
 
-def _none(question: Question, choice: Choice, bench: Bench, words: str) -> NextExperiment:
+def _none(question: Question, choice: Choice, bench: Bench, words: str, *, advice: str) -> NextExperiment:
     """No plan: what the most promising one would do, and what the effects themselves advise."""
     reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
-    best = f"the most promising ({_words(choice.changes, bench)}) does in {choice.promise.told:.0%} of the sessions"
     return NextExperiment(
         separates=(question.ids,), plan="", runs=0, power=choice.promise.told,
-        why=f"{words}: {best}; it takes {'; or '.join(reasons)}",
+        why=f"{words}. {most_promising(choice, bench)} {advice} {'; or by '.join(reasons)}.",
     )  # fmt: skip
+
+
+def most_promising(choice: Choice, bench: Bench) -> str:
+    """The sentence on the best of the plans that fall short of POWER."""
+    percent = round(100.0 * choice.promise.told)
+    if not percent:
+        return "None of those that were tried would do so in 1 % of the sessions."
+    return f"The most promising one ({_words(choice.changes, bench)}) would do so in {percent} % of the sessions."
 
 
 def _narrows(question: Question, bench: Bench, fitted: Fit) -> NextExperiment | None:

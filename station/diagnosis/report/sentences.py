@@ -118,8 +118,8 @@ def next_lines(diagnosis: Diagnosis) -> list[str]:
     """The next experiment in a sentence, and the commands that do it."""
     plan = diagnosis.next_experiment
     if plan is None:
-        return ["No further experiment is called for"]
+        return ["No further experiment is called for."]
     if not plan.plan:
         return [f"Next: {plan.why}"]
     do = f"station diagnose {diagnosis.recording} --plan next.toml; station run --plan next.toml"
-    return [f"Next: {plan.runs} runs; {plan.why}", f"  {do}"]
+    return [f"Next: {plan.runs} runs; {plan.why}.", f"  {do}"]

@@ -10,11 +10,11 @@ import pytest
 
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.next_experiment.changes import SINGLE, Change
-from station.diagnosis.next_experiment.choice import Bench, protocol_of, sessions
+from station.diagnosis.next_experiment.choice import Bench, Choice, protocol_of, sessions
 from station.diagnosis.next_experiment.on_paper import NOISE, on_paper, standard
 from station.diagnosis.next_experiment.open_shapes import open_shapes
-from station.diagnosis.next_experiment.outlook import Question, Rival, drawn, outlook
-from station.diagnosis.next_experiment.plan import separate
+from station.diagnosis.next_experiment.outlook import Outlook, Question, Rival, drawn, outlook
+from station.diagnosis.next_experiment.plan import most_promising, separate
 from station.diagnosis.next_experiment.redone import Draw, redone
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
@@ -84,6 +84,22 @@ def test_what_no_plan_separates_is_advised_by_the_effects_themselves() -> None:
     plan = separate(pair, KNOWN)
     assert (plan.plan, plan.runs) == ("", 0)
     assert all(effect.separated_by in plan.why for effect in pair)
+    assert plan.why.startswith("No single plan separates them. ")
+    assert "They are separated by " in plan.why
+    assert plan.why.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        (0.123, "The most promising one (the same again, in random order) would do so in 12 % of the sessions."),
+        (0.004, "None of those that were tried would do so in 1 % of the sessions."),
+    ],
+)
+def test_a_plan_that_does_nothing_is_not_promising(told: float, words: str) -> None:
+    bench = Bench(recorded=on_paper(paper(dwell_s=np.full(RUNS, 1.0)), mu_s=0.4))
+    choice = Choice(changes=(), runs=RUNS, minutes=10.0, promise=Outlook(told=told, log_odds=0.0))
+    assert most_promising(choice, bench) == words
 
 
 def test_a_longer_session_promises_more() -> None:
