@@ -24,6 +24,8 @@ from station.simulators.recorded_runs import RecordedRun, poses_of, recorded_run
 from station.simulators.rerun import only_runs, some_runs
 from station.simulators.simulator import simulator
 
+_ENGINE = "planar"
+"""The simulator of the drawing, whatever the diagnosis simulates again: its friction is that of the fit itself."""
 _TRIED = 9
 """The number of runs, spread over the session, of which the middle one is shown: a second of simulation."""
 _BEFORE_S, _AFTER_S, _SHOWN_S = 0.15, 0.2, 6.0
@@ -50,7 +52,7 @@ def typical_run(recorded: Signals, diagnosis: Diagnosis, *, rig: RigConfig, know
     Raises:
         UserError: if the recording lacks what a simulation needs.
     """
-    engine, some = simulator("planar"), some_runs(recorded, _TRIED)
+    engine, some = simulator(_ENGINE), some_runs(recorded, _TRIED)
     plain = engine.repeat(some, Model(mu_s=diagnosis.mu_s.value), rig=rig)
     found = errors(some, plain)
     slid = np.flatnonzero(np.isfinite(found.path_mm))
@@ -88,8 +90,8 @@ def _drawn(parts: list[tuple[str, Signals, str]], run: RecordedRun, *, rig: RigC
     ]
     caption = Caption(
         shows=f"Run {run.run} from above, {lasts_s:.2g} s shown in {_SHOWN_S:g} s: the middle one of {_TRIED} by the "
-        "path error of the plain model. Each block begins when it slides; the simulations (planar) have the mean "
-        "friction.",
+        "path error of the plain model. Each block begins when it slides; simulations are by the "
+        f"{_ENGINE} simulator of the fit, with the mean friction. The bar is the scale.",
         count="1 run",
     )
     return moving_figure(blocks, size_m=rig.block.size_m[:2], lasts_s=lasts_s, shown_s=_SHOWN_S, caption=caption)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -56,9 +57,21 @@ def moving_figure(
     )
     svg = (
         f'<svg role="img" aria-label="{escape(caption.shows)}" viewBox="{box}" width="420" height="420" '
-        f'font-family="sans-serif">{"".join(drawn)}{names}</svg>'
+        f'font-family="sans-serif">{"".join(drawn)}{names}{_scale(middle, reach)}</svg>'
     )
     return figure(svg, caption)
+
+
+def _scale(middle: Array, reach: float) -> str:
+    """A bar of a round length at the lower left of a picture, given its `middle` (2,) and half its width, mm."""
+    room = 0.5 * reach
+    ten = 10.0 ** math.floor(math.log10(room))
+    length = max(one * ten for one in (1, 2, 5) if one * ten <= room)
+    left, low = middle[0] - 0.95 * reach, -middle[1] + 0.93 * reach
+    return (
+        f'<path d="M {left:.2f} {low:.2f} h {length:g}" stroke="#000" stroke-width="{0.015 * reach:.3f}"/>'
+        f'<text x="{left:.2f}" y="{low - 0.03 * reach:.2f}" font-size="{0.07 * reach:.2f}">{length:g} mm</text>'
+    )
 
 
 def _drawn(block: Moving, *, size_m: tuple[float, float], lasts_s: float, shown_s: float) -> str:

@@ -46,6 +46,13 @@ def test_moments_are_in_order_and_each_has_its_pose(pose: np.ndarray[Any, Any] |
         assert len(one.get("values", "").split(";")) == len(keys)
 
 
+def test_a_bar_tells_the_scale() -> None:
+    """It has a round length, in the drawing's millimetres."""
+    drawn = ET.fromstring(figure_of(sliding()))
+    (bar,) = (path.get("d", "") for path in drawn.iter("path"))
+    assert [text.text for text in drawn.iter("text")][-1] == f"{bar.rpartition(' h ')[2]} mm"
+
+
 def test_without_motion_it_shows_where_the_block_came_to() -> None:
     """On paper, and where somebody has motions switched off."""
     places = [group.get("transform", "") for group in ET.fromstring(figure_of(sliding())).iter("g")]
@@ -72,9 +79,10 @@ def test_a_session_has_its_middle_run_beside_what_was_found(recording: Path) -> 
         drawn = ET.fromstring(run_in_motion(recording, answer("kinetic_drop")))
         without = ET.fromstring(run_in_motion(recording, answer()))
     names = [text.text for text in drawn.iter("text")]
-    assert names == ["recorded", "simulated, plain", "simulated with what was found"]
+    assert names[:-1] == ["recorded", "simulated, plain", "simulated with what was found"]
     caption = drawn.findtext("figcaption") or ""
     assert caption.startswith("Run ")
+    assert "simulations are by the planar simulator" in caption
     assert len(list(without.iter("rect"))) == 2
 
 
