@@ -26,14 +26,15 @@ def _sure(diagnosis: Diagnosis) -> str:
         return ""
     chances = ", ".join(f"{', '.join(one.class_ids)}: {one.probability:.2f}" for one in diagnosis.effects)
     told = f"; probabilities: {chances}" if chances else ""
+    baseline = "given simulation" if diagnosis.given else "plain model"
     return (
-        f"{used(diagnosis)} could be used. That something is wrong with the "
-        f"{'given simulation' if diagnosis.given else 'plain model'} at all: {p_equals(diagnosis.global_p)}{told}."
+        f"{used(diagnosis)} could be used. If the {baseline} were right, chance alone would differ as much with "
+        f"{p_equals(diagnosis.global_p)}{told}."
     )
 
 
 def _where(diagnosis: Diagnosis) -> str:
-    return f"Clearest place: {diagnosis.located[0].summary}." if diagnosis.located else ""
+    return f"Clearest residual structure: {diagnosis.located[0].summary}." if diagnosis.located else ""
 
 
 def _better(diagnosis: Diagnosis) -> str:
@@ -41,11 +42,11 @@ def _better(diagnosis: Diagnosis) -> str:
     if not claimed_effects(diagnosis) or not math.isfinite(fit.log_score_gain):
         return ""
     changes = [
-        _change("the onset error", fit.before.onset_rmse_deg, fit.after.onset_rmse_deg, "°"),
-        _change("the path error", fit.before.path_rmse_mm, fit.after.path_rmse_mm, " mm"),
+        _change("the median onset error", fit.before.onset_median_deg, fit.after.onset_median_deg, "°"),
+        _change("the median path error", fit.before.path_median_mm, fit.after.path_median_mm, " mm"),
     ]
     if changes[0] and math.isfinite(fit.floor_onset_deg):
-        changes[0] += f" (equal {diagnosis.counted} differ by {number(fit.floor_onset_deg)}°)"
+        changes[0] += f" (root mean square between equal {diagnosis.counted}: {number(fit.floor_onset_deg)}°)"
     gain = f"{number(fit.log_score_gain, sign=True)} ± {number(fit.gain_se)}"
     changes.append(f"the log score a {singular(diagnosis)} changes by {gain}")
     since = ", from the simulation to what the recording has" if diagnosis.given else ""
@@ -63,7 +64,7 @@ def _change(name: str, before: float, after: float, unit: str) -> str:
 
 
 def _next(diagnosis: Diagnosis) -> str:
-    return f"{next_lines(diagnosis)[0]}." if diagnosis.next_experiment is not None else ""
+    return next_lines(diagnosis)[0] if diagnosis.next_experiment is not None else ""
 
 
 def about(diagnosis: Diagnosis) -> str:

@@ -145,13 +145,14 @@ def test_what_the_simulators_settings_do_stands_first() -> None:
 
 def test_a_recording_without_onsets_is_told_by_its_paths() -> None:
     found = grained().diagnosis
-    nothing = replace(found.fit.before, onset_rmse_deg=math.nan)
-    before, after = replace(nothing, path_rmse_mm=1.14), replace(nothing, path_rmse_mm=1.03)
+    nothing = replace(found.fit.before, onset_median_deg=math.nan)
+    before, after = replace(nothing, path_median_mm=1.14), replace(nothing, path_median_mm=1.03)
     said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
-    assert "has not seen, the path error goes from 1.14 mm to 1.03 mm, the log score" in said
+    assert "has not seen, the median path error goes from 1.14 mm to 1.03 mm, the log score" in said
     assert "–" not in said
-    same = replace(found.fit, before=replace(before, onset_rmse_deg=3.441), after=replace(before, onset_rmse_deg=3.44))
-    assert "the onset error stays at 3.44° (equal rows differ" in headline(replace(found, fit=same))
+    before, after = replace(before, onset_median_deg=3.441), replace(before, onset_median_deg=3.44)
+    said = headline(replace(found, fit=replace(found.fit, before=before, after=after)))
+    assert "the median onset error stays at 3.44° (root mean square between equal rows" in said
 
 
 def test_of_each_run_the_longest_stretch_is_named_once() -> None:
