@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from html import escape
 
 from station.diagnosis.report import html
@@ -11,6 +12,7 @@ from station.diagnosis.result import Candidates, Diagnosis
 from station.pages import pieces
 
 _MOST = 10
+_HEAD = ("candidate", "gain", "parameters", "BIC gain", "2 ln odds")
 _CLASS_ODDS = 6.0
 
 
@@ -44,48 +46,53 @@ def _probabilities(diagnosis: Diagnosis) -> str:
 
 
 def _comparison(diagnosis: Diagnosis, stage: int) -> str:
+    """The stage's candidates that were fitted, by rank, and then those of which only a score is known."""
     rows = [row for row in diagnosis.candidates if row.stage == stage][:_MOST]
     fitted = [row for row in rows if row.fitted]
     if not fitted and stage > 0:
         return pieces.paragraph(f"Stage {stage + 1}: nothing stood out any more.")
-    best = max(row.twice_log_odds for row in (fitted or rows))
-    # A gain that only a score promises is no evidence yet: such a row has a rank and no weight.
-    weights = [math.exp(0.5 * (row.twice_log_odds - best)) if row.fitted or not fitted else 0.0 for row in rows]
+    return _fitted(diagnosis, stage, fitted) + _scored(diagnosis, stage, [row for row in rows if not row.fitted])
+
+
+def _fitted(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str:
+    if not rows:
+        return ""
+    ranked = sorted(rows, key=lambda row: -row.twice_log_odds)
+    best = ranked[0].twice_log_odds
+    weights = [math.exp(0.5 * (row.twice_log_odds - best)) for row in ranked]
     told = [
-        _row(diagnosis, row, best=best, weight=weight / sum(weights), rank=place)
-        for place, (row, weight) in enumerate(zip(rows, weights, strict=True), start=1)
+        [str(place), *_cells(row), html.number(weight / sum(weights)), _class(diagnosis, row), _assessed(row, best)]
+        for place, (row, weight) in enumerate(zip(ranked, weights, strict=True), start=1)
     ]
-    head = ("rank", "candidate", "gain", "parameters", "BIC gain", "2 ln odds", "weight", "class", "doubts")
     caption = f"Stage {stage + 1}: compared with " + ("the plain model" if stage == 0 else "what was found before")
-    return pieces.table(head, told, caption=caption)
+    return pieces.table(("rank", *_HEAD, "weight", "class", "assessment"), told, caption=caption)
 
 
-def _row(diagnosis: Diagnosis, row: Candidates, *, best: float, weight: float, rank: int) -> list[str]:
-    return [
-        str(rank),
-        escape(row.told),
-        html.number(row.twice_gain, 1),
-        str(row.parameters),
-        html.number(row.bic, 1),
-        html.number(row.twice_log_odds, 1),
-        html.number(weight),
-        escape(_class(diagnosis, row)),
-        escape(", ".join(_doubts(row, best))),
-    ]
+def _scored(diagnosis: Diagnosis, stage: int, rows: Sequence[Candidates]) -> str:
+    if not rows:
+        return ""
+    return pieces.table(
+        (*_HEAD, "class"),
+        [[*_cells(row), _class(diagnosis, row)] for row in rows],
+        caption=f"Stage {stage + 1}: not fitted",
+        note="These numbers are what scores, to first order, promise of a fit; they have no rank among fitted ones.",
+    )
+
+
+def _cells(row: Candidates) -> list[str]:
+    """The cells below `_HEAD`."""
+    gain, bic, odds = (html.number(value, 1) for value in (row.twice_gain, row.bic, row.twice_log_odds))
+    return [escape(row.told), gain, str(row.parameters), bic, odds]
 
 
 def _class(diagnosis: Diagnosis, row: Candidates) -> str:
     """The reported classes that the candidate belongs to."""
     classes = (one.class_ids for one in diagnosis.effects)
-    return "; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids))
+    return escape("; ".join(", ".join(ids) for ids in classes if set(ids) & set(row.ids)))
 
 
-def _doubts(row: Candidates, best: float) -> list[str]:
-    doubts: list[str] = []
-    if not row.fitted:
-        doubts.append("score only, not fitted")
+def _assessed(row: Candidates, best: float) -> str:
+    """The assessment of a fitted candidate beside the best one; empty where its rank says all."""
     if row.bic <= 0:
-        doubts.append("not worth its parameters")
-    elif 0 < best - row.twice_log_odds < _CLASS_ODDS:
-        doubts.append("cannot be told from the best")
-    return doubts
+        return "not worth its parameters"
+    return "indistinguishable from the best" if 0 < best - row.twice_log_odds < _CLASS_ODDS else ""
