@@ -14,6 +14,9 @@ Verdict = Literal["supported", "not supported", "indistinguishable", "untestable
 
 Counted = Literal["runs", "rows", "windows"]
 
+Tested = Literal["channel", "friction", "toppling"]
+"""What a place's p is of: its channel alone, a smooth term of friction (which onset and slide share), or toppling."""
+
 Side = Literal["recording", "simulation", "both"]
 """The side that has an effect: the recording, the simulation that was given, or both."""
 
@@ -29,6 +32,11 @@ READ_IN: Mapping[str, tuple[float, str]] = {
 def read_name(name: str, unit: str) -> str:
     """A parameter's name without its SI unit, where the number is read in another one: x for x_m, which is in mm."""
     return re.sub(rf"_{unit}(?=_|$)", "", name) if unit in READ_IN else name
+
+
+def rounded(value: float, digits: int) -> str:
+    """A number to so many significant digits as people write it, without a power of ten."""
+    return np.format_float_positional(value, precision=digits, unique=False, fractional=False, trim="-")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +99,8 @@ class Located:
     """A place where residuals stand out: phase × covariate, with the runs and stretches that stand out most.
 
     `effect_size` is the root mean square of the smooth part over that of the whole residual; `p` is corrected for the
-    whole search. `curve` has points (covariate, mean residual, its standard error) for a plot.
+    whole search of the stage (from 1) that tested it, and `tested` says on what. `curve` has points (covariate, mean
+    residual, its standard error) for a plot.
     """
 
     phase: str
@@ -103,6 +112,8 @@ class Located:
     windows: tuple[Stretch, ...]
     summary: str
     curve: tuple[tuple[float, float, float], ...] = ()
+    stage: int = 1
+    tested: Tested = "channel"
 
 
 @dataclass(frozen=True, kw_only=True)

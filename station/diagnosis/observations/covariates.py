@@ -12,7 +12,7 @@ TITLES = {
     "direction": "tilt direction",
     "yaw": "block's yaw",
     "slide_to_block": "direction against the block",
-    "slide_to_grain": "direction against the plate's grain",
+    "slide_to_grain": "direction against the plate's texture",
     "position": "place on the plate",
     "ahead": "place along the slide's direction",
     "previous_direction": "direction of the run before",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from html import escape
 
+from station.diagnosis import thresholds
 from station.diagnosis.report import html
 from station.diagnosis.report.curves import curves, drawable
 from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.picture_data import PictureData
 from station.diagnosis.report.plate_map import channels_on_plate, plate_map
 from station.diagnosis.report.sentences import singular, used
-from station.diagnosis.result import Diagnosis, Located
+from station.diagnosis.result import Diagnosis, Located, Tested
 from station.pages import pieces
 from station.pages.caption import Caption
 from station.pages.figure import drawn
@@ -33,14 +34,15 @@ def _maps(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     caption = Caption(
         shows="Every kind of evidence (rows, in the order of a run) against everything that could explain it "
         "(columns). The effect size is the share of the residuals that a smooth curve over the covariate takes up; p "
-        "is corrected for the whole search. Framed: beyond chance (p < 0.05).",
+        "is that of the row alone in stage 1, corrected for the whole search. Framed and coloured by the effect size: "
+        f"beyond chance (p < {thresholds.LEVEL:g}); all other cells stay pale.",
         count=used(diagnosis),
     )
     parts = [drawn(first, caption, name="map1", alt="map of residuals before")]
     if diagnosis.names:
         second = heat_map(pictures.spots_after, title="With what was found")
-        pale = "The same map for the model that was found: what it explains should be pale."
-        caption = Caption(shows=pale, count=used(diagnosis))
+        same = "The same map of what the last stage tested: what the model that was found explains is pale."
+        caption = Caption(shows=same, count=used(diagnosis))
         parts.append(drawn(second, caption, name="map2", alt="map of residuals after"))
     return parts
 
@@ -50,7 +52,8 @@ def _curves(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
     if not places:
         return []
     caption = Caption(
-        shows="The clearest places: the mean residual in ten bins of what explains it.",
+        shows="The clearest residual structure: the mean residual in ten bins of what explains it; each p is that "
+        "of the table below.",
         count=used(diagnosis),
         interval="bars: 90 % intervals",
     )
@@ -71,18 +74,36 @@ def _plate(diagnosis: Diagnosis, pictures: PictureData) -> list[str]:
 
 def _places(diagnosis: Diagnosis) -> str:
     if not diagnosis.located:
-        return pieces.paragraph("No place stands out beyond chance.")
-    head = ("phase", "place", "effect size", "p", diagnosis.counted, "longest stretches")
-    rows = [_row(place, singular(diagnosis)) for place in diagnosis.located]
-    return pieces.table(head, rows, caption="Places by rank")
+        return pieces.paragraph("No residual structure stands out beyond chance.")
+    head = ("phase", "structure", "effect size", "p", "stage", "tested", diagnosis.counted, "longest stretches")
+    rows = [_row(diagnosis, place) for place in diagnosis.located]
+    return pieces.table(head, rows, caption="Residual structure by rank", note=_note(diagnosis))
 
 
-def _row(place: Located, one: str) -> list[str]:
+def _note(diagnosis: Diagnosis) -> str:
+    """The sentences that tell of what stage and of what test each p is."""
+    stages = (
+        "Every p is of what simulation and findings leave (rest), which no map shows"
+        if diagnosis.given
+        else "Each p is the smallest of all stages: stage 1 tests the residuals of the plain model, each later one "
+        "what the stages before leave"
+    )
+    return (
+        f"{stages}. The test is of the row alone, as in the maps, or of a smooth term of friction in onset and slide."
+    )
+
+
+_TESTED: dict[Tested, str] = {"channel": "the row alone", "friction": "friction", "toppling": "toppling"}
+
+
+def _row(diagnosis: Diagnosis, place: Located) -> list[str]:
+    one = singular(diagnosis)
     runs = ", ".join(str(run) for run in place.runs[:_MOST_RUNS]) + (" …" if len(place.runs) > _MOST_RUNS else "")
     spans = "; ".join(html.whole(f"{one} {_told(run, length_ns)}") for run, length_ns in _longest(place))
     size, p = html.number(place.effect_size), html.whole(html.p_value(place.p))
     summary = place.summary.removeprefix(f"{place.phase}: ")
-    return [html.whole(place.phase), escape(summary), size, p, runs, spans]
+    stage = "rest" if diagnosis.given else str(place.stage)
+    return [html.whole(place.phase), escape(summary), size, p, stage, _TESTED[place.tested], runs, spans]
 
 
 def _told(run: int, length_ns: int) -> str:

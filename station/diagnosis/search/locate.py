@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from station.diagnosis import thresholds
 from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Located, Stretch
+from station.diagnosis.result import Located, Stretch, rounded
 from station.diagnosis.search.places import Place
 from station.diagnosis.search.search import Stage
 from station.diagnosis.search.smooth import covariate_of
@@ -28,22 +30,23 @@ BINS = 10
 def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
     """All places that stand out beyond chance, each from the stage with the smallest p."""
     best: dict[tuple[str, str], Located] = {}
-    for stage in stages:
-        for place in _of_stage(evidence, stage):
+    for number, stage in enumerate(stages, start=1):
+        for place in _of_stage(evidence, stage, number):
             key = (place.channel, place.covariate)
             if key not in best or place.p < best[key].p:
                 best[key] = place
     return tuple(sorted(best.values(), key=lambda place: (place.p, -place.effect_size))[:MOST_PLACES])
 
 
-def _of_stage(evidence: Evidence, stage: Stage) -> Sequence[Located]:
+def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Sequence[Located]:
     found = list[Located]()
     for candidate in stage.places:
         p = stage.calibration.corrected(candidate.p)
         if p >= thresholds.LEVEL or candidate.place is None:
             break
         found.append(_located(evidence, stage.before, candidate.place, p))
-    return [*found, *_of_smooth_terms(evidence, stage)]
+    smooth = (replace(place, tested="friction") for place in _of_smooth_terms(evidence, stage))
+    return [replace(place, stage=number) for place in (*found, *smooth)]
 
 
 def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
@@ -110,11 +113,18 @@ def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
 
 
 def _amount(value: float, unit: str) -> str:
-    if unit == "m":
-        return f"{1e3 * value:.3g} mm"
-    if unit == "rad":
-        return f"{np.degrees(value):.2g}°"
-    return f"{100 * value:.2g} %" if unit in ("relative friction", "1") else f"{value:.2g} {unit}"
+    factor, read = _READ.get(unit, (1.0, f" {unit}"))
+    return rounded(factor * value, 3 if unit == "m" else 2) + read
+
+
+_READ = {
+    "m": (1e3, " mm"),
+    "rad": (math.degrees(1.0), "°"),
+    "rad/s²": (math.degrees(1.0), " °/s²"),
+    "relative friction": (100.0, " %"),
+    "1": (100.0, " %"),
+}
+"""The factor and the unit in which people read a residual of another unit."""
 
 
 def _curve(covariate: Array | None, residual: Array, known: Bools) -> tuple[tuple[float, float, float], ...]:

@@ -254,6 +254,7 @@ def _place(evidence: Evidence, p: float) -> Located:
         channel="rest",
         effect_size=len(fallen) / len(tips),
         p=p,
+        tested="toppling",
         runs=tuple(sorted(runs))[:MOST_RUNS],
         windows=windows[:MOST_WINDOWS],
         summary=f"pre-slip: the block tips over an edge, at {steep_deg:.1f}° in the median, "

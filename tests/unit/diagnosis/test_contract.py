@@ -26,6 +26,8 @@ CONTRACT: dict[str, Any] = {
             "phase": str,
             "covariate": str,
             "effect_size": NUMBER,
+            "stage": int,
+            "tested": str,
             "p": NUMBER,
             "runs": [int],
             "windows": [{"run": int, "from_ns": int, "to_ns": int}],

@@ -15,8 +15,9 @@ from station.__main__ import main
 from station.diagnosis.diagnose import Examined, examined
 from station.diagnosis.report import html, scores
 from station.diagnosis.report.headline import headline
+from station.diagnosis.report.heat_map import heat_map
 from station.diagnosis.report.page import html_page
-from station.diagnosis.report.picture_data import ChannelPicture, PictureData
+from station.diagnosis.report.picture_data import ChannelPicture, PictureData, Spot
 from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.what import what
@@ -264,3 +265,25 @@ def test_a_candidate_of_a_better_rank_has_no_smaller_weight() -> None:
     assert weights == pytest.approx([1.0 / (1.0 + np.exp(-2.0)), 1.0 / (1.0 + np.exp(2.0))], abs=0.01)
     assert "a score" in scored
     assert "a score" not in ranked
+
+
+def test_only_what_is_beyond_chance_has_a_colour() -> None:
+    """A smooth curve through few residuals takes up most of them, by chance."""
+    clear = Spot(phase="onset", channel="onset", covariate="dwell", effect_size=0.5, p=0.001)
+    by_chance = replace(clear, covariate="run", effect_size=0.93, p=1.0)
+    axes = heat_map([clear, by_chance], title="a map").axes[0]
+    assert axes.images[0].get_array().tolist() == [[0.5, 0.0]]
+    assert [text.get_text() for text in axes.texts] == ["0.50\np 0.001", "0.93\np 1"]
+    assert len(axes.patches) == 1
+
+
+def test_a_p_says_of_what_test_it_is() -> None:
+    found = grained()
+    place = replace(found.diagnosis.located[0], p=0.00021, stage=2, tested="friction")
+    page = Page(html_page(replace(found.diagnosis, located=(place,)), found.pictures))
+    assert "effect size p stage tested rows longest stretches" in page.text
+    assert " 0.00021 2 friction " in page.text
+    known = {(spot.channel, spot.covariate): spot.p for spot in found.pictures.spots_before}
+    alone = [one for one in found.diagnosis.located if (one.stage, one.tested) == (1, "channel")]
+    assert alone
+    assert [one.p for one in alone] == [known[one.channel, one.covariate] for one in alone]
