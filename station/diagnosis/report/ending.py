@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 from station.diagnosis.report import html
@@ -32,7 +33,7 @@ def numerics(diagnosis: Diagnosis) -> str:
     """The section on the simulator's numerical artefacts; empty if they were not tested."""
     if not diagnosis.numerics:
         return ""
-    rows = [[*(_cell(one.get(key)) for key in _NUMERICS)] for one in diagnosis.numerics]
+    rows = [[_cell(one.get(key), to=_last_digit(one["size"])) for key in _NUMERICS] for one in diagnosis.numerics]
     why = "What changes with the simulator's own settings is not physics that it leaves out: cure it first."
     head = ("what", "size", "unit", "with these settings", "cured", "cured by")
     table = pieces.table(head, rows)
@@ -43,9 +44,14 @@ def numerics(diagnosis: Diagnosis) -> str:
 _NUMERICS = ("id", "size", "unit", "before", "after", "cured_by")
 
 
-def _cell(said: object) -> str:
+def _last_digit(size: float) -> int:
+    """The last of three digits of an artefact's size, to which what is left of it is told, too: 0.00 and not 6e-14."""
+    return 2 - math.floor(math.log10(abs(size))) if size and math.isfinite(size) else 2
+
+
+def _cell(said: object, *, to: int) -> str:
     if isinstance(said, float | int):
-        return html.minus(f"{said:.3g}")
+        return html.number(round(float(said), to) + 0.0, max(to, 0))
     return "–" if said is None else escape(str(said))
 
 

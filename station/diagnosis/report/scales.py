@@ -23,6 +23,7 @@ _UNITS = {
 _RESIDUALS = {
     "m": (1e3, "mm"),
     "rad": (180.0 / math.pi, "°"),
+    "rad/s²": (180.0 / math.pi, "°/s²"),
     "relative friction": (100.0, "% of the friction"),
     "1": (100.0, "%"),
 }

@@ -21,7 +21,7 @@ from station.diagnosis.report.sentences import (
     singular,
     used,
 )
-from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, read_name
+from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Quality, Side, read_name, rounded
 
 MOST_PLACES = 4
 _COLOUR = {"supported": "green", "indistinguishable": "yellow", "not supported": "cyan", "untestable": "red"}
@@ -66,7 +66,7 @@ def _headline(diagnosis: Diagnosis) -> Text:
 def _numerics(diagnosis: Diagnosis) -> list[Text]:
     """Lines on the simulator's numerical artefacts."""
     return [
-        Text(f"Numerics, not physics: {one['id']} {one['size']:.2g} {one['unit']}, cured by {one['cured_by']}")
+        Text(f"Numerics, not physics: {one['id']} {rounded(one['size'], 2)} {one['unit']}, cured by {one['cured_by']}")
         for one in diagnosis.numerics
     ]
 

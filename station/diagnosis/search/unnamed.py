@@ -8,7 +8,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.likelihood.systematic import less
 from station.diagnosis.observations.covariates import TITLES
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.result import Combination
+from station.diagnosis.result import Combination, rounded
 from station.diagnosis.search.excused import between
 from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array
@@ -31,12 +31,12 @@ def told_of_smooth(evidence: Evidence, model: Model, term: Term) -> str:
     if isinstance(term.effect, PushAside):
         (size,) = term.values.values()
         side = "left" if size > 0 else "right"
-        swerve = f"sliding blocks swerve to the {side} of their way by {abs(size):.2g} m/s²"
+        swerve = f"sliding blocks swerve to the {side} of their way by {rounded(abs(size), 2)} m/s²"
         return f"something outside the catalogue: {swerve}"
     apart = between(evidence, less(model, term.effect.id), model)
     change = 2 * float(np.sqrt(np.mean(apart**2)))
     return (
-        f"something outside the catalogue: friction changes by about {100 * change:.2g} % "
+        f"something outside the catalogue: friction changes by about {rounded(100 * change, 2)} % "
         f"with the {depends_on(term.effect)}"
     )
 

@@ -21,7 +21,7 @@ from station.diagnosis.report.picture_data import ChannelPicture, PictureData, S
 from station.diagnosis.report.plate_map import plate_map
 from station.diagnosis.report.sentences import sentence
 from station.diagnosis.report.what import what
-from station.diagnosis.result import Located, Stretch, Value
+from station.diagnosis.result import Located, Stretch, Value, rounded
 from station.pages.figure import kept_in
 from station.physics.catalogue import catalogue
 from tests.unit.diagnosis.page import Page
@@ -139,7 +139,7 @@ def test_what_the_simulators_settings_do_stands_first() -> None:
     found = grained()
     check = {"id": "solver_creep", "size": 8.0615, "unit": "deg", "cured_by": "<cone>", "before": 12.147, "after": None}
     text = html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)
-    assert "solver_creep 8.06 deg 12.1 – <cone>" in Page(text).text
+    assert "solver_creep 8.06 deg 12.15 – <cone>" in Page(text).text
     assert text.index("Numerics first") < text.index("Where they differ")
     assert "Numerics first" not in html_page(found.diagnosis, found.pictures)
 
@@ -287,3 +287,11 @@ def test_a_p_says_of_what_test_it_is() -> None:
     alone = [one for one in found.diagnosis.located if (one.stage, one.tested) == (1, "channel")]
     assert alone
     assert [one.p for one in alone] == [known[one.channel, one.covariate] for one in alone]
+
+
+def test_numbers_have_no_power_of_ten() -> None:
+    found = grained()
+    check = {"id": "solver_creep", "size": 0.61, "unit": "mm", "cured_by": "cone", "before": 0.61, "after": 6.04e-14}
+    text = Page(html_page(replace(found.diagnosis, numerics=(check,)), found.pictures)).text
+    assert "solver_creep 0.610 mm 0.610 0.000 cone" in text
+    assert [rounded(value, 2) for value in (321.0, -0.00123, 0.17, 0.0)] == ["320", "-0.0012", "0.17", "0"]
