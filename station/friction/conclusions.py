@@ -11,6 +11,7 @@ import numpy as np
 from station.friction.anisotropy import CONFOUNDED, LEAST_SAMPLES, AnisotropyTest, resultant
 from station.friction.pairs import UNNAMED
 from station.friction.report_curves import curve_sentences
+from station.friction.report_table import percent
 from station.friction.results import PairResult
 from station.friction.slides import counted
 
@@ -69,7 +70,7 @@ def _mean(result: PairResult) -> Note:
     mean, error = math.degrees(summary.theta_rad), math.degrees(summary.standard_error_rad)
     return Note(
         f"Angle of repose {mean:.2f} ± {error:.2f}° (mean and its standard error "
-        f"of {summary.samples} slides), scatter {summary.scatter:.1%} from run to run, µ = {summary.mu:.3f}."
+        f"of {summary.samples} slides), scatter {percent(summary.scatter)} from run to run, µ = {summary.mu:.3f}."
     )
 
 
@@ -96,7 +97,7 @@ def _anisotropy(result: PairResult) -> Note:
 def _verdict(test: AnisotropyTest, relation: str) -> str:
     size = (
         f"highest over lowest µ {test.ratio:.3f}, where chance alone stays below {test.ratio_by_chance:.3f} in 95 %; "
-        f"p = {test.p_adjusted:.2g}, direction explains {test.omega2:.0%} of the scatter"
+        f"p = {test.p_adjusted:.2g}, direction explains {percent(test.omega2, 0)} of the scatter"
     )
     if test.p_adjusted < LEVEL:
         at = math.degrees(test.highest_rad) % 360
@@ -142,8 +143,8 @@ def _few(result: PairResult) -> list[Note]:
     unsure = 1 / math.sqrt(2 * (number - 1))
     return [
         Note(
-            f"Fewer than {LEAST_SAMPLES} slides are left ({number}): the scatter is known only to ± {unsure:.0%}, and "
-            "the filters of three standard deviations hardly find anything.",
+            f"Fewer than {LEAST_SAMPLES} slides are left ({number}): the scatter is known only to ± "
+            f"{percent(unsure, 0)}, and the filters of three standard deviations hardly find anything.",
             finding=True,
         )
     ]
@@ -156,8 +157,8 @@ def _censored(result: PairResult) -> list[Note]:
     total = counts.samples + counts.censored
     return [
         Note(
-            f"{counts.censored} of {total} runs ended without a slide ({counts.censored / total:.1%}); they are kept "
-            "apart, and as each would have taken more than the tilt it reached, the mean above is too low."
+            f"{counts.censored} of {total} runs ended without a slide ({percent(counts.censored / total)}); they are "
+            "kept apart, and as each would have taken more than the tilt it reached, the mean above is too low."
         )
     ]
 

@@ -17,8 +17,13 @@ class ReportTable:
 
 
 def number(value: float, form: str) -> str:
-    """A number, or a dash for none."""
-    return "–" if math.isnan(value) else format(value, form)
+    """A number, or a dash for none; a percentage has a space before its sign."""
+    return "–" if math.isnan(value) else format(value, form).replace("%", " %")
+
+
+def percent(share: float, digits: int = 1) -> str:
+    """A share in percent for a sentence."""
+    return number(share, f".{digits}%")
 
 
 def chance(p: float) -> str:

@@ -44,7 +44,7 @@ def _judging(result: PairResult) -> set[str]:
 
 
 def _counts_row(name: str, counts: FilterCounts, judging: set[str]) -> tuple[str, ...]:
-    share = f"{counts.unique / counts.samples:.1%}" if counts.samples else "–"
+    share = number(counts.unique / counts.samples, ".1%") if counts.samples else "–"
     by_filter = (str(flagged) if filter_name in judging else "–" for filter_name, flagged in counts.by_filter.items())
     return (name, str(counts.samples), str(counts.unique), share, str(counts.total), *by_filter, str(counts.censored))
 
@@ -153,6 +153,6 @@ def _test_row(test: AnisotropyTest | None) -> tuple[str, ...]:
         *(chance(p) for p in chances),
         f"{test.ratio:.3f}",
         f"{test.ratio_by_chance:.3f}",
-        f"{test.omega2:.1%}",
+        number(test.omega2, ".1%"),
         f"{math.degrees(test.highest_rad) % 360:.0f}",
     )

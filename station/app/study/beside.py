@@ -114,7 +114,7 @@ def _verdict_cells(verdict: Verdict) -> tuple[str, ...]:
         str(test.samples),
         chance(test.p_value),
         chance(test.p_adjusted),
-        f"{test.omega2:.1%}",
+        number(test.omega2, ".1%"),
         f"{test.ratio:.3f}",
         f"{test.ratio_by_chance:.3f}",
         _yes(verdict.agrees),

@@ -15,6 +15,7 @@ from station.friction.limit_curve.likelihood import Likelihood
 from station.friction.limit_curve.maximise import Maximum
 from station.friction.limit_curve.observations import Observations, observations_of
 from station.friction.pairs import Pair
+from station.friction.report_table import percent
 
 _COARSE = 0.3
 _STRAIGHT = 0.7
@@ -87,7 +88,7 @@ def _remarks(fit: Maximum, observations: Observations, estimates: Mapping[str, E
     error = float(np.median(observations.pull_sigma))
     if error > _COARSE * scatter:
         remarks.append(
-            f"the error of an onset ({error:.1%} of µ) is not small beside the scatter ({scatter:.1%}), and is part of "
-            "the distribution of the multiplier, though not of the scatter"
+            f"the error of an onset ({percent(error)} of µ) is not small beside the scatter ({percent(scatter)}), and "
+            "is part of the distribution of the multiplier, though not of the scatter"
         )
     return remarks

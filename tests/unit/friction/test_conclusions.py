@@ -37,7 +37,7 @@ def test_good_samples_have_no_findings_and_their_numbers_are_those_of_the_sample
     text, findings = said(samples)
     assert findings == []
     angles = np.array([one.onset_angle_rad for one in samples])
-    assert f"scatter {angles.std(ddof=1) / angles.mean():.1%}" in text
+    assert f"scatter {100.0 * angles.std(ddof=1) / angles.mean():.1f} %" in text
     mean, error = np.degrees([angles.mean(), angles.std(ddof=1) / math.sqrt(60)])
     assert f"{mean:.2f} ± {error:.2f}°" in text
     assert "No dependence on the sliding direction against the object" in text
@@ -91,7 +91,7 @@ def test_censored_runs_change_no_number_and_are_told():
     samples = good()
     text, _ = said(samples)
     with_stuck, _ = said([*samples, *(replace(sample(run=99 + i, angle_rad=0.9), censored=True) for i in range(20))])
-    assert "20 of 80 runs ended without a slide (25.0%)" in with_stuck
+    assert "20 of 80 runs ended without a slide (25.0 %)" in with_stuck
     assert text.split("° (mean")[0] == with_stuck.split("° (mean")[0]
 
 
