@@ -15,7 +15,8 @@ Verdict = Literal["supported", "not supported", "indistinguishable", "untestable
 Counted = Literal["runs", "rows", "windows"]
 
 Tested = Literal["channel", "friction", "toppling"]
-"""What a place's p is of: its channel alone, a smooth term of friction (which onset and slide share), or toppling."""
+"""The test whose p a place has: of its channel alone, of a smooth term of friction (which onset and slide share), or of
+toppling."""
 
 Side = Literal["recording", "simulation", "both"]
 """The side that has an effect: the recording, the simulation that was given, or both."""

@@ -203,7 +203,7 @@ def most_promising(choice: Choice, bench: Bench) -> str:
     """The sentence on the best of the plans that fall short of POWER."""
     percent = round(100.0 * choice.promise.told)
     if not percent:
-        return "None of those that were tried would do so in 1 % of the sessions."
+        return "None of those that were tried would do so in even 1 % of the sessions."
     return f"The most promising one ({_words(choice.changes, bench)}) would do so in {percent} % of the sessions."
 
 

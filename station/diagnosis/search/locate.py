@@ -113,11 +113,11 @@ def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
 
 
 def _amount(value: float, unit: str) -> str:
-    factor, read = _READ.get(unit, (1.0, f" {unit}"))
+    factor, read = READ_RESIDUALS_IN.get(unit, (1.0, f" {unit}"))
     return rounded(factor * value, 3 if unit == "m" else 2) + read
 
 
-_READ = {
+READ_RESIDUALS_IN = {
     "m": (1e3, " mm"),
     "rad": (math.degrees(1.0), "°"),
     "rad/s²": (math.degrees(1.0), " °/s²"),

@@ -93,7 +93,7 @@ def test_what_no_plan_separates_is_advised_by_the_effects_themselves() -> None:
     ("told", "words"),
     [
         (0.123, "The most promising one (the same again, in random order) would do so in 12 % of the sessions."),
-        (0.004, "None of those that were tried would do so in 1 % of the sessions."),
+        (0.004, "None of those that were tried would do so in even 1 % of the sessions."),
     ],
 )
 def test_a_plan_that_does_nothing_is_not_promising(told: float, words: str) -> None:
