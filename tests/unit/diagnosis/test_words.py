@@ -6,17 +6,25 @@ import io
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from station.diagnosis.diagnose import examined
+from station.diagnosis.inference.fit import Fit
+from station.diagnosis.observations.channel import Channel
 from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
-from station.diagnosis.report.sentences import own_level, sentence
+from station.diagnosis.report.sentences import next_lines, own_level, sentence
 from station.diagnosis.report.summary import summary
 from station.diagnosis.result import Diagnosis, Value
+from station.diagnosis.search.locate import summary_of
+from station.diagnosis.search.places import Place
 from station.physics.catalogue import catalogue
+from station.physics.contact import Array
 from tests.unit.diagnosis.tables import grained, samples
 
 
@@ -104,3 +112,23 @@ def test_what_is_held_out_is_said_as_it_was_done(nested: bool, words: str) -> No
     found = grained()
     fit = replace(found.diagnosis.fit, nested=nested)
     assert words in html_page(replace(found.diagnosis, fit=fit), found.pictures)
+
+
+def test_turning_is_told_in_degrees() -> None:
+    def constant(_: object) -> Array:
+        return np.full(30, 5.6)
+
+    rows = SimpleNamespace(limit=np.zeros(30, dtype=np.bool_), sigma=np.ones(30))
+    channel = SimpleNamespace(
+        rows=rows, residual=constant, shares_friction=False, phase="slide",
+        title="the block's turning", unit="rad/s²",
+    )  # fmt: skip
+    place = Place(cast(Channel, channel), "all", np.ones((30, 1)), (0,))
+    said = summary_of(cast(Fit, SimpleNamespace(model=None)), place)
+    assert said == "slide: the block's turning is off by 320 °/s² throughout"
+
+
+def test_the_next_step_ends_with_a_full_stop() -> None:
+    found = grained().diagnosis
+    for plan in (found.next_experiment, None):
+        assert re.search(r"[^.]\.$", next_lines(replace(found, next_experiment=plan))[0])
