@@ -43,8 +43,8 @@ def write_plan(plan: NextExperiment | None, path: Path) -> str:
         UserError: if it cannot be written.
     """
     if plan is None or not plan.plan:
-        why = "no further experiment is called for." if plan is None else plan.why
-        return f"No plan was written to {path}: {why}"
+        why = "no further experiment is called for" if plan is None else plan.why
+        return f"No plan was written to {path}: {why}."
     try:
         path.write_text(plan.plan, encoding="utf-8")
     except OSError as error:

@@ -226,10 +226,10 @@ class FitQuality:
 class NextExperiment:
     """The plan that settles in the least time what the recording leaves open.
 
-    `runs` is 0 and `plan` empty if no plan alone does. `power` is the probability that the session's own diagnosis
-    tells the rivals apart, `log_odds` the expected log odds of the true one; `sd` is the standard error that is
-    expected of the main number if it stands alone. What does not apply is nan. `changed` are the tables of the plan
-    that differ from the recording's.
+    `runs` is 0 and `plan` empty if no plan alone does. `why` has no full stop at its end. `power` is the probability
+    that the session's own diagnosis tells the rivals apart, `log_odds` the expected log odds of the true one; `sd` is
+    the standard error that is expected of the main number if it stands alone. What does not apply is nan. `changed` are
+    the tables of the plan that differ from the recording's.
     """
 
     separates: tuple[tuple[str, ...], ...]

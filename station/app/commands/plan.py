@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     if plan is None:
         print("No further experiment is called for.")
         return 0
-    print(f"{plan.runs} runs: {plan.why}" if plan.plan else plan.why)
+    print(f"{plan.runs} runs: {plan.why}." if plan.plan else f"{plan.why}.")
     print(f"\n{plan.plan}" if options.out is None else write_plan(plan, options.out))
     return 0
 

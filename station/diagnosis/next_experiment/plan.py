@@ -195,7 +195,7 @@ def _none(question: Question, choice: Choice, bench: Bench, words: str, *, advic
     reasons = dict.fromkeys(rival.term.effect.separated_by for rival in question.rivals)
     return NextExperiment(
         separates=(question.ids,), plan="", runs=0, power=choice.promise.told,
-        why=f"{words}. {most_promising(choice, bench)} {advice} {'; or by '.join(reasons)}.",
+        why=f"{words}. {most_promising(choice, bench)} {advice} {'; or by '.join(reasons)}",
     )  # fmt: skip
 
 

@@ -120,6 +120,6 @@ def next_lines(diagnosis: Diagnosis) -> list[str]:
     if plan is None:
         return ["No further experiment is called for."]
     if not plan.plan:
-        return [f"Next: {plan.why}"]
+        return [f"Next: {plan.why}."]
     do = f"station diagnose {diagnosis.recording} --plan next.toml; station run --plan next.toml"
     return [f"Next: {plan.runs} runs; {plan.why}.", f"  {do}"]

@@ -20,7 +20,7 @@ from station.diagnosis.report.html import with_error
 from station.diagnosis.report.page import html_page
 from station.diagnosis.report.sentences import next_lines, own_level, sentence
 from station.diagnosis.report.summary import summary
-from station.diagnosis.result import Diagnosis, Value
+from station.diagnosis.result import Diagnosis, NextExperiment, Value
 from station.diagnosis.search.locate import summary_of
 from station.diagnosis.search.places import Place
 from station.physics.catalogue import catalogue
@@ -130,5 +130,6 @@ def test_turning_is_told_in_degrees() -> None:
 
 def test_the_next_step_ends_with_a_full_stop() -> None:
     found = grained().diagnosis
-    for plan in (found.next_experiment, None):
+    bare = NextExperiment(separates=(), plan="", runs=0, why="the same loads in random order")
+    for plan in (found.next_experiment, bare, None):
         assert re.search(r"[^.]\.$", next_lines(replace(found, next_experiment=plan))[0])
