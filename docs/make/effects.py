@@ -34,9 +34,7 @@ def _effect(effect: Effect, others: frozenset[str]) -> str:
         f"{effect.title[0].upper()}{effect.title[1:]}; family: {effect.family}.",
         module,
         f"Law: `{effect.law}`",
-        rows(
-            ("parameter", "unit", "null", "from", "to", "plain to see"), [_parameter(one) for one in effect.parameters]
-        ),
+        rows(("parameter", "unit", "null", "from", "to", "typical"), [_parameter(one) for one in effect.parameters]),
         f"Source: {effect.source}",
     ]
     if others:

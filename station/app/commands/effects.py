@@ -1,6 +1,6 @@
-"""Lists the effects of the catalogue: what each does, its parameters with their units and typical sizes.
+"""Lists the effects of the catalogue: what each does, its law, its parameters with their units and typical sizes.
 
-With ids it says of each its law and source, its bounds, what it is confounded with and what separates it. An effect of
+With ids it says of each its source and bounds, too, what it is confounded with and what separates it. An effect of
 your own is one more file in a folder that your rig file names under [physics].
 """
 
@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from shared import config
 from shared.arguments import nearest
@@ -26,6 +25,8 @@ from station.physics.parameter import Parameter
 NAME = "effects"
 HELP = "list the effects that a diagnosis knows: laws, parameters, typical sizes"
 EXAMPLE = "station effects kinetic_drop"
+WIDTH = 100
+"""Columns of the list."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,14 +40,14 @@ def run(options: argparse.Namespace) -> int:
     """Lists or explains; 0."""
     known = catalogue_of_table(load_rig(options.rig).physics if options.rig else config.Table({}))
     effects = [_named(name, known) for name in options.ids] or list(known.values())
-    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     if options.json:
         print(json.dumps([_described(effect) for effect in effects], indent=1))
     elif options.ids:
         for effect in effects:
             console.print(_explained(effect), markup=False)
     else:
-        console.print(_listed(effects))
+        console.print(_listed(effects), markup=False)
         console.print("Explain one:  station effects ID    Plant one:  station demo --effect ID=VALUE", markup=False)
     return 0
 
@@ -57,13 +58,20 @@ def _named(name: str, known: Catalogue) -> Effect:
     return known[name]
 
 
-def _listed(effects: list[Effect]) -> Table:
-    table = Table(box=None, pad_edge=False)
-    for column in ("effect", "what it is", "acts in", "parameters, with the size that is plain to see"):
-        table.add_column(column)
-    for effect in sorted(effects, key=lambda one: (one.layer, one.id)):
-        table.add_row(effect.id, effect.title, effect.layer, ", ".join(map(_sized, effect.parameters)))
-    return table
+def _listed(effects: list[Effect]) -> str:
+    """One paragraph for each effect: its name and place, and below them its law and its parameters."""
+    ordered = sorted(effects, key=lambda one: (one.layer, one.id))
+    width = max(len(effect.id) for effect in ordered)
+    lines = ["effect: what it is (what it acts in), with its law, and its parameters with their typical sizes"]
+    for effect in ordered:
+        lines += ["", f"{effect.id:<{width}}  {effect.title} ({effect.layer})"]
+        lines += _indented(f"law: {' '.join(effect.law.split())}")
+        lines += _indented(f"typical: {', '.join(map(_sized, effect.parameters))}")
+    return "\n".join([*lines, ""])
+
+
+def _indented(text: str) -> list[str]:
+    return wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
 
 
 def _sized(parameter: Parameter) -> str:

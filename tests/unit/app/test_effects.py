@@ -12,11 +12,14 @@ from station.physics.catalogue import catalogue
 KNOWN = catalogue()
 
 
-def test_the_list_has_every_effect_with_its_parameters(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_has_every_effect_with_its_law_and_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects"]) == 0
-    said = capsys.readouterr().out
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    paragraphs = {text.split(maxsplit=1)[0]: " ".join(text.split()) for text in "\n".join(lines).split("\n\n")}
     for effect in KNOWN.values():
-        assert effect.id in said
+        said = paragraphs[effect.id]
+        assert f"law: {' '.join(effect.law.split())} typical: " in said
         assert all(one.name in said for one in effect.parameters)
 
 
