@@ -133,7 +133,7 @@ def curve_sentences(result: PairResult) -> tuple[str, ...]:
 
 def _shape_sentence(fit: LimitCurveFit) -> str:
     found = fit.estimates
-    p = f"{p_is(fit.p_isotropic)} against a circle" if not math.isnan(fit.p_isotropic) else "nothing to test"
+    tested = "nothing to test" if math.isnan(fit.p_isotropic) else _against_a_circle(fit)
     if fit.kind == "isotropic":
         words = f"a circle of µ = {_interval(found['level'], '.3f')}"
     else:
@@ -145,7 +145,14 @@ def _shape_sentence(fit: LimitCurveFit) -> str:
         if "one_way" in found:
             at = _interval(found["one_way_rad"], ".0f", scale=_DEGREES)
             words += f", {_interval(found['one_way'], '.3f')} times higher towards {at}° than back"
-    return f"Limit curve: {words}; {p} (90 % intervals)."
+    return f"Limit curve: {words}; {tested} (90 % intervals)."
+
+
+def _against_a_circle(fit: LimitCurveFit) -> str:
+    """Says what the test against a circle came to; of a curve that is one, by its own p-value too, it is consistent."""
+    p = p_is(fit.p_isotropic)
+    consistent = fit.kind == "isotropic" and fit.p_isotropic >= _LEVEL
+    return f"consistent with a circle ({p})" if consistent else f"{p} against a circle"
 
 
 def _scatter_sentence(fit: LimitCurveFit) -> str:

@@ -1,4 +1,4 @@
-"""Fig. 6 of the paper: what each of the four filters flagged, in red."""
+"""Fig. 6 of the paper: what each of the four filters flagged, in vermilion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from station.friction.slides import Bools
 NUMBER = 6.0
 CAPTION = (
     "The filters: distance, angle, circumference before against after the slide, and the slides that ran along the "
-    "foam. Red: flagged. Compare the paper's Fig. 6."
+    "foam. Vermilion: flagged. Compare the paper's Fig. 6."
 )
 INTERVAL = ""
 _MOST_BINS = 60

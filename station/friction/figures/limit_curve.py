@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from station.friction.bins import by_direction
+from station.friction.direction import Array
 from station.friction.drawing import FLAGGED, KEPT, nothing_to_draw, settle_radius
 from station.friction.limit_curve.choice import Choice
 from station.friction.limit_curve.estimates import band_of
@@ -18,11 +19,11 @@ from station.friction.pairs import Pair
 
 NUMBER = 11.0
 CAPTION = (
-    "Limit curve. Left: friction by the direction of the slide (median of all runs), each "
-    "slide a dot, and the paper's mean of 32 bins as squares. Right: what holds the block against a pull, by the "
-    "pull's direction, which is what a tilt measures; triangles are runs that ended without a slide and would have "
-    "taken more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where the "
-    "curve is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
+    "Limit curve. Left: friction by the direction of the slide (median of all runs), each slide a dot (n of them), "
+    "and the paper's mean of 32 bins as squares. Right: what holds the block against a pull, by the pull's "
+    "direction, which is what a tilt measures; triangles are runs that ended without a slide and would have taken "
+    "more. What lies beyond the rim is drawn on it. Directions are against the object, or the plate where the curve "
+    "is fixed to that; a curve of both is drawn for an object that is not turned on the plate."
 )
 INTERVAL = "shaded: 90 % interval"
 _BINS = 32
@@ -59,7 +60,7 @@ def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> N
     # The pull's part along the slide is what friction does there.
     mu = np.exp(runs.pull) * np.cos(runs.slide_rad - runs.towards_object_rad)
     mu = np.minimum(mu, _rim(choice))
-    axes.scatter(runs.slide_rad + turn, mu, s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)
+    _draw_runs(axes, runs.slide_rad + turn, mu, name="slide")
     kept = pair.kept
     bins = by_direction(kept.plate_rad if plate else kept.object_rad, kept.mu, span_rad=2 * math.pi, bins=_BINS)
     axes.plot(bins.middle_rad, bins.mean, "s", color="#e69f00", markersize=3, label="mean of bin")
@@ -72,14 +73,28 @@ def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> N
 def _draw_pulls(axes: Any, choice: Choice, runs: Observations) -> None:
     towards = runs.towards_plate_rad if choice.best.layout.frame == "plate" else runs.towards_object_rad
     pull, above = (np.minimum(np.exp(each), _rim(choice)) for each in (runs.pull, runs.above))
-    axes.scatter(towards, pull, s=_dot(len(runs)), color=KEPT, linewidths=0, alpha=0.5, rasterized=True)
+    _draw_runs(axes, towards, pull, name="onset")
     censored = runs.censored
     if censored.any():
-        axes.plot(
-            towards[censored], above[censored], "^", color="#0072b2", markersize=3, label="no slide"
-        )  # fmt: skip
+        label = f"no slide (n = {int(censored.sum())})"
+        axes.plot(towards[censored], above[censored], "^", color="#0072b2", markersize=3, label=label)
     phi = np.linspace(0, 2 * math.pi, 181)
     axes.plot(phi, choice.best.layout.curve(choice.best.values).force(phi), color=FLAGGED, label="limit curve")
+
+
+def _draw_runs(axes: Any, direction_rad: Array, mu: Array, *, name: str) -> None:
+    """Draws a dot for each run that has both numbers, and counts them in the legend."""
+    seen = np.isfinite(direction_rad) & np.isfinite(mu)
+    axes.scatter(
+        direction_rad[seen],
+        mu[seen],
+        s=_dot(len(mu)),
+        color=KEPT,
+        linewidths=0,
+        alpha=0.5,
+        rasterized=True,
+        label=f"{name} (n = {int(seen.sum())})",
+    )
 
 
 def _rim(choice: Choice) -> float:

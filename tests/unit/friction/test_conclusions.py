@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from shared.messages import CameraGeometry, Sample
 from station.friction.conclusions import conclusions
+from station.friction.limit_curve.curve import LimitCurve
+from station.friction.limit_curve.shape import Kind
 from station.friction.pairs import Session, pairs_of
+from station.friction.report_curves import curve_sentences
 from station.friction.report_tables import tables
-from station.friction.results import analyse
+from station.friction.results import PairResult, analyse
+from tests.unit.export.test_from_fit import fit
 from tests.unit.friction.sessions import GEOMETRY, sample, session
 
 
@@ -126,3 +132,19 @@ def test_four_pairs_without_anisotropy_are_seldom_said_to_have_any():
         results = analyse(pairs_of([Session(samples, GEOMETRY)]), rng=rng)
         wrong += any("Friction depends" in note.text for result in results for note in conclusions(result))
     assert wrong <= 4  # of 15 studies 0.75 are expected at the level of 5 %; five or more would come once in 1600 times
+
+
+@pytest.mark.parametrize(
+    ("kind", "p", "expected"),
+    [
+        ("isotropic", 0.4, "; consistent with a circle (p = 0.4) ("),
+        ("isotropic", 0.01, "p = 0.01 against a circle"),
+        ("isotropic", math.nan, "nothing to test"),
+        ("ellipse", 0.4, "p = 0.4 against a circle"),
+    ],
+)
+def test_a_curve_that_is_a_circle_is_consistent_with_one(kind: Kind, p: float, expected: str) -> None:
+    sizes = {"level": 0.4, "mu_1": 0.4, "mu_2": 0.4, "axis_rad": 0.0}
+    fitted = replace(fit(LimitCurve(level=0.4, frame="plate"), kind, **sizes), p_isotropic=p)
+    result = cast("PairResult", SimpleNamespace(limit_curve=fitted))
+    assert expected in curve_sentences(result)[0]
