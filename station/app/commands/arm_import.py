@@ -31,7 +31,11 @@ EXAMPLE = "station arm import robot.urdf --out my_arm.toml"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("urdf", type=Path, help="the robot's URDF (of a xacro: `xacro robot.urdf.xacro > robot.urdf`)")
+    parser.add_argument(
+        "urdf",
+        type=Path,
+        help="the robot's URDF, which its maker publishes (of a xacro: `xacro robot.urdf.xacro > robot.urdf`)",
+    )
     parser.add_argument("--base", help="link at the arm's foot; by default the one that hangs on no joint")
     parser.add_argument("--tip", help="link on which the plate is mounted, its normal along z; by default the last one")
     parser.add_argument("--name", help="the arm's name; by default the robot's")

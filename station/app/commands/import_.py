@@ -18,7 +18,7 @@ from station.recording.reader import open_recording
 
 NAME = "import"
 HELP = "make a recording of measurements in another format (tracks, cube-tosses)"
-EXAMPLE = "station import cube-tosses tosses.parquet --out tosses.mcap"
+EXAMPLE = "station import tracks tracks.csv --out tracks.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     found = importers()
     listed = "; ".join(f"{name}: {found[name].HELP}" for name in sorted(found))
     parser.add_argument("format", help=f"{listed}; or the name of an importer of your own")
-    parser.add_argument("file", type=Path, help="the file to import")
+    parser.add_argument(
+        "file",
+        type=Path,
+        help="the file to import: github.com/DAIRLab/contact-nets has the tosses, and "
+        "station/recording/importers/README.md writes tracks.csv",
+    )
     parser.add_argument("--out", type=Path, help="the recording to write (.mcap)")
     parser.add_argument(
         "--check", action="store_true", help="say what the file lacks and which effects cannot be tested without it"
