@@ -43,7 +43,7 @@ def known() -> list[str]:
 
 
 def words_for(extra: str, folder: Path) -> list[str]:
-    """What pip is asked for."""
+    """Gives the arguments of pip's install."""
     if extra == "dev":
         return ["--requirements", str(LOCK)]
     pins = folder / "pins.txt"
@@ -53,7 +53,7 @@ def words_for(extra: str, folder: Path) -> list[str]:
 
 
 def installed(words: list[str], venv: Path) -> tuple[int, float]:
-    """How many packages a fresh environment then holds, and its size in MB."""
+    """Counts the packages that a fresh environment then holds, and gives its size in MB."""
     subprocess.run(["uv", "venv", "--quiet", "--python", sys.executable, str(venv)], check=True)
     install = ["uv", "pip", "install", "--quiet", "--link-mode", "copy", "--python", str(venv), *words]
     subprocess.run(install, check=True, env={**os.environ, "VIRTUAL_ENV": str(venv)})

@@ -138,7 +138,7 @@ def look(seconds: float, truth: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def faults(seen: dict[str, Any], seconds: float) -> list[str]:
-    """What is not as it must be; a busy computer may lose frames, but never their order or their times."""
+    """Lists what is not as it must be; a busy computer may lose frames, but never their order or their times."""
     must = {
         f"{ENOUGH} frames or more came": seen["frames"] >= ENOUGH,
         "frames and dropped ones make up the time": seen["frames"] + seen["dropped"] >= 0.9 * RATE_HZ * seconds,

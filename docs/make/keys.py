@@ -11,7 +11,7 @@ from typing import Any
 from docs.make.fields import TABLE, default_in_words, heading, rows, said_of_fields, type_in_words, types_of, words_of
 
 Explained = Mapping[str, str]
-"""What a key means, by its whole name (`camera.rate_hz`)."""
+"""The meaning of a key, by its whole name (`camera.rate_hz`)."""
 _HEADER, _KEY = re.compile(r"\[([\w.]+)\]"), re.compile(r"(\w+) = (?:\"[^\"]*\"|[^#\"]|\"[^\"]*\")*?#\s*(.*)")
 
 

@@ -91,7 +91,7 @@ class Acquisition:
         return None, validation_gate.Verdict("two marks in this frame: cover one, or set the mark's size")
 
     def without_notch(self, named: Fit, verdict: validation_gate.Verdict) -> Attempt:
-        """The first sight once more when it has told where the notch is: no edge is seen in part for that."""
+        """The acquisition once more when it has shown where the notch is: no edge is seen in part for that."""
         if self._task.left_out is None or verdict.reason:
             return named, verdict
         again = refine(self._reader, named.corners, blur_px=named.blur_px, task=self._task, most_passes=MOST_PASSES)

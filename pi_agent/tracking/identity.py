@@ -23,7 +23,7 @@ def nearest_turn(corners: Points, expected: Points, *, step: int = 1) -> int:
 
 
 def first_turn(corners: Points, *, aspect: float) -> int:
-    """The turn for a first sight: corner 0 nearest to the image's top left; the first side of a rectangle is its own.
+    """The turn at acquisition: corner 0 nearest to the image's top left; the first side of a rectangle is its own.
 
     For a rectangle the first side (its short one when aspect > 1) runs towards +x, as the paper's local axis.
     The `corners` (4,), px, lie clockwise as seen.

@@ -207,7 +207,7 @@ class Tracker:
         )
 
     def _known_way(self) -> Way | None:
-        """The motion of the mark in the last frame; None at first sight."""
+        """The motion of the mark in the last frame; None at acquisition."""
         return self._motion.way if self._motion.has_velocity else None
 
     def _unseen_turn_px(self, fit: Fit, first: bool) -> float:

@@ -2,7 +2,7 @@
 
 `pytest -m benchmark tests/benchmarks/test_tracking_accuracy.py -s`; TRACKING_FRAMES sets the frames a condition,
 TRACKING_CONDITIONS (names between semicolons) takes only some, TRACKING_SEED other frames. Each condition is measured
-twice: at first sight of its last frame, and following from the frames before it. Every gate is printed with what was
+twice: at acquisition of its last frame, and following from the frames before it. Every gate is printed with what was
 measured; those that are known to be missed (`MISSED`) are not asserted.
 """
 
@@ -76,7 +76,7 @@ class Gate:
 
 
 def _gates(name: str, measured: Measured) -> list[Gate]:
-    """The worse of first sight and following; a slide is promised for following alone."""
+    """The worse of acquisition and following; a slide is promised for following alone."""
     first, followed = measured
     both = (followed,) if "sliding" in name else (first, followed)
     frames = followed.frames

@@ -27,13 +27,13 @@ GROUPS: dict[str, dict[str, Maker]] = {"recommended mark": ADVERSE, "bare tape":
 
 @dataclass
 class Group:
-    """The conditions of one mark, by first sight and followed."""
+    """The conditions of one mark, by acquisition and followed."""
 
     name: str
     scores: dict[str, tuple[Scores, Scores]] = field(default_factory=dict)
 
     def counts(self, way: int) -> tuple[int, int]:
-        """Wrong frames and all; `way` 0 at first sight, 1 followed."""
+        """Wrong frames and all; `way` 0 at acquisition, 1 followed."""
         chosen = [pair[way] for pair in self.scores.values()]
         return sum(s.wrong for s in chosen), sum(s.frames for s in chosen)
 
@@ -43,7 +43,7 @@ class Group:
         low, high = (1000 * bound(wrong, frames) for bound in (lower_share, upper_share))
         proved = "proved" if high <= 1000 * WRONG_SHARE else "not proved"
         return (
-            f"{self.name}, {('first sight', 'followed')[way]}: {wrong} of {frames} wrong, "
+            f"{self.name}, {('acquisition', 'followed')[way]}: {wrong} of {frames} wrong, "
             f"{low:.2f} to {high:.2f} per 1000 (Clopper-Pearson, 95 % each side): {proved}"
         )
 
@@ -73,7 +73,7 @@ def test_no_more_than_one_badly_seen_frame_in_a_thousand_is_wrong() -> None:
                 for kind, (first, followed) in group.scores.items():
                     before = first.wrong, followed.wrong
                     measure_one(GROUPS[group.name][kind], seed=SEED, number=number, first=first, followed=followed)
-                    for scores, count, way in ((first, before[0], "first sight"), (followed, before[1], "followed")):
+                    for scores, count, way in ((first, before[0], "acquisition"), (followed, before[1], "followed")):
                         _show_wrong(scores, count, f"{kind}, trial {number} of seed {SEED}, {way}")
             if (number + 1) % SHOWN_EVERY == 0:
                 print("\n" + "\n".join(group.line(way) for group in groups for way in (0, 1)), flush=True)

@@ -132,7 +132,7 @@ def _rows(name: str, folder: Path) -> list[Row]:
     each = [bounds(trial.scene, trial.pose).rms_px() for trial in trials]
     limits = {level: np.array([one[level] for one in each]) ** 2 for level in LEVELS}
     answers = {
-        "ours, first sight": [_ours(trial, follow=False) for trial in trials],
+        "ours, acquisition": [_ours(trial, follow=False) for trial in trials],
         "ours, followed": [_ours(trial, follow=True) for trial in trials],
         **(_rivals(trials, folder) if trials[0].config.mark.feature == "tag" else {}),
     }

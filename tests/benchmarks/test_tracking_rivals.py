@@ -137,7 +137,7 @@ def _where_not_ahead(ours: Scores, rivals: dict[str, Scores]) -> str:
 )
 def test_ours_is_ahead(kind: str, tmp_path: Path) -> None:
     shots = _shots(kind)
-    ours = {"ours, first sight": _ours(shots, follow=False), "ours, followed": _ours(shots, follow=True)}
+    ours = {"ours, acquisition": _ours(shots, follow=False), "ours, followed": _ours(shots, follow=True)}
     rivals = {
         "the paper's": _rival(paper, shots),
         "Otsu + polygon": _rival(otsu_corners, shots),
@@ -176,7 +176,7 @@ def _times_ms(trial: Trial, *, settled: int) -> NDArray[np.float64]:
 
 
 def test_the_time_of_a_frame() -> None:
-    """Prints milliseconds a frame in steady state and at first sight; no assertion: clocks are not for tests.
+    """Prints milliseconds a frame in steady state and at acquisition; no assertion: clocks are not for tests.
 
     The least of many repeats of each frame: its own time, without what else the machine did. The frames of a sequence
     differ in how many passes they need.
@@ -205,6 +205,6 @@ def test_the_time_of_a_frame() -> None:
         start = perf_counter()
         tracker.track(shot[0], capture_ns=number * 11_111_111)
         still.append(1e3 * (perf_counter() - start))
-    print(f"at rest: min {min(still):.3f}, median {np.median(still):.3f} ms; first sight: min {min(acquired):.2f} ms")
+    print(f"at rest: min {min(still):.3f}, median {np.median(still):.3f} ms; acquisition: min {min(acquired):.2f} ms")
     print(f"Pi 3B at 8 to 12 times this core: {8 * min(still):.1f} to {12 * min(still):.1f} ms of the 11.1 ms at 90 Hz")
     assert tracker.track(shot[0], capture_ns=0).found

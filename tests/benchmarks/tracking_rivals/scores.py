@@ -109,7 +109,7 @@ def aligned(corners: Floats, truth: Floats) -> Floats:
 
 
 def measure(maker: Maker, *, trials: int, seed: int) -> tuple[Scores, Scores]:
-    """Our tracker over many trials: at first sight of the last frame, and following up to it."""
+    """Our tracker over many trials: at acquisition of the last frame, and following up to it."""
     first, followed = Scores(), Scores()
     for number in range(trials):
         measure_one(maker, seed=seed, number=number, first=first, followed=followed)

@@ -121,7 +121,7 @@ def test_a_covered_corner_is_no_tipping(wood: NDArray[np.float32]) -> None:
 
 
 def test_bare_tape_in_dim_light_is_found_where_it_was_seen_before() -> None:
-    """At first sight it is declared; at its place half of such frames and more are answered for, and rightly."""
+    """At acquisition it is declared; at its place half of such frames and more are answered for, and rightly."""
     found, first, errors = 0, 0, []
     for number in range(12):
         trial = ADVERSE_TAPE["dim, tape"](np.random.default_rng([47, number]))
