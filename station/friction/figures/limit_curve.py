@@ -66,7 +66,7 @@ def _draw_slides(axes: Any, choice: Choice, runs: Observations, pair: Pair) -> N
     axes.plot(bins.middle_rad, bins.mean, "s", color="#e69f00", markersize=3, label="mean of bin")
     phi = np.array([*band.phi_rad, band.phi_rad[0] + 2 * math.pi])
     low, mid, high = (np.array([*row, row[0]]) for row in (band.low, band.mu, band.high))
-    axes.fill_between(phi, low, high, color=FLAGGED, alpha=0.3, linewidth=0)
+    axes.fill_between(phi, low, high, color=FLAGGED, alpha=0.3, linewidth=0, label="90 % interval")
     axes.plot(phi, mid, color=FLAGGED, label="limit curve")
 
 
