@@ -50,7 +50,7 @@ class Multiplier:
             return (first - 1) * np.log(x / second) - x / second - _SPECIAL.gammaln(first) - np.log(second)
         if self.family == "weibull":
             power = first * np.log(x / second)
-            return np.log(first) + power - np.log(x) - np.exp(power)
+            return np.log(first) + power - np.log(x) - _power(x / second, first)
         z = np.log(x / first) / second
         if self.family == "lognormal":
             return -0.5 * z**2 - np.log(x * second) - 0.5 * np.log(2 * np.pi)
@@ -65,7 +65,7 @@ class Multiplier:
         if self.family == "gamma":
             return _SPECIAL.gammainc(first, x / second)
         if self.family == "weibull":
-            return -np.expm1(-((x / second) ** first))
+            return -np.expm1(-_power(x / second, first))
         with np.errstate(divide="ignore"):
             z = np.log(x / first) / second
         return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
@@ -77,7 +77,7 @@ class Multiplier:
         if self.family == "gamma":
             return _SPECIAL.gammaincc(first, x / second)
         if self.family == "weibull":
-            return np.exp(-((x / second) ** first))
+            return np.exp(-_power(x / second, first))
         with np.errstate(divide="ignore"):
             z = -np.log(x / first) / second
         return _SPECIAL.ndtr(z) if self.family == "lognormal" else _SPECIAL.stdtr(self.parameters[2], z)
@@ -108,3 +108,9 @@ class Multiplier:
             return second * rng.weibull(first, size)
         z = rng.standard_normal(size) if self.family == "lognormal" else rng.standard_t(self.parameters[2], size)
         return first * np.exp(second * z)
+
+
+def _power(values: Array, exponent: float) -> Array:
+    """Powers (n) of positive values (n): infinite, as is their limit, where runs hardly scatter."""
+    with np.errstate(over="ignore"):
+        return values**exponent

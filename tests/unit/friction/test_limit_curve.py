@@ -41,6 +41,14 @@ MEMBERS = (
 )
 
 
+def test_runs_that_hardly_scatter_lie_below_or_above() -> None:
+    """A session without scatter has a shape whose powers pass the largest number: no warning, and the limit."""
+    narrow = Multiplier("weibull", (1e5, 1.0))
+    assert narrow.below([0.9, 1.1]).tolist() == [0.0, 1.0]
+    assert narrow.above([0.9, 1.1]).tolist() == [1.0, 0.0]
+    assert narrow.log_density([1.1]).tolist() == [-np.inf]
+
+
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_the_block_starts_and_slides_as_maximum_dissipation_says(shape: Shape):
     curve = LimitCurve(level=0.37, object=shape)
