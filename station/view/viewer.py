@@ -12,6 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from shared.errors import UserError
 from shared.installed import to_install
 from shared.system.desktop import PROGRAM_SUFFIX
@@ -26,6 +28,8 @@ _DRIVERS = Path("/usr/share/vulkan/icd.d")
 _START_S, _LOAD_S, _SETTLE_S = 60.0, 60.0, 1.0
 _PICTURE_TRIES = 6
 """The viewer gives up on a picture after some seconds, which a software renderer on a busy machine may need."""
+_BAR_PX = 37
+"""The height of the window's own bar: a menu, and warnings about the graphics driver of a machine without a display."""
 
 
 def can_draw_headless() -> bool:
@@ -162,6 +166,16 @@ def picture_of(client: ViewerClient, view_id: str | None = None) -> bytes:
     raise UserError("Expected a picture from Rerun's headless viewer, but it draws none in time; is the machine busy?")
 
 
+def without_bar(picture: bytes) -> bytes:
+    """The window's picture (PNG) without its own bar, which shows nothing of a recording."""
+    import cv2  # noqa: PLC0415  # opening a viewer starts without this package
+
+    pixels = cv2.imdecode(np.frombuffer(picture, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
+    if pixels is None:
+        raise UserError("Expected a PNG from Rerun's headless viewer, but its picture cannot be read")
+    return cv2.imencode(".png", pixels[_BAR_PX:])[1].tobytes()
+
+
 def screenshot(path: Path, out: Path, *, at_s: float | None = None) -> list[str]:
     """Draws a file as the viewer shows it into a PNG; gives what the views complained of.
 
@@ -172,7 +186,7 @@ def screenshot(path: Path, out: Path, *, at_s: float | None = None) -> list[str]
         state = show(client, path, at_s=at_s)
         picture = picture_of(client)
     try:
-        out.write_bytes(picture)
+        out.write_bytes(without_bar(picture))
     except OSError as error:
         raise UserError(
             f"Expected to write the picture to {out}, but it cannot be written: {error.strerror}"

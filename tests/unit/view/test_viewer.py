@@ -115,6 +115,25 @@ def _pixels(client: ViewerClient, view_id: str | None = None) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(viewer.picture_of(client, view_id))).convert("RGB")).astype(int)
 
 
+@needs_vulkan
+def test_the_window_s_own_bar_is_cut_off_and_no_view_with_it(tmp_path: Path) -> None:
+    """The bar ends with a line across the window; below it the first view begins, with a heading of its own."""
+    path = tmp_path / "session.rrd"
+    items = list(session.session_messages(camera=True, arm=True))
+    write_rrd(items, path, topics={topic for topic, _, _ in items}, setup=setup_of(RigConfig(id="test")), name="test")
+    with viewer.headless(size=(1200, 800)) as client:
+        viewer.show(client, path, at_s=session.SLIP_S)
+        whole = viewer.picture_of(client)
+    cut = viewer.without_bar(whole)
+    window, left = (np.asarray(Image.open(io.BytesIO(each)).convert("RGB")).astype(int) for each in (whole, cut))
+    bar = window[: len(window) - len(left)]
+    assert 0 < len(bar) < 50
+    assert np.array_equal(window[len(bar) :], left)
+    line, colour = bar[-1], np.median(bar[-1], axis=0)
+    assert np.mean(np.all(line == colour, axis=1)) > 0.9, "a line across the window"
+    assert np.mean(np.all(left[0] == colour, axis=1)) < 0.1
+
+
 def test_without_a_renderer_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(viewer, "can_draw_headless", lambda: False)
     with pytest.raises(UserError, match="mesa-vulkan-drivers"):
