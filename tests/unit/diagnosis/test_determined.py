@@ -31,7 +31,7 @@ def _strengthening() -> tuple[Evidence, Fit]:
     recorded, rig = golden()
     rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
     law = catalogue()["rate_strengthening"]
-    term = Term(law, {"per_e_fold": PER_E_FOLD, "slower_decades": DECADES})
+    term = Term(law, {"per_e_fold": PER_E_FOLD, "slower_decades": DECADES, "creep_share": 0.5})
     model, rng = Model(mu_s=MU_S, scatter=0.03, terms=(term,)), np.random.default_rng(3)
     signals = joined([simulator("planar").repeat(recorded, model, rig=rig, rng=rng) for _ in range(8)])
     evidence = evidence_of(signals, Setting(opening_radius_m=OPENING_RADIUS_M))
@@ -41,7 +41,8 @@ def _strengthening() -> tuple[Evidence, Fit]:
 def _entangled() -> tuple[Evidence, Fit]:
     """The same fit, its size and shape known along a line only."""
     evidence, found = _strengthening()
-    places = [k for k, one in enumerate(found.free) if one.effect and one.effect.id == "rate_strengthening"]
+    names = ("per_e_fold", "slower_decades")
+    places = [k for k, one in enumerate(found.free) if one.parameter and one.parameter.name in names]
     covariance = found.covariance.copy()
     covariance[np.ix_(places, places)] = np.array([[1.0, -0.99], [-0.99, 1.0]])
     return evidence, replace(found, covariance=covariance)
@@ -50,6 +51,14 @@ def _entangled() -> tuple[Evidence, Fit]:
 def test_numbers_that_stand_for_themselves_need_no_combination() -> None:
     evidence, found = _strengthening()
     assert determined(evidence, found, found.model.terms[-1]) == ()
+
+
+def test_the_creep_below_the_limit_is_found_within_its_error() -> None:
+    """Half of a thermally activated contact's creep was simulated."""
+    _, found = _strengthening()
+    error = found.sd("rate_strengthening", "creep_share")
+    assert 0.0 < error < 0.5
+    assert abs(found.model.terms[-1].values["creep_share"] - 0.5) < 3.0 * error
 
 
 def test_the_slope_is_known_where_size_and_shape_are_not() -> None:
