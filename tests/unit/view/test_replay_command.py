@@ -80,7 +80,7 @@ def test_a_picture_is_drawn_without_complaints_and_without_a_view_of_the_whole_s
     assert request(recording, "--screenshot", out) == 0
     assert capsys.readouterr().out == f"Picture: {out}\n"
     with Image.open(out) as picture:
-        assert picture.size == (1600, 1000)
+        assert picture.size == (1600, 963)
     assert not recording.with_suffix(".rrd").exists()
 
 
