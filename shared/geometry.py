@@ -116,6 +116,11 @@ def apply_homography(homography: Array, points: ArrayLike) -> Array:
     return mapped[:, :2] / mapped[:, 2:]
 
 
+def mark_scale(geometry: CameraGeometry) -> float:
+    """Ratio of the picture's scale, m a pixel, at the mark's height to that on the plate, by a camera above it."""
+    return 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.mark_height_m else 1.0
+
+
 def corners_on_plate(corners_px: ArrayLike, geometry: CameraGeometry) -> Array:
     """Plate coordinates (n, 2) in metres of points of the mark, seen at n pixels (n, 2).
 
@@ -126,7 +131,7 @@ def corners_on_plate(corners_px: ArrayLike, geometry: CameraGeometry) -> Array:
     if geometry.mark_height_m == 0.0:
         return on_plate
     foot = np.array([geometry.camera_x_m, geometry.camera_y_m])
-    return foot + (on_plate - foot) * (1.0 - geometry.mark_height_m / geometry.camera_height_m)
+    return foot + (on_plate - foot) * mark_scale(geometry)
 
 
 def pixels_of_mark(points_m: ArrayLike, geometry: CameraGeometry) -> Array:
@@ -134,7 +139,7 @@ def pixels_of_mark(points_m: ArrayLike, geometry: CameraGeometry) -> Array:
     foot = np.array([geometry.camera_x_m, geometry.camera_y_m])
     points = np.asarray(points_m, dtype=float)
     if geometry.mark_height_m:
-        points = foot + (points - foot) / (1.0 - geometry.mark_height_m / geometry.camera_height_m)
+        points = foot + (points - foot) / mark_scale(geometry)
     return apply_homography(np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3))), points)
 
 
@@ -154,7 +159,7 @@ def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tupl
     Plain arithmetic, because it runs many times a second: the rigid fit of four points has a closed form.
     """
     a, b, c, d, e, f, g, h, i = geometry.plate_from_pixel
-    raised = 1.0 - geometry.mark_height_m / geometry.camera_height_m if geometry.mark_height_m else 1.0
+    raised = mark_scale(geometry)
     u0, v0, u1, v1, u2, v2, u3, v3 = corners_px
     half_x, half_y = 0.5 * geometry.marker_side_m, 0.5 * geometry.marker_side_m * geometry.marker_aspect
     # Turning the model's corners by the yaw that fits best makes the first two sums parallel to (cos yaw, sin yaw).

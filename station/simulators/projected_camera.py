@@ -14,7 +14,7 @@ from shared import frames
 from shared.bus import Bus, Recipe
 from shared.clock import SIMULATION_EPOCH_NS
 from shared.foxglove import Timestamp
-from shared.geometry import pixels_of_mark
+from shared.geometry import mark_scale, pixels_of_mark
 from shared.messages import AgentStatus, CameraGeometry, MarkerCorners
 
 _CORNER_SIGNS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
@@ -89,8 +89,7 @@ class ProjectedCamera:
         homography = np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
         if abs(homography[2, :2]).max() > 1e-12:
             raise ValueError("the camera without pixels looks straight down; a tilted view needs --pixels")
-        raised = 1.0 / (1.0 - geometry.mark_height_m / geometry.camera_height_m)
-        self._scale = float(homography[0, 0]) * raised
+        self._scale = float(homography[0, 0]) / mark_scale(geometry)
         self._centre = (float(homography[0, 2]), float(homography[1, 2]))
         half = 0.5 * geometry.marker_side_m
         self._half = (half, half * geometry.marker_aspect)

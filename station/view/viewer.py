@@ -29,7 +29,8 @@ _START_S, _LOAD_S, _SETTLE_S = 60.0, 60.0, 1.0
 _PICTURE_TRIES = 6
 """The viewer gives up on a picture after some seconds, which a software renderer on a busy machine may need."""
 _BAR_PX = 37
-"""The height of the window's own bar: a menu, and warnings about the graphics driver of a machine without a display."""
+"""The height of the window's own bar: a menu, and warnings about the graphics driver of a machine without a display
+(`pytest tests/unit/view/test_viewer.py -k own_bar`)."""
 
 
 def can_draw_headless() -> bool:

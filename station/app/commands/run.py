@@ -86,8 +86,7 @@ def _lockstep(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Pat
             path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split, flush_every_s=10.0
         )
         recording = stack.enter_context(RecordingBeside(recording) if can_write_beside() else recording)
-        display = _display(console, rig, plan, path, json_lines=options.json_lines)
-        stack.enter_context(display)
+        display = stack.enter_context(_display(console, rig, plan, path, json_lines=options.json_lines))
         lockstep = Lockstep(
             rig,
             plan,
@@ -129,8 +128,7 @@ def _live(options: argparse.Namespace, rig: RigConfig, plan: Plan, path: Path) -
         claim_arm(bus, clock=clock, owner=owner, take_over=options.take_over)
         origin = recordings.provenance(rig, plan, mode="live", started_ns=clock.now_ns())
         recording = Recording(path, provenance=origin, overwrite=options.overwrite, split_bytes=options.split)
-        display = _display(console, rig, plan, path, json_lines=options.json_lines)
-        stack.enter_context(display)
+        display = stack.enter_context(_display(console, rig, plan, path, json_lines=options.json_lines))
         session = LiveSession(
             bus,
             rig,

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from shared.bus import Bus, Received
-from shared.geometry import tilt_of
+from shared.geometry import mark_scale, tilt_of
 from shared.messages import (
     REPLACED,
     AgentStatus,
@@ -169,7 +169,7 @@ class Watched:
             return None
         if not (seen.mm_per_px > 0 and seen.camera_height_m > seen.mark_height_m >= 0):
             return None
-        return size_px * seen.mm_per_px * (1.0 - seen.mark_height_m / seen.camera_height_m)
+        return size_px * seen.mm_per_px * mark_scale(seen)
 
     def _moved_px(self) -> float | None:
         """The displacement (px) of the corner with which the slip rule would be fulfilled."""

@@ -21,7 +21,7 @@ STRETCHES = 4
 
 LEAST_FRAMES = 3
 DEGREE = 3
-"""The degree of a path in one stretch: its pull changes with the tilt, about evenly."""
+"""The degree of a path in one stretch: its pull changes with the tilt, about evenly (see `mean_slopes`)."""
 MEAN_POINTS = 24
 
 STRETCH = np.dtype(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shared.geometry import apply_homography, mark_corners
+from shared.geometry import apply_homography, mark_corners, mark_scale
 from shared.messages import CameraGeometry
 from station.physics.contact import Array, View
 
@@ -110,5 +110,4 @@ def _row_m(geometry: CameraGeometry) -> Array:
 
 def _nearer(geometry: CameraGeometry) -> float:
     """Ratio of the picture's scale, m a pixel, at the mark's height to that on the plate."""
-    height = geometry.camera_height_m
-    return 1.0 - geometry.mark_height_m / height if height > geometry.mark_height_m else 1.0
+    return mark_scale(geometry) if geometry.camera_height_m > geometry.mark_height_m else 1.0

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from station.diagnosis.observations.covariates import ANGLES, TITLES
+from station.diagnosis.search.locate import READ_RESIDUALS_IN
 from station.physics.contact import Array
 
 _ANGLES = ANGLES | {"tilt", "tilt_rate"}
@@ -20,13 +19,7 @@ _UNITS = {
     "humidity": "%",
     "run": "number",
 }
-_RESIDUALS = {
-    "m": (1e3, "mm"),
-    "rad": (180.0 / math.pi, "°"),
-    "rad/s²": (180.0 / math.pi, "°/s²"),
-    "relative friction": (100.0, "% of the friction"),
-    "1": (100.0, "%"),
-}
+_RESIDUALS = READ_RESIDUALS_IN | {"relative friction": (100.0, "% of the friction")}
 CHANNELS = {
     "onset": "friction at the onset",
     "along": "friction along the slide",

@@ -26,6 +26,15 @@ STANDS_OUT = 0.7
 
 BINS = 10
 
+READ_RESIDUALS_IN = {
+    "m": (1e3, "mm"),
+    "rad": (math.degrees(1.0), "°"),
+    "rad/s²": (math.degrees(1.0), "°/s²"),
+    "relative friction": (100.0, "%"),
+    "1": (100.0, "%"),
+}
+"""The factor and the unit in which people read a residual of another unit."""
+
 
 def located(evidence: Evidence, stages: Sequence[Stage]) -> tuple[Located, ...]:
     """All places that stand out beyond chance, each from the stage with the smallest p."""
@@ -113,18 +122,8 @@ def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
 
 
 def _amount(value: float, unit: str) -> str:
-    factor, read = READ_RESIDUALS_IN.get(unit, (1.0, f" {unit}"))
-    return rounded(factor * value, 3 if unit == "m" else 2) + read
-
-
-READ_RESIDUALS_IN = {
-    "m": (1e3, " mm"),
-    "rad": (math.degrees(1.0), "°"),
-    "rad/s²": (math.degrees(1.0), " °/s²"),
-    "relative friction": (100.0, " %"),
-    "1": (100.0, " %"),
-}
-"""The factor and the unit in which people read a residual of another unit."""
+    factor, read = READ_RESIDUALS_IN.get(unit, (1.0, unit))
+    return f"{rounded(factor * value, 3 if unit == 'm' else 2)}{'' if read == '°' else ' '}{read}"
 
 
 def _curve(covariate: Array | None, residual: Array, known: Bools) -> tuple[tuple[float, float, float], ...]:
