@@ -89,7 +89,7 @@ class ProjectedCamera:
         homography = np.linalg.inv(np.reshape(geometry.plate_from_pixel, (3, 3)))
         if abs(homography[2, :2]).max() > 1e-12:
             raise ValueError("the camera without pixels looks straight down; a tilted view needs --pixels")
-        self._scale = float(homography[0, 0]) / mark_scale(geometry)
+        self._scale = float(homography[0, 0]) * (1.0 / mark_scale(geometry))
         self._centre = (float(homography[0, 2]), float(homography[1, 2]))
         half = 0.5 * geometry.marker_side_m
         self._half = (half, half * geometry.marker_aspect)
