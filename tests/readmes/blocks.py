@@ -26,6 +26,11 @@ class Block:
     language: str
     text: str
 
+    @property
+    def is_diagnosis(self) -> bool:
+        """True for what `station diagnose` printed."""
+        return self.language == "text" and "global p = " in self.text
+
     def lines(self) -> list[str]:
         """The shell's lines, continued ones joined."""
         return [line.strip() for line in self.text.replace("\\\n", " ").splitlines() if line.strip()]

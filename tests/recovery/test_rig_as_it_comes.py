@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+from tests.readmes.blocks import blocks
 from tests.recovery.rig_as_it_comes import rig_with, said_of
 
 pytestmark = pytest.mark.timeout(900)
@@ -18,3 +20,13 @@ SEEDS = (40109, 40110, 40111)
 def test_the_sag_is_found_alone(seed: int, tmp_path: Path) -> None:
     said = said_of(rig_with(), seed=seed, folder=tmp_path)
     assert list(said.claimed) == ["camera_sag"], said
+    if seed == SEEDS[0]:
+        assert_as_on_the_first_page(said.printed)
+
+
+def assert_as_on_the_first_page(printed: str) -> None:
+    """The first page shows this session: the words are the same, numbers may differ in their last digits."""
+    (shown,) = (one.text for one in blocks("text") if one.readme == "README.md" and one.is_diagnosis)
+    words = [re.sub(r"[-+\d.]+", "0", " ".join(part.split())) for part in (printed, *shown.split("…"))]
+    said, shown_parts = words[0], words[1:]
+    assert all(part in said for part in shown_parts), printed
