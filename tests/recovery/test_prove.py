@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from tests.proof.refit import Refit, run_refit
 from tests.recovery.small_proof import SMALL
 
 ROOT = Path(__file__).parents[2]
@@ -55,7 +56,7 @@ class Proof:
 @pytest.fixture(scope="module")
 def proof(tmp_path_factory: pytest.TempPathFactory) -> Proof:
     out = tmp_path_factory.mktemp("proof")
-    done = prove(out, "--quick")
+    done = prove(out, "--quick", "--no-refits")
     assert done.returncode in (0, 1), done.stdout + done.stderr
     return Proof(out, done.stdout, json.loads((out / "proof.json").read_text("utf-8"))["families"]["own"])
 
@@ -84,6 +85,20 @@ def test_strong_effects_are_seen_and_placed(proof: Proof):
     assert proof.gate("missed")["value"] == 0.0
     assert proof.gate("class")["value"] >= 0.5
     assert proof.gate("place")["value"] > 0.6
+
+
+def test_the_true_effect_predicts_unseen_runs_as_the_tool_does(proof: Proof):
+    """The oracle: the case's true effect and what the tool named, refitted alike. One case, as the proof does all."""
+    case = next(one for one in proof.table["cases"] if one["first"] in [e["id"] for e in one["concealed"]])
+    folder = next((proof.out / "cases" / "single").glob(f"{case['id']}*"))
+    said = json.loads((proof.out / "results" / "single" / f"{folder.name}.json").read_text("utf-8"))["answer"]
+    named = {case["first"]: said["model"]["effects"][case["first"]]}
+    mu_s = said["baseline"]["parameters"]["mu_s"]["value"]
+    result = proof.all / "refit.json"
+    run_refit(Refit(case=folder, result=result, true=(case["first"],), said=named, mu_s=mu_s, rivals=("refit_mu",)))
+    fitted = json.loads(result.read_text("utf-8"))
+    assert fitted["oracle"]["gain"] > 2.0 * fitted["oracle"]["se"]
+    assert fitted["tool"]["gain"] == pytest.approx(fitted["oracle"]["gain"], rel=0.1)
 
 
 def test_it_goes_on_from_where_it_was(proof: Proof):

@@ -42,6 +42,7 @@ def checkout(tmp_path: Path) -> Path:
         (tmp_path / "bin" / name).symlink_to(str(shutil.which(name)))
     for name in ("make", "apt-get"):
         program(tmp_path / "bin" / name, STUB)
+    program(tmp_path / "deploy/prepare.sh", STUB)
     program(tmp_path / "bin/id", "#!/bin/sh\necho 0\n")
     program(tmp_path / ".venv/bin/python", PYTHON)
     for name in ("python", "uv"):
@@ -83,6 +84,10 @@ def test_everything_is_fetched_before_the_tests(checkout: Path) -> None:
     assert {"openssh-server", "python3-rospy", "mesa-vulkan-drivers"} <= set(packages)
     assert [call for call in calls if call.startswith("make")] == ["make setup", "make test"]
     assert calls[-1] == "make test"
+    (lock,) = [number for number, call in enumerate(calls) if "-r requirements.lock" in call]
+    assert calls[lock].startswith("uv pip install")
+    assert "--require-hashes" in calls[lock]
+    assert calls.index("prepare.sh python3 .venv requirements.lock") < lock < calls.index("make setup")
     assert not any("--constraint" in call for call in calls if call.startswith("python"))
     wheels = [call.rpartition(" ")[2] for call in calls if "--constraint .venv/constraints.txt" in call]
     assert {wheel.partition(">")[0] for wheel in wheels} >= {"pybullet", "drake", "dartpy", "scikit-learn", "ray"}
@@ -127,7 +132,10 @@ def test_without_uv_pip_installs_the_wheels(checkout: Path) -> None:
     (checkout / ".venv/uv/bin/uv").unlink()
     status, said, calls = run(checkout, quiet=False)
     assert status == 0
-    assert said == ["CI goes on with pip alone, which is slower: uv could not be installed."]
+    assert said == [
+        "CI goes on with pip alone, which is slower: uv could not be installed.",
+        "pip installs the lock, which is slower.",
+    ]
     assert sum(call.startswith("python") and "--constraint" in call for call in calls) == 9
 
 
