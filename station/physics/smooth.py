@@ -29,7 +29,6 @@ PLACE_M = 0.03
 
 Wave = Literal["cos", "sin"]
 When = Literal["onset", "sliding"]
-ALWAYS: frozenset[When] = frozenset({"onset", "sliding"})
 Direction = Literal["radial", "linear", "any", "field"]
 
 
@@ -156,8 +155,6 @@ class Unnamed(Effect):
     source: ClassVar[str] = "none: a smooth term"
     separated_by: ClassVar[str] = "nothing: it stands for what has no name"
     covariate: str
-    at: frozenset[When] = ALWAYS
-    """The moments at which the term acts."""
 
     def __init__(self, covariate: str, words: str, *, size: int, typical: float, unit: str, most: float) -> None:
         """Has `size` coefficients a0, a1, …, each at most `most` in size."""
@@ -199,7 +196,7 @@ class Smooth(Unnamed):
 _WHEN: dict[frozenset[When], str] = {
     frozenset({"onset"}): " at the onset",
     frozenset({"sliding"}): " while sliding",
-    ALWAYS: "",
+    frozenset({"onset", "sliding"}): "",
 }
 
 
@@ -251,8 +248,6 @@ class PushAside(Push):
     0.024 ± 0.002 m/s² on the average, a hundredth of what slows them down, in each of four quarters of the ways.
     Without it a push by the place was told of them, which it resembled where they had slid outward.
     """
-
-    at = frozenset({"sliding"})
 
     def __init__(self) -> None:
         """Has one coefficient."""

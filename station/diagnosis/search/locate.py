@@ -15,9 +15,8 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.result import Located, Stretch, rounded
 from station.diagnosis.search.places import Place
 from station.diagnosis.search.search import Stage
-from station.diagnosis.search.smooth import covariate_of, moments_of
+from station.diagnosis.search.smooth import covariate_of
 from station.physics.contact import Array, Bools
-from station.physics.smooth import When
 
 MOST_PLACES = 12
 MOST_WINDOWS = 20
@@ -26,9 +25,6 @@ STANDS_OUT = 0.7
 """A row stands out if the smooth part's size there is above this quantile."""
 
 BINS = 10
-
-MOMENT: dict[str, When] = {"onset": "onset", "slide": "sliding"}
-"""The moment of friction that is seen in a channel's phase."""
 
 READ_RESIDUALS_IN = {
     "m": (1e3, "mm"),
@@ -63,20 +59,16 @@ def _of_stage(evidence: Evidence, stage: Stage, number: int) -> Sequence[Located
 
 
 def _of_smooth_terms(evidence: Evidence, stage: Stage) -> Iterator[Located]:
-    """The places of smooth terms, each with the smallest p of the terms that act on its covariate at its moment."""
-    best: dict[tuple[str, When], float] = {}
+    """The places of smooth terms, which see onset and slide together, with the smallest p of each covariate."""
+    best: dict[str, float] = {}
     for candidate in stage.candidates:
         p = stage.calibration.corrected(candidate.p) if candidate.smooth else 1.0
         for effect in candidate.effects if p < thresholds.LEVEL else ():
-            for moment in moments_of(effect):
-                key = (covariate_of(effect), moment)
-                best[key] = min(p, best.get(key, 1.0))
+            best[covariate_of(effect)] = min(p, best.get(covariate_of(effect), 1.0))
     for one in stage.places:
         place = one.place
-        if place is not None and place.channel.shares_friction:
-            p = best.get((place.covariate, MOMENT[place.phase]), 1.0)
-            if p < thresholds.LEVEL:
-                yield _located(evidence, stage.before, place, p)
+        if place is not None and place.channel.shares_friction and place.covariate in best:
+            yield _located(evidence, stage.before, place, best[place.covariate])
 
 
 def _located(evidence: Evidence, before: Fit, place: Place, p: float) -> Located:

@@ -22,7 +22,6 @@ from station.diagnosis.search.places import least_spread
 from station.physics.contact import Array
 from station.physics.effect import Effect
 from station.physics.smooth import (
-    ALWAYS,
     PUSHES,
     WAVES,
     ByRun,
@@ -60,11 +59,6 @@ def covariate_of(effect: Effect) -> str:
     return effect.covariate if isinstance(effect, Unnamed) else ""
 
 
-def moments_of(effect: Effect) -> frozenset[When]:
-    """The moments at which a smooth term acts; none for a named effect."""
-    return effect.at if isinstance(effect, Unnamed) else frozenset()
-
-
 def smooth_terms(evidence: Evidence) -> tuple[Effect, ...]:
     """All smooth terms that the recording's covariates allow."""
     return tuple(itertools.chain(_frictions(evidence), _pushes(evidence)))
@@ -88,7 +82,7 @@ def _whens(evidence: Evidence, covariate: str) -> Iterator[frozenset[When]]:
     if evidence.onsets is not None and (evidence.slides is not None or covariate in ONLY_ONSET):
         yield frozenset({"onset"})
     if covariate not in ONLY_ONSET:
-        yield ALWAYS
+        yield frozenset({"onset", "sliding"})
 
 
 def _values(evidence: Evidence) -> dict[str, Array]:
