@@ -50,6 +50,11 @@ class Between(Effect):
         there = np.maximum(self._effect.steering(contact, self._there), LEAST)
         return self._effect.steering(contact, values) / there
 
+    def unturned(self, contact: Contact, values: Values) -> Array | float:
+        """The ratio (n,) of both factors beside a moment."""
+        there = np.maximum(self._effect.unturned(contact, self._there), LEAST)
+        return self._effect.unturned(contact, values) / there
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """The difference (n, 3) of both pushes, m/s²."""
         return _less(self._effect.push(contact, values), self._effect.push(contact, self._there))

@@ -77,6 +77,13 @@ class Effect(ABC):
         """
         return self.friction(contact, values)
 
+    def unturned(self, contact: Contact, values: Values) -> Array | float:
+        """Factor (n,) on the friction of a block at rest that the moment of `lever` acts on beside it.
+
+        It is m without what the moment takes of it, which a simulator that turns blocks finds by itself.
+        """
+        return self.friction(contact, values)
+
     def push(self, contact: Contact, values: Values) -> Array | None:
         """Force per mass on the block beyond gravity and friction (n, 3), m/s², in P; a positive z lifts it."""
         del contact, values

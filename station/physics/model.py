@@ -48,6 +48,11 @@ class Model:
         acting = [term for term in self.terms if not term.effect.is_null(term.values)]
         return {hook: tuple(term for term in acting if hook in term.effect.acts_through()) for hook in HOOKS}
 
+    @property
+    def turns(self) -> bool:
+        """True if something turns the block."""
+        return bool(self.acting("spin") or self.acting("lever"))
+
     def friction(self, contact: Contact) -> Array:
         """The limit curve's support function h (n,) at `way_rad`, before the scatter."""
         total = np.full(len(contact), self.mu_s)

@@ -36,6 +36,15 @@ SQUARE_GYRATION = 1.0 / 6.0
 """The square radius of gyration of a block of unit width about its upright axis."""
 
 
+def left_beside_moment(across_m: Array, square_m2: Array | float, area_m2: Array) -> Array:
+    """The share (n,) of friction that holds a block at rest on which it acts beside the mass.
+
+    The moment takes the rest of the limit surface |F|² + M² / (ρ² + a²) = (mu N)²; a is the arm, its square
+    `square_m2` (n,) and its part across the way `across_m` (n,), on a sole of `area_m2` (n,).
+    """
+    return np.sqrt(1.0 - across_m**2 / (TURNING_RADIUS**2 * area_m2 + square_m2))
+
+
 def left_against_turning(lead: Array) -> Array:
     """The share (n,) of the moment against the turning that a lead (n,), widths of the sole, leaves.
 

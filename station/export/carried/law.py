@@ -21,6 +21,7 @@ from station.physics.effect import unit
 from station.physics.model import Model
 from station.physics.sole import SQUARE_GYRATION
 from station.physics.turned import seen_turned
+from station.physics.unturned import unturned
 from station.simulators.planar.slide import relaxed
 
 
@@ -54,10 +55,8 @@ class Law:
     corners_below_m: float = math.nan
 
     def __post_init__(self) -> None:
-        """Leaves the factor on friction of what turns a block out at rest, where its moment acts by itself."""
-        turning = (*self.model.acting("spin"), *self.model.acting("lever"))
-        others = tuple(term for term in self.model.terms if term not in turning)
-        self._still = replace(self.model, terms=others) if turning else self.model
+        """Leaves to the engine what the moment on a block at rest takes of its friction: there it acts by itself."""
+        self._still = unturned(self.model) if self.model.turns else self.model
         self._way, self._held = 0.0, 0.0
 
     def act(self, now: Moment, *, step_s: float) -> Action:

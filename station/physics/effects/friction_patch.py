@@ -8,10 +8,16 @@ plate's own grain, A = 1 − cos u and B = 1 − cos v,
 all that sines and cosines of u and v span together but for the level, which is mu_s. Where L is long beside the paths
 it is a slope across the plate (a, b), a bowl (c), a saddle (d, t); where it is short, waves, or a spot at any place.
 The logarithm keeps friction positive. Of several spots it shows the strongest, and what is left is located as `other`.
+
+A block that slides along the border of a patch has more friction under one side, and turns. To the first order friction
+acts at a = n ∇ln m A / 12 from the point under the mass (see `uneven_contact`): n is 1 where the whole of a square sole
+carries, 0 where a block stands on its middle, and 3 where it stands on its corners, whose square distance from the
+middle is three times the mean. At rest the moment takes its share of the friction, as there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -19,6 +25,10 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.sole import left_beside_moment
+
+SECOND_MOMENT = 1.0 / 12.0
+"""The mean square distance of a unit square's points from its middle line."""
 
 SIZES = ("slope_x", "slope_y", "bowl", "saddle", "twist", "ridge_x", "ridge_y", "spot")
 
@@ -39,6 +49,7 @@ class FrictionPatch(Effect):
         Parameter(
             name="length_m", unit="m", low=0.005, high=0.04, typical=0.01, null=None, starts=(0.014, 0.008, 0.03)
         ),
+        Parameter(name="turning", unit="1", low=0.0, high=3.0, typical=0.5, null=None, starts=(1.0,)),
     )
     confounded_with: ClassVar[tuple[str, ...]] = (
         "platform_level",
@@ -51,14 +62,51 @@ class FrictionPatch(Effect):
 
     def friction(self, contact: Contact, values: Values) -> Array | float:
         """Gives the factor (n,) on friction by the law of this module."""
+        factor = self.unturned(contact, values)
+        if values["turning"] == 0.0 or contact.moving.all():
+            return factor
+        along_u, along_v = _arm_m(contact, values)
+        left = left_beside_moment(_across(contact, along_u, along_v), along_u**2 + along_v**2, contact.area_m2)
+        return np.where(contact.moving, factor, factor * left)
+
+    def unturned(self, contact: Contact, values: Values) -> Array | float:
+        """Gives the factor (n,) on friction beside which the moment acts: that of the place."""
         u, v = _place(contact, values["length_m"])
         sin_u, sin_v, low_u, low_v = np.sin(u), np.sin(v), 1.0 - np.cos(u), 1.0 - np.cos(v)
         terms = (
             *(sin_u, sin_v, low_u + low_v, low_u - low_v, sin_u * sin_v),
             *(sin_u * low_v, low_u * sin_v, low_u * low_v),
         )
-        sizes = (values[name] for name in SIZES)
-        return np.exp(sum((size * term for size, term in zip(sizes, terms, strict=True)), np.zeros(len(contact))))
+        return np.exp(_weighed(values, terms))
+
+    def lever(self, contact: Contact, values: Values) -> Array | float:
+        """Gives the lever (n,), m, of the friction by the law of this module."""
+        if values["turning"] == 0.0 or not contact.moving.any():
+            return 0.0
+        return np.where(contact.moving, -_across(contact, *_arm_m(contact, values)), 0.0)
+
+
+def _across(contact: Contact, along_u: Array, along_v: Array) -> Array:
+    """The part a × e (n,) across the way of an arm a in the plate's grain."""
+    way_rad = contact.way_rad - contact.mount_rad
+    return along_u * np.sin(way_rad) - along_v * np.cos(way_rad)
+
+
+def _arm_m(contact: Contact, values: Values) -> tuple[Array, Array]:
+    """Friction's arm a (n,), m, along the two axes of the plate's grain."""
+    u, v = _place(contact, values["length_m"])
+    sin_u, sin_v, cos_u, cos_v, zero = np.sin(u), np.sin(v), np.cos(u), np.cos(v), np.zeros(len(contact))
+    low_u, low_v, both = 1.0 - cos_u, 1.0 - cos_v, sin_u * sin_v
+    by_u = (cos_u, zero, sin_u, sin_u, cos_u * sin_v, cos_u * low_v, both, sin_u * low_v)
+    by_v = (zero, cos_v, sin_v, -sin_v, sin_u * cos_v, both, low_u * cos_v, low_u * sin_v)
+    reach = values["turning"] * SECOND_MOMENT * contact.area_m2 / values["length_m"]
+    return reach * _weighed(values, by_u), reach * _weighed(values, by_v)
+
+
+def _weighed(values: Values, terms: Sequence[Array]) -> Array:
+    """The sum (n,) of the terms (n,), each by its size."""
+    sizes = (values[name] for name in SIZES)
+    return sum((size * term for size, term in zip(sizes, terms, strict=True)), np.zeros_like(terms[0]))
 
 
 def _place(contact: Contact, length_m: float) -> tuple[Array, Array]:

@@ -30,7 +30,7 @@ from station.physics.circle import cos_sin
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
-from station.physics.sole import TURNING_RADIUS
+from station.physics.sole import left_beside_moment
 
 LEAST = 0.1
 """The least share of its friction that a block keeps: no sole is so uneven."""
@@ -67,8 +67,12 @@ class UnevenContact(Effect):
         if contact.moving.all():
             return 1.0
         square = values["x_m"] ** 2 + values["y_m"] ** 2
-        reach = TURNING_RADIUS**2 * contact.area_m2 + square
-        return np.where(contact.moving, 1.0, np.sqrt(1.0 - _across_m(contact, values) ** 2 / reach))
+        left = left_beside_moment(_across_m(contact, values), square, contact.area_m2)
+        return np.where(contact.moving, 1.0, left)
+
+    def unturned(self, contact: Contact, values: Values) -> Array | float:
+        """Gives the factor (n,) on friction beside which the moment acts."""
+        return _in_front(contact, values)
 
     def lever(self, contact: Contact, values: Values) -> Array | float:
         """Gives the lever (n,), m, of the friction by the law of this module."""

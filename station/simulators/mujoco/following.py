@@ -5,13 +5,14 @@ Every run has its own time. All are taken one step further together, so that the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from station.physics.contact import Array, Contact
+from station.physics.unturned import unturned
 from station.simulators.mujoco.osculating import osculating
 from station.simulators.mujoco.tilted import Load, TiltedBlock
 from station.simulators.planar.asked import Asked
@@ -97,12 +98,9 @@ class Follower:
         self._world, self._curve = world, curve
         self._rest = Rest(world, curve)
         model = world.model
-        turn = (*model.acting("spin"), *model.acting("lever"))
-        self._creeps, self._spins = bool(model.acting("creep")), bool(turn)
-        # At rest the factor of an effect that turns the block says what its moment takes of the friction: here it is
-        # the moment that acts, and what it takes is MuJoCo's to find.
-        without = tuple(term for term in model.terms if term not in turn)
-        self._unturned = LimitCurve(replace(model, terms=without)) if self._spins else curve
+        self._creeps, self._spins = bool(model.acting("creep")), model.turns
+        # Here the moment acts on a block at rest, and what it takes of the friction is MuJoCo's to find.
+        self._unturned = LimitCurve(unturned(model)) if self._spins else curve
         self._shakes = bool(model.acting("shaking"))
 
     def step(self, runs: Followed) -> Array:

@@ -84,9 +84,9 @@ def test_a_link_to_a_folder_leads_to_its_page_and_one_to_nothing_is_words() -> N
 
 
 def test_a_list_below_a_paragraph_is_a_list_on_the_site_too() -> None:
-    text, _ = guide.linking(Path("README.md"))
-    assert "You get:\n\n- **A rig.**" in text
-    assert "\n\n- **Numbers.**" not in text, "the items of one list stay together"
+    text, _ = guide.linking(Path("station/export/README.md"))
+    assert "What these depend on:\n\n- **MuJoCo**" in text
+    assert "\n\n- **Bullet**" not in text, "the items of one list stay together"
 
 
 def test_the_navigation_names_pages_that_are_there_and_every_page_of_the_reference() -> None:

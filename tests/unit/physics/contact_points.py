@@ -10,6 +10,7 @@ and x, y and yaw are integrated by Runge and Kutta's fourth-order rule.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,8 @@ class ManyPoints:
     """A square sole of `side_m` whose mass is `offset_m` (2,) off its middle and `height_m` above it.
 
     `gradient_per_m` (2,) is by how much friction grows over the sole, as a share of `mu`; a point's friction is in
-    proportion to its pressure to the power 1 − `load_power`. All in the block's frame.
+    proportion to its pressure to the power 1 − `load_power`. All in the block's frame. `plate` gives the log of a
+    factor (k,) on the friction at places (k, 2), m, on the plate.
     """
 
     mu: float
@@ -37,6 +39,7 @@ class ManyPoints:
     offset_m: tuple[float, float] = (0.0, 0.0)
     gradient_per_m: tuple[float, float] = (0.0, 0.0)
     load_power: float = 0.0
+    plate: Callable[[Array], Array] | None = None
 
     @property
     def places(self) -> Array:
@@ -49,9 +52,9 @@ class ManyPoints:
         """mu of each point (k,) at the mean pressure."""
         return self.mu * (1.0 + self.places @ np.array(self.gradient_per_m))
 
-    def forces(self, ways: Array, normal_m_s2: float) -> Array:
-        """Friction (k, 2) per mass on points that slide along unit vectors (k, 2)."""
-        plain = self.coefficients()
+    def forces(self, ways: Array, normal_m_s2: float, places: Array) -> Array:
+        """Friction (k, 2) per mass on points at places (k, 2) on the plate that slide along unit vectors (k, 2)."""
+        plain = self.coefficients() * (1.0 if self.plate is None else np.exp(self.plate(places)))
         friction, active = plain, np.ones(len(plain), dtype=bool)
         for _ in range(ROUNDS):
             pressure = self._pressure(friction[:, None] * ways, normal_m_s2, active)
@@ -89,7 +92,7 @@ class ManyPoints:
         turning = state[5] * np.column_stack([-arms[:, 1], arms[:, 0]])
         velocity = state[3:5] @ into_plate + turning
         ways = velocity / np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), STILL_M_S)
-        force = self.forces(ways, GRAVITY_M_S2 * np.cos(tilt_rad))
+        force = self.forces(ways, GRAVITY_M_S2 * np.cos(tilt_rad), state[:2] + arms @ into_plate.T)
         moment = (arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0]).sum()
         pulled = into_plate @ force.sum(axis=0) + [GRAVITY_M_S2 * np.sin(tilt_rad), 0.0]
         return np.array([*state[3:6], *pulled, moment / (self.side_m**2 / 6.0)])

@@ -65,6 +65,27 @@ def test_friction_that_grows_over_the_sole_turns_the_block_as_the_law_says(
     assert law[:, :2] == pytest.approx(path[:, :2], abs=1e-4)
 
 
+@pytest.mark.parametrize("length_m", [0.03, 0.009])
+@pytest.mark.parametrize("sizes", [(0.2, 0.0), (0.1, 0.15)])
+def test_a_block_turns_at_the_border_of_a_patch_as_the_law_says(length_m: float, sizes: tuple[float, float]) -> None:
+    """By 2° to 30°, to a tenth of it: a sole of 10 mm is not small beside waves of 9 mm over 2π."""
+    beside, across = sizes
+
+    def patch(place: Array) -> Array:
+        u, v = place.T / length_m
+        return beside * np.sin(v) + across * np.sin(u) * np.sin(v)
+
+    effect = catalogue()["friction_patch"]
+    sole = {"turning": 1.0 - POINTS**-2.0, "length_m": length_m}
+    law = Model(mu_s=MU, terms=(Term(effect, {**effect.neutral(), "slope_y": beside, "twist": across, **sole}),))
+    path = ManyPoints(mu=MU, plate=patch).slid((0.1, 0.0, 0.0), tilt_rad=0.45, yaw_rad=YAW_RAD, seconds=SECONDS)
+    told = planar(law, (0.1, 0.0, 0.0), 0.45, path)
+    turned = np.abs(path[:, 2] - YAW_RAD).max()
+    assert turned > np.radians(2.0)
+    assert told[:, 2] == pytest.approx(path[:, 2], abs=0.1 * turned)
+    assert told[:, :2] == pytest.approx(path[:, :2], abs=2.5e-4)
+
+
 @pytest.mark.parametrize("yaw_rad", [YAW_RAD, YAW_RAD + np.pi, 2.0])
 def test_a_tall_block_meets_the_friction_in_front_of_it(yaw_rad: float) -> None:
     """A cube goes up to 2.7 mm farther or less far than a flat block, and 0.6 mm aside: the law leaves 0.2 mm."""

@@ -185,9 +185,25 @@ def test_wear_settles() -> None:
 def test_a_patch_turns_with_the_plate() -> None:
     """What was right of the centre is above it after a quarter turn."""
     state = at_rest(2, x_m=np.array([0.02, 0.0]), y_m=np.array([0.0, 0.02]), mount_rad=np.array([0.0, np.pi / 2]))
-    right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1, length_m=0.04)
+    right, above = said("friction_patch", "friction", state, slope_x=0.2, bowl=0.1, length_m=0.04, turning=0.0)
     assert right == pytest.approx(np.exp(0.2 * np.sin(0.5) + 0.1 * (1.0 - np.cos(0.5))))
     assert above == pytest.approx(right)
+
+
+def test_a_patch_turns_a_block_by_its_slope() -> None:
+    """Every term: the lever is the slope of ln mu across the way, by differences of the friction itself."""
+    state, near = contacts(40, moving=True), 1e-7
+    sizes = {one.name: 0.02 * (number + 1) for number, one in enumerate(catalogue()["friction_patch"].parameters[:8])}
+
+    def log_friction(**moved_m: Array) -> Array:
+        there = replace(state, **{name: getattr(state, name) + by_m for name, by_m in moved_m.items()})
+        return np.log(said("friction_patch", "friction", there, **sizes, length_m=0.011))
+
+    left_x, left_y = -near * np.sin(state.way_rad), near * np.cos(state.way_rad)
+    across = (log_friction(x_m=left_x, y_m=left_y) - log_friction(x_m=-left_x, y_m=-left_y)) / (2.0 * near)
+    lever = said("friction_patch", "lever", state, **sizes, length_m=0.011, turning=0.8)
+    np.testing.assert_allclose(lever, 0.8 * state.area_m2 / 12.0 * across, atol=1e-9)
+    assert np.abs(lever).max() > 1e-4
 
 
 def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
@@ -198,7 +214,8 @@ def test_a_patch_shows_a_spot_anywhere_and_waves() -> None:
     spot = 0.2 * np.exp(-0.5 * (np.square(x - 0.008) + np.square(y + 0.004)) / 0.012**2)
     waves = 0.2 * np.sin((x - 0.003) / 0.007) * np.cos((y + 0.002) / 0.007)
     for shape, length_m, most in ((spot, 0.010, 0.1), (waves, 0.007, 1e-6)):
-        terms = [np.log(said("friction_patch", "friction", state, **{name: 0.1}, length_m=length_m)) for name in names]
+        form = {"length_m": length_m, "turning": 0.0}
+        terms = [np.log(said("friction_patch", "friction", state, **{name: 0.1}, **form)) for name in names]
         basis = np.column_stack([*terms, np.ones_like(x)])
         left = shape - basis @ np.linalg.lstsq(basis, shape, rcond=None)[0]
         assert np.abs(left).max() < most * np.abs(shape).max()
