@@ -59,7 +59,7 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
         sub = choices.add_parser(name, help=help_of(path))
         if words and words[0] == name:
             asked, modules[name] = sub, _imported(f"station.app.commands.{path.stem}")
-            sub.description = modules[name].__doc__
+            sub.description = f"{modules[name].__doc__}{_longer(name, files)}"
             sub.epilog = ending(one=_constant(path, "ONE"), example=_constant(path, "EXAMPLE"))
             modules[name].add_arguments(sub)
     options, unknown = parser.parse_known_args(words)
@@ -69,6 +69,12 @@ def _run(words: list[str], files: dict[str, Path]) -> int | None:
         parser.print_help()
         return 0
     return modules[options.command].run(options)
+
+
+def _longer(name: str, files: dict[str, Path]) -> str:
+    """The commands of two words that begin with a command's name, for the end of its description."""
+    longer = [f"  station {other:<12} {help_of(path)}" for other, path in files.items() if other.startswith(f"{name} ")]
+    return "\n".join(["\n\nCommands of its own:", *longer]) if longer else ""
 
 
 def _is_first_of_two(words: list[str], files: Iterable[str]) -> bool:

@@ -28,6 +28,14 @@ def test_the_first_of_two_words_shows_the_commands_that_begin_with_it(
     assert "plan" not in said
 
 
+def test_a_command_names_the_longer_ones_that_begin_with_it(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["arm", "--help"])
+    said = capsys.readouterr().out
+    assert all(f"\n  station arm {name} " in said for name in ("import", "plan", "stop"))
+    assert "station arm arm" not in said
+
+
 @pytest.mark.parametrize("name", commands())
 def test_a_commands_help_ends_with_an_example_of_it(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
