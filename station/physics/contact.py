@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,10 @@ class Contact:
     def chosen(self, rows: NDArray[np.int64]) -> Contact:
         """The moments with the indices `rows` (m,); an index may repeat."""
         return Contact(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+
+    def facing(self, way_rad: Array) -> Contact:
+        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
+        return replace(self, way_rad=way_rad)
 
     @property
     def pressing_m_s2(self) -> Array:

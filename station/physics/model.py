@@ -84,6 +84,17 @@ class Model:
         """Sum of the arms (n,), m, with which friction turns the block."""
         return _sum((term.effect.lever(contact, term.values) for term in self.acting("lever")), (len(contact),))
 
+    def moment(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
+        """The moment per mass (n,), m²/s², of a friction that acts beside the mass, as `lever` says.
+
+        Of its force per mass, m/s², `along` (n,) is against the way and `across` (n,) to the right of it: friction that
+        differs by the direction pulls a block across, and turns it with the other part of the arm.
+        """
+        total = along * self.lever(contact)
+        if self.acting("lever") and np.any(across):
+            total = total + across * self.lever(contact.facing(contact.way_rad + np.pi / 2))
+        return total
+
     def lead(self, contact: Contact) -> Array:
         """The pressure's lead (n,), widths of the sole, see `station.physics.sole`."""
         return _sum((term.effect.lead(contact, term.values) for term in self.acting("lead")), (len(contact),))

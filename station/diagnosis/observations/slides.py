@@ -297,8 +297,14 @@ class Turn(_Slides):
         against = self._against
         if model.acting("lead"):
             against = against * left_against_turning(model.lead(contact))
-        predicted = self._held * (model.lever(contact) * self._per_friction - against) + model.spin(contact)
+        moment = model.moment(contact, self._held, self._across(model)) if model.acting("lever") else 0.0
+        predicted = moment * self._per_friction - self._held * against + model.spin(contact)
         return motion.yaw_acceleration_rad_s2 - self._mean(np.broadcast_to(predicted, len(motion.moments)))
+
+    def _across(self, model: Model) -> Array:
+        """The friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""
+        contact = self.motion.moments.reported
+        return self._held * support_slope(model, contact, contact.way_rad) / model.friction(contact)
 
 
 def _direction(angle_rad: Array) -> Array:

@@ -124,7 +124,7 @@ class Law:
         load, normal, pushed = pull
         direction = math.atan2(load[1], load[0])
         state = self.watch.contact(way_rad=direction, gravity=gravity)
-        turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load), normal)
+        turn = self._turn(replace(state, moving=np.ones(1, dtype=bool)), math.hypot(*load), 0.0, normal)
         mu = self._held if self._still is self.model else self._threshold(self._still, state, load)[0]
         return Action(mu, gravity - now.gravity + pushed, turn, False, load, normal)
 
@@ -140,17 +140,16 @@ class Law:
         mu = float((here + turn * (slope + 0.5 * turn * bend))[0])
         sideways = -float((slope + turn * bend)[0]) * normal * unit(way + turn + np.pi / 2)[0]
         force = gravity - now.gravity + pushed + np.append(sideways, 0.0)
-        return Action(mu, force, self._turn(state, mu * normal, normal), True, load, normal)
+        return Action(mu, force, self._turn(state, mu * normal, float(slope[0]) * normal, normal), True, load, normal)
 
-    def _turn(self, state: Contact, friction: float, normal: float) -> float:
-        """Angular acceleration by spin, and by the lever of a friction per mass, m/s², for what the block stands on."""
+    def _turn(self, state: Contact, along: float, across: float, normal: float) -> float:
+        """Angular acceleration by spin and by friction per mass, m/s², along and across; corners add to it."""
         area = float(state.area_m2[0])
-        turn = float(self.model.spin(state)[0]) + friction * float(self.model.lever(state)[0]) / (
-            SQUARE_GYRATION * area
-        )
+        moment = float(self.model.moment(state, np.array([along]), across)[0])
+        turn = float(self.model.spin(state)[0]) + moment / (SQUARE_GYRATION * area)
         if not (turn and self.corners_below_m > 0):
             return turn
-        return turn * stronger(self.corners_below_m * friction / max(normal, 1e-9), side_m=math.sqrt(area))
+        return turn * stronger(self.corners_below_m * along / max(normal, 1e-9), side_m=math.sqrt(area))
 
 
 def law_of_run(model: Model, watch: Watch, rng: np.random.Generator) -> Law:

@@ -125,11 +125,11 @@ class Follower:
         if contact is not None and self._spins:
             held = self._curve.value(facing_to(contact, way), blocks.friction)
             way = np.where(moving, way, np.arctan2(y, x))  # a moment has no way: a block sets off where the load points
-            contact = facing_to(contact, way)
-            friction = np.where(moving, held * normal, np.hypot(x, y))
-            turn = self._world.driven(setting_off(contact), friction)
         contact = None if contact is None else facing_to(contact, way)
         hold = self._hold(contact, blocks, moving)
+        if contact is not None and held is not None:
+            along = np.where(moving, held * normal, np.hypot(x, y))
+            turn = self._world.driven(setting_off(contact), along, np.where(moving, hold.slope * normal, 0.0))
         ellipse = osculating(hold, way)
         thrown = moving & (runs.since_s == 0.0)
         for body, first, fx, fy, fn, spin, along, across, axis in zip(

@@ -26,6 +26,10 @@ class Asked(Contact):
         """Another contact with some fields changed; `dataclasses.replace` would compute all of them."""
         return cls._made(changed, lambda name: getattr(other, name))
 
+    def facing(self, way_rad: Array) -> Asked:
+        """The same contacts with other directions of sliding `way_rad` (n,), rad in P."""
+        return Asked.like(self, way_rad=way_rad)
+
     @classmethod
     def _made(cls, known: Mapping[str, Array | Bools], later: Callable[[str], Array | Bools]) -> Asked:
         made = object.__new__(cls)

@@ -155,10 +155,13 @@ class World:
             x, y, z = x - ax, y - ay, z - az
         return x, y, -z
 
-    def driven(self, contact: Contact, friction: Array) -> Array:
-        """Angular acceleration (a,), rad/s², by spin and by the lever of a friction (a,) per mass, m/s²."""
-        per_friction = self.model.lever(contact) / (SQUARE_GYRATION * contact.area_m2)
-        return self.model.spin(contact) + friction * per_friction
+    def driven(self, contact: Contact, along: Array, across: Array | float = 0.0) -> Array:
+        """Angular acceleration (a,), rad/s², by spin and by the moment of friction.
+
+        `along` and `across` (a,), m/s², are its parts, see `Model.moment`.
+        """
+        moment = self.model.moment(contact, along, across)
+        return self.model.spin(contact) + moment / (SQUARE_GYRATION * contact.area_m2)
 
     def border_m(self, row: Index, at: Motion) -> Array:
         """The distance (a,), m, of the block's outermost corner from the foam, in runs `row` (a,); inf without foam."""

@@ -245,7 +245,7 @@ class Slide:
         drag, own = h.value * normal, None
         if self._spins:
             own = turning(
-                np.zeros_like(drag) if contact is None else self._world.driven(contact, drag),
+                np.zeros_like(drag) if contact is None else self._world.driven(contact, drag, h.slope * normal),
                 hold=drag if lead is None else drag * left_against_turning(lead),
                 speed=at.speed,
                 rate=np.asarray(at.yaw_rate),

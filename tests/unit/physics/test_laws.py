@@ -229,6 +229,20 @@ def test_friction_behind_the_mass_keeps_a_block_straight_and_ahead_of_it_swings_
     assert said("uneven_contact", "lever", leading, x_m=1e-3)[0] > 0
 
 
+def test_friction_across_the_way_turns_with_the_other_part_of_the_arm() -> None:
+    """The moment is a × F for the force as a vector, F = -(along e + across n)."""
+    state, rng = contacts(30, moving=True), np.random.default_rng(7)
+    arm = np.array([1e-3, -4e-4])
+    effect = catalogue()["uneven_contact"]
+    model = Model(mu_s=0.4, terms=(Term(effect, {**effect.neutral(), "x_m": arm[0], "y_m": arm[1]}),))
+    along, across = rng.uniform(1.0, 4.0, (2, 30))
+    turned = Rotation.from_euler("z", state.yaw_rad[:, None]).as_matrix()[:, :2, :2] @ arm
+    toward, left = (np.column_stack([np.cos(way), np.sin(way)]) for way in (state.way_rad, state.way_rad + np.pi / 2))
+    force = -(along[:, None] * toward + across[:, None] * left)
+    expected = turned[:, 0] * force[:, 1] - turned[:, 1] * force[:, 0]
+    np.testing.assert_allclose(model.moment(state, along, across), expected, atol=1e-15)
+
+
 def test_an_uneven_contact_holds_less_across_only() -> None:
     """Loaded along the arm there is no moment; across, the limit surface gives 1 / sqrt(1 + a² / ρ²)."""
     state = at_rest(2, yaw_rad=0.0, area_m2=1e-4, way_rad=np.radians([0.0, 90.0]))
