@@ -41,7 +41,7 @@ class Arrival:
         """One line for the terminal."""
         fault = f"; the agent says: {self.fault}" if self.fault else ""
         return (
-            f"{self.corners} corners at {self.rate_hz:.1f} Hz, marker found in {self.found}, {self.dropped} frames "
+            f"{self.corners} corners at {self.rate_hz:.3g} Hz, marker found in {self.found}, {self.dropped} frames "
             f"dropped; capture to station {self.p50_ms:.1f} ms (median), {self.p99_ms:.1f} ms (99 %); "
             f"station less agent clock {self.offset_ms:+.3f} ± {self.sigma_ms:.3f} ms; agent {self.version}{fault}"
         )
