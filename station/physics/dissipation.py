@@ -10,8 +10,6 @@ across the way is N h (ln s)′ in general. The load is then balanced in the dir
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from station.physics.contact import Array, Contact
@@ -35,24 +33,24 @@ def support(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Arra
     curve, slope, bend = _steered(model, contact, way_rad)
     if model.is_dissipative:
         return curve, slope, bend
-    ways = (replace(contact, way_rad=way_rad + turn) for turn in _TURNS)
+    ways = (contact.facing(way_rad + turn) for turn in _TURNS)
     before, more, after = (model.friction(each) / model.steering(each) for each in ways)
     return more * curve, more * slope, more * bend + slope * (after - before) / (2 * STEP_RAD)
 
 
 def support_slope(model: Model, contact: Contact, way_rad: Array) -> Array:
     """The force across the directions `way_rad` (n,), rad in P, relative to N: h′ (n,) by maximum dissipation."""
-    behind, ahead = (replace(contact, way_rad=way_rad + turn) for turn in (-STEP_RAD, STEP_RAD))
+    behind, ahead = (contact.facing(way_rad + turn) for turn in (-STEP_RAD, STEP_RAD))
     slope = (model.steering(ahead) - model.steering(behind)) / (2 * STEP_RAD)
     if model.is_dissipative:
         return slope
-    here = replace(contact, way_rad=way_rad)
+    here = contact.facing(way_rad)
     return slope * model.friction(here) / model.steering(here)
 
 
 def _steered(model: Model, contact: Contact, way_rad: Array) -> tuple[Array, Array, Array]:
     """The curve that steers (n,), and its two derivatives."""
-    behind, here, ahead = (model.steering(replace(contact, way_rad=way_rad + turn)) for turn in _TURNS)
+    behind, here, ahead = (model.steering(contact.facing(way_rad + turn)) for turn in _TURNS)
     return here, (ahead - behind) / (2 * STEP_RAD), (ahead - 2 * here + behind) / STEP_RAD**2
 
 
@@ -85,7 +83,7 @@ def held_along(model: Model, contact: Contact, load_rad: Array, way_rad: Array) 
     maximum dissipation the threshold is a minimum over the directions, and never above it. Of friction that opposes the
     motion alone a fortieth of that order is missed where an effect is a tenth.
     """
-    return model.friction(replace(contact, way_rad=way_rad)) / np.cos(way_rad - load_rad)
+    return model.friction(contact.facing(way_rad)) / np.cos(way_rad - load_rad)
 
 
 def _rise(off: Array, curve: tuple[Array, Array, Array]) -> tuple[Array, Array]:

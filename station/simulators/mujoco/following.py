@@ -16,7 +16,7 @@ from station.physics.unturned import unturned
 from station.simulators.mujoco.osculating import osculating
 from station.simulators.mujoco.tilted import Load, TiltedBlock
 from station.simulators.planar.asked import Asked
-from station.simulators.planar.friction import LimitCurve, Support, facing_to, setting_off
+from station.simulators.planar.friction import LimitCurve, Support, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Index
 from station.simulators.planar.rest import Rest
@@ -123,9 +123,9 @@ class Follower:
             x, y = x + push * np.cos(contact.down_rad), y + push * np.sin(contact.down_rad)
         turn, held = np.zeros(len(way)), None
         if contact is not None and self._spins:
-            held = self._curve.value(facing_to(contact, way), blocks.friction)
+            held = self._curve.value(contact.facing(way), blocks.friction)
             way = np.where(moving, way, np.arctan2(y, x))  # a moment has no way: a block sets off where the load points
-        contact = None if contact is None else facing_to(contact, way)
+        contact = None if contact is None else contact.facing(way)
         hold = self._hold(contact, blocks, moving)
         if contact is not None and held is not None:
             along = np.where(moving, held * normal, np.hypot(x, y))

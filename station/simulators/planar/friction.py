@@ -71,7 +71,7 @@ class LimitCurve:
         if not self._directed:
             return Support(plain, 0.0, 0.0)
         way = contact.way_rad
-        before, after = (self._product(facing_to(contact, way + turn)) for turn in (-DELTA_RAD, DELTA_RAD))
+        before, after = (self._product(contact.facing(way + turn)) for turn in (-DELTA_RAD, DELTA_RAD))
         slope = plain * ((after - before) * (0.5 / DELTA_RAD))
         if not bends and self._model.is_dissipative:
             # The mean of both is h to 5e-9 of h″: one evaluation saved.
@@ -80,7 +80,7 @@ class LimitCurve:
         bend = plain * ((after - 2.0 * here + before) * DELTA_RAD**-2)
         if self._model.is_dissipative:
             return Support(plain * here, slope, bend)
-        more = [self._more(facing_to(contact, way + turn)) for turn in (-DELTA_RAD, 0.0, DELTA_RAD)]
+        more = [self._more(contact.facing(way + turn)) for turn in (-DELTA_RAD, 0.0, DELTA_RAD)]
         turning = (more[2] - more[0]) * (0.5 / DELTA_RAD)
         return Support(plain * here * more[1], slope * more[1], bend * more[1] + slope * turning)
 
@@ -98,11 +98,6 @@ class LimitCurve:
             friction = term.effect.friction(contact, term.values)
             total = total * friction / term.effect.steering(contact, term.values)
         return total
-
-
-def facing_to(contact: Contact, way_rad: Array) -> Contact:
-    """The same contact with another direction of sliding `way_rad` (a,), rad in P."""
-    return Asked.like(contact, way_rad=way_rad)
 
 
 def setting_off(contact: Contact) -> Contact:

@@ -15,7 +15,7 @@ import numpy as np
 
 from station.physics.contact import Array, Contact
 from station.simulators.planar.asked import Asked
-from station.simulators.planar.friction import LimitCurve, facing_to, setting_off
+from station.simulators.planar.friction import LimitCurve, setting_off
 from station.simulators.planar.load import Blocks, Motion, World
 from station.simulators.planar.plate import Column, Index
 
@@ -155,10 +155,10 @@ class Rest:
         if way is None or self._curve.is_round:
             way = np.arctan2(y, x)
         if contact is None or self._curve.is_round:
-            facing = None if contact is None else facing_to(contact, way)
+            facing = None if contact is None else contact.facing(way)
             return np.hypot(x, y) - self._hold(facing, blocks) * normal - self._margin[blocks.row], way
         way = self._weakest(contact, blocks, (x, y), way)
-        value = self._hold(facing_to(contact, way), blocks)
+        value = self._hold(contact.facing(way), blocks)
         return x * np.cos(way) + y * np.sin(way) - value * normal - self._margin[blocks.row], way
 
     def _weakest(self, contact: Contact, blocks: Blocks, load: tuple[Array, Array], way: Array) -> Array:
@@ -172,7 +172,7 @@ class Rest:
         off = np.clip(np.remainder(way - downward + np.pi, 2.0 * np.pi) - np.pi, -_FARTHEST_RAD, _FARTHEST_RAD)
         low, high = np.full(len(off), -_FARTHEST_RAD), np.full(len(off), _FARTHEST_RAD)
         for _ in range(_ROUNDS_MOST):
-            curve = self._curve.at(facing_to(contact, downward + off), blocks.friction)
+            curve = self._curve.at(contact.facing(downward + off), blocks.friction)
             tangent = np.tan(off)
             slope = curve.slope + curve.value * tangent
             low, high = np.where(slope < 0, off, low), np.where(slope < 0, high, off)

@@ -106,9 +106,8 @@ class Slide:
         self._traced = traced
         self._world, self._curve = world, curve.in_motion
         self._shakes = bool(world.model.acting("shaking"))
-        turns = world.model.acting("spin") or world.model.acting("lever")
         self._leads = bool(world.model.acting("lead"))
-        self._spins = bool(turns) or bool(world.commands.velocity[:, 2].any())
+        self._spins = world.model.turns or bool(world.commands.velocity[:, 2].any())
 
     def run(
         self, blocks: Blocks, time_s: Array, place: Array, *, way: Array, speed: Array | None = None,

@@ -68,7 +68,7 @@ class Found:
 
     def angular_acceleration(self, *, friction_m_s2: ArrayLike, **state: Unpack[State]) -> Array | float:
         """Angular acceleration (n,), rad/s², of a sliding block; `friction_m_s2` (n,): friction per mass."""
-        if not (self._model.acting("spin") or self._model.acting("lever")):
+        if not self._model.turns:
             return _as_asked(np.zeros(np.shape(state["t_s"])), state["t_s"])
         contact = self._contact(state)
         force = np.broadcast_to(np.asarray(friction_m_s2, dtype=float), (len(contact),))

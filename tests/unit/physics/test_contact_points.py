@@ -68,7 +68,7 @@ def test_friction_that_grows_over_the_sole_turns_the_block_as_the_law_says(
 @pytest.mark.parametrize("length_m", [0.03, 0.009])
 @pytest.mark.parametrize("sizes", [(0.2, 0.0), (0.1, 0.15)])
 def test_a_block_turns_at_the_border_of_a_patch_as_the_law_says(length_m: float, sizes: tuple[float, float]) -> None:
-    """By 2° to 30°, to a tenth of it: a sole of 10 mm is not small beside waves of 9 mm over 2π."""
+    """It turns by 2° to 30°, told to a tenth of it: a sole of 10 mm is not small beside waves of 9 mm over 2π."""
     beside, across = sizes
 
     def patch(place: Array) -> Array:

@@ -191,7 +191,7 @@ def test_a_patch_turns_with_the_plate() -> None:
 
 
 def test_a_patch_turns_a_block_by_its_slope() -> None:
-    """Every term: the lever is the slope of ln mu across the way, by differences of the friction itself."""
+    """The lever of every term is the slope of ln mu across the way, by differences of the friction itself."""
     state, near = contacts(40, moving=True), 1e-7
     sizes = {one.name: 0.02 * (number + 1) for number, one in enumerate(catalogue()["friction_patch"].parameters[:8])}
 

@@ -10,7 +10,7 @@ import pytest
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.planar.commands import Commands, ramps, tracks
-from station.simulators.planar.friction import LimitCurve, asks_for_direction, facing_to
+from station.simulators.planar.friction import LimitCurve, asks_for_direction
 from station.simulators.planar.simulate import simulate
 from tests.contracts.effect_states import contacts
 from tests.unit.simulators.ellipse import Ellipse
@@ -150,6 +150,6 @@ def test_onsets_near_the_corners_of_a_pyramid_are_those_of_its_limit_curve(share
     motions = simulate(ramps((0.0, 10.0), (0.0, 0.8), downhill_rad=directions), Model(mu_s=0.4, terms=(pyramid,)))
     off = np.linspace(-1.5, 1.5, 30_001)
     at = contacts(len(off))
-    held = [0.4 * pyramid.effect.friction(facing_to(at, off + way), pyramid.values) / np.cos(off) for way in directions]
+    held = [0.4 * pyramid.effect.friction(at.facing(off + way), pyramid.values) / np.cos(off) for way in directions]
     expected = np.arctan(np.min(held, axis=1))
     assert np.degrees(np.abs(motions.onset_rad - expected).max()) < 0.002
