@@ -51,10 +51,10 @@ def believed(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run:
     sigma = np.maximum(sigma_rad, LEAST_RAD)
     most = float(np.quantile(np.abs(off_rad), FAR))
     clipped, common = np.clip(off_rad, -most, most), np.zeros_like(off_rad)
-    own = _true_variance(off_rad[:, 1], sigma)
+    own = true_variance(off_rad[:, 1], sigma)
     for _ in range(ROUNDS):
         common = _common(clipped, np.sqrt(sigma**2 + own), angles_rad, run)
-        own = _true_variance((off_rad - common)[:, 1], sigma)
+        own = true_variance((off_rad - common)[:, 1], sigma)
     left = off_rad - common
     trust = own / (own + sigma**2)
     return Believed(common + trust[:, None] * left, np.sqrt(trust) * sigma, common)
@@ -70,7 +70,7 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: 
     return (design @ found).reshape(off_rad.shape)
 
 
-def _true_variance(left_rad: Array, sigma_rad: Array) -> float:
-    """The variance of the true deviations, from measured ones (n,) less that of their errors."""
-    squared = np.minimum(left_rad**2, float(np.quantile(left_rad**2, FAR)))
-    return max(float(np.average(squared - sigma_rad**2, weights=sigma_rad**-4.0)), 0.0)
+def true_variance(left: Array, sigma: Array) -> float:
+    """The variance of true values about zero, from measured ones `left` (n,) less that of their errors `sigma` (n,)."""
+    squared = np.minimum(left**2, float(np.quantile(left**2, FAR)))
+    return max(float(np.average(squared - sigma**2, weights=sigma**-4.0)), 0.0)

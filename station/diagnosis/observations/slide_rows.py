@@ -11,11 +11,13 @@ import numpy as np
 from station.diagnosis.observations.channel import Channel, rows_of
 from station.diagnosis.observations.directions import Believed, believed
 from station.diagnosis.observations.driving import driving
+from station.diagnosis.observations.expected_path import expected_path
 from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion, Times
 from station.diagnosis.observations.slides import LEAST_M_S, LEAST_SLOPE_RAD, Across, Along, Motion, Turn
 from station.diagnosis.observations.tracks import RunTrack
+from station.diagnosis.observations.turning import believed_rates
 from station.diagnosis.observations.views import block_view
 from station.diagnosis.observations.windows import FINE_NODES, NODES, WEIGHTS, Windows
 from station.physics.contact import GRAVITY_M_S2, Array, Contact, View
@@ -54,14 +56,16 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
         rested_s=np.repeat(recorded.rested.typical()[runs], nodes),
     )
     contact = moments.reported
+    sigma_rad = np.array([track.sigma_rad for track in tracks])
+    rate_rad_s, rate_sigma = believed_rates(windows["node_yaw_rate_rad_s"], windows["velocity_factor"] * sigma_rad)
     motion = Motion(
         moments,
         windows["acceleration_m_s2"],
         windows["yaw_acceleration_rad_s2"],
         None if onsets is None else lambda model: _of_runs(onsets.run_effects(model, count), runs),
-        windows["node_yaw_rate_rad_s"].ravel(),
+        rate_rad_s.ravel(),
         _between(windows, plate, uneven),
-        _seen(recorded, contact),
+        _seen(recorded, moments, rate_rad_s.ravel()),
         (down + deviation.common_rad).ravel(),
     )
     middle = {name: values[1::nodes] for name, values in covariates_of(contact).items()}
@@ -69,7 +73,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     yaw = np.array([_resting_yaw(track) for track in tracks])
     middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
     span = {name: windows[name] for name in ("run", "from_ns", "to_ns")}
-    relative, turning = _sigmas(recorded, contact)
+    relative, turning = _sigmas(recorded, contact, rate_sigma)
     return [
         Along(rows_of({**span, "sigma": relative}, middle), motion),
         # A direction that is off by its own error puts that share of the friction across.
@@ -78,8 +82,8 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     ]
 
 
-def _sigmas(recorded: Recorded, contact: Contact) -> tuple[Array, Array]:
-    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s²."""
+def _sigmas(recorded: Recorded, contact: Contact, rate_sigma_rad_s: Array) -> tuple[Array, Array]:
+    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s²; (n,) that of its rate."""
     windows, middle = recorded.free_windows, slice(1, None, len(WEIGHTS))
     tracks = [recorded.tracks[place] for place in windows["run"]]
     pressing = contact.pressing_m_s2[middle]
@@ -93,18 +97,19 @@ def _sigmas(recorded: Recorded, contact: Contact) -> tuple[Array, Array]:
     noise = np.hypot(place, GRAVITY_M_S2 * np.array(leaning_rad))
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
     slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[middle], LEAST_M_S)
-    turning = np.hypot(windows["acceleration_factor"], slowing * windows["velocity_factor"])
-    return noise / (pressing * mu), turning * np.array([track.sigma_rad for track in tracks])
+    turning = windows["acceleration_factor"] * np.array([track.sigma_rad for track in tracks])
+    return noise / (pressing * mu), np.hypot(turning, slowing * rate_sigma_rad_s)
 
 
-def _seen(recorded: Recorded, contact: Contact) -> View:
-    """The camera's view of the windows' nodes (3 n)."""
-    windows = recorded.free_windows
+def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:
+    """The camera's view of the windows' nodes (3 n), on their expected path; the blocks turn at `rate_rad_s` (3 n)."""
+    windows, contact = recorded.free_windows, moments.reported
+    place_m, velocity_m_s = expected_path(windows, moments.plain)
     return block_view(
         recorded,
-        windows["node_pose"].reshape(-1, 3),
-        velocity_m_s=windows["node_velocity"].reshape(-1, 2),
-        yaw_rate_rad_s=windows["node_yaw_rate_rad_s"].ravel(),
+        np.column_stack([place_m, contact.yaw_rad]),
+        velocity_m_s=velocity_m_s,
+        yaw_rate_rad_s=rate_rad_s,
         tilt_rad=contact.tilt_rad,
         down_rad=contact.down_rad,
         rest_s=contact.slid_s,

@@ -88,16 +88,10 @@ class Motion:
         first, middle, last = moved.reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
         times_ns = self.moments.time_ns.reshape(-1, len(WEIGHTS))
         half_s = 0.5e-9 * (times_ns[:, -1] - times_ns[:, 0])
-        way, aside = self._way_m, last - first
+        begin, _, end = self.view.point_m.mean(axis=1).reshape(-1, len(WEIGHTS), 2).transpose(1, 0, 2)
+        way, aside = end - begin, last - first
         turned = (way[:, 0] * aside[:, 1] - way[:, 1] * aside[:, 0]) / np.maximum((way**2).sum(axis=1), LEAST_WAY_M**2)
         return (first - 2.0 * middle + last) / half_s[:, None] ** 2, turned
-
-    @cached_property
-    def _way_m(self) -> Array:
-        """The way (n, 2), m, of the block from a window's first node to its last."""
-        contact = self.moments.reported
-        place = np.column_stack([contact.x_m, contact.y_m]).reshape(-1, len(WEIGHTS), 2)
-        return place[:, -1] - place[:, 0]
 
 
 def _bends(effect: Effect) -> bool:
