@@ -63,7 +63,10 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             "sigma": sigma,
             "limit": np.array([track.sample.censored for track in tracks]),
         },
-        {**covariates_of(contact), **memory_of(places, contact.down_rad, recorded.tracks)},
+        # The rate at the very moment is read with the onset: where a run held it is that of a plate at rest.
+        covariates_of(contact)
+        | {"tilt_rate": np.array([abs(track.sample.tilt_rate_rad_s) for track in tracks])}
+        | memory_of(places, contact.down_rad, recorded.tracks),
     )
     return [Onsets(rows, moments, released(recorded, places))]
 

@@ -91,7 +91,7 @@ def _of_track(track: RunTrack, setting: Setting) -> Iterator[tuple[Any, ...]]:
         return
     # The yaw is a straight line in time: a window's curvature is independent of a straight line's noise.
     turning = np.polyfit((track.time_ns[part] - track.slip_ns) * 1e-9, track.pose[part, 2], 1)
-    for first in range(part.start, part.stop - FRAMES + 1, FRAMES):
+    for first in range(part.start + (part.stop - part.start) % FRAMES, part.stop - FRAMES + 1, FRAMES):
         frames = slice(first, first + FRAMES)
         window = _window(track, frames, course, turning)
         if window is not None:

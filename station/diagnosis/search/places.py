@@ -11,10 +11,17 @@ from station.diagnosis.inference.sparse import Table, by_channel, side_by_side
 from station.diagnosis.observations.channel import Channel
 from station.diagnosis.observations.covariates import ANGLES
 from station.diagnosis.observations.evidence import Evidence
+from station.diagnosis.observations.plate import Times
 from station.physics.contact import Array
 
 DEPENDENT = 1e-3
 """Singular values below this share of the largest belong to columns that repeat others."""
+
+SET_BY_FRICTION = frozenset({"speed", "slide_time", "tilt", "tilt_rate"})
+"""What a slide has by its run's own friction, and after the onset as read: an onset that is read late makes both the
+slide younger and its friction smaller than the onset's. Friction along the slide is compared with it within each run:
+a null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60 --no-refits --seed 20261540`).
+"""
 
 CONSTANT = 1e-9
 """A covariate whose spread is smaller is constant but for rounding."""
@@ -57,6 +64,8 @@ def _bases(channel: Channel) -> dict[str, Array]:
             bases["position"] = spot
     for name, values in covariates.items():
         basis = _angle(values) if name in ANGLES else _smooth(values, least_spread(name), 4 if name == "run" else 3)
+        if basis is not None and name in SET_BY_FRICTION and channel.shares_friction:
+            basis = _independent(_within(basis, channel.rows.run))
         if basis is not None:
             bases[name] = basis
     if channel.level_tells:
@@ -103,6 +112,13 @@ def _spot(x: Array, y: Array) -> Array | None:
         return None
     u, v = x / 0.03, y / 0.03
     return _independent(np.column_stack([u, v, u * u, u * v, v * v]))
+
+
+def _within(columns: Array, run: Times) -> Array:
+    """The columns (n, k) less their means over each of the runs (n,) that have several rows."""
+    count = np.bincount(run)
+    means = np.column_stack([np.bincount(run, column) for column in columns.T]) / np.maximum(count, 1)[:, None]
+    return np.where((count > 1)[run, None], columns - means[run], columns)
 
 
 def _independent(columns: Array) -> Array | None:
