@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from station.diagnosis.observations.plate import Times
 from station.diagnosis.observations.relevance import relevant
@@ -21,6 +22,9 @@ HARMONICS = (1, 2, 3, 4, 6)
 """The orders to which a law's turns are followed: a grain of two axes that is pinched, and of three and four axes."""
 FAR = 0.98
 """Deviations beyond this quantile are clipped to it: a block that was knocked follows no law."""
+
+KEPT = float(chi2.cdf(chi2.ppf(FAR, 1), 3) + chi2.ppf(FAR, 1) * (1.0 - FAR))
+"""The share of a Gaussian's variance that is left when its squares are clipped at their quantile FAR."""
 
 LEAST_RAD = 1e-3
 ROUNDS = 3
@@ -73,4 +77,4 @@ def _common(off_rad: Array, sigma_rad: Array, angles_rad: Sequence[Array], run: 
 def true_variance(left: Array, sigma: Array) -> float:
     """The variance of true values about zero, from measured ones `left` (n,) less that of their errors `sigma` (n,)."""
     squared = np.minimum(left**2, float(np.quantile(left**2, FAR)))
-    return max(float(np.average(squared - sigma**2, weights=sigma**-4.0)), 0.0)
+    return max(float(np.average(squared / KEPT - sigma**2, weights=sigma**-4.0)), 0.0)

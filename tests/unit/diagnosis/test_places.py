@@ -1,0 +1,61 @@
+"""The columns of the places: friction along a slide is compared within its run by what that friction itself sets."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from station.diagnosis.observations.channel import Channel, rows_of
+from station.diagnosis.search.places import _bases  # pyright: ignore[reportPrivateUsage]
+from station.physics.contact import Array
+from station.physics.model import Model
+
+RUNS, WINDOWS = 30, 4
+
+
+class _Friction(Channel):
+    """Four windows of each slide, or, as an onset has it, one row of each run; with the time since the onset."""
+
+    name: ClassVar[str] = "along"
+    title: ClassVar[str] = "the friction along the slide"
+    phase: ClassVar[str] = "slide"
+    unit: ClassVar[str] = "relative friction"
+    shares_friction = True
+
+    def __init__(self, windows: int) -> None:
+        rng = np.random.default_rng(1)
+        run, count = np.repeat(np.arange(RUNS), windows), RUNS * windows
+        late = rng.normal(0.0, 0.02, RUNS)
+        times = np.zeros(count, dtype=np.int64)
+        super().__init__(
+            rows_of(
+                {"run": run, "from_ns": times, "to_ns": times, "sigma": np.ones(count)},
+                {
+                    "slide_time": late[run] + 0.1 * np.tile(np.arange(windows), RUNS),
+                    "temperature": rng.normal(20.0, 1.0, RUNS)[run],
+                },
+            )
+        )
+
+    def residual(self, model: Model) -> Array:
+        return np.zeros(len(self))
+
+
+@pytest.mark.parametrize("windows", [WINDOWS, 1])
+def test_the_time_since_the_onset_tells_runs_apart_only_where_each_has_one_row(windows: int) -> None:
+    basis = _bases(_Friction(windows))["slide_time"]
+    means = np.abs(basis.reshape(RUNS, windows, -1).mean(axis=1)).max(axis=0)
+    assert (means < 1e-9).all() if windows > 1 else (means > 0.1).all()
+
+
+def test_what_friction_does_not_set_is_compared_between_runs() -> None:
+    basis = _bases(_Friction(WINDOWS))["temperature"]
+    assert (np.ptp(basis.reshape(RUNS, WINDOWS, -1), axis=1) < 1e-9).all()
+
+
+def test_friction_across_has_no_onset_to_be_compared_with() -> None:
+    across = _Friction(WINDOWS)
+    across.shares_friction = False
+    assert np.abs(_bases(across)["slide_time"].reshape(RUNS, WINDOWS, -1).mean(axis=1)).max() > 0.1
