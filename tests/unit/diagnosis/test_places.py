@@ -40,7 +40,7 @@ class _Friction(Channel):
         )
 
     def residual(self, model: Model) -> Array:
-        return np.zeros(len(self))
+        return np.full(len(self), model.mu_s)
 
 
 @pytest.mark.parametrize("windows", [WINDOWS, 1])
