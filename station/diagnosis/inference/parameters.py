@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from station.diagnosis.likelihood.systematic import nuisances
+from station.diagnosis import thresholds
+from station.diagnosis.likelihood.systematic import is_nuisance, nuisances
 from station.diagnosis.observations.evidence import Evidence
 from station.physics.contact import Array
 from station.physics.effect import Effect
@@ -35,8 +36,16 @@ class Free:
 
     @property
     def precision(self) -> float:
-        """Precision of the scaled prior: 1 for a nuisance, whose typical size is its prior's sd; else 0."""
-        return 1.0 if self.effect is not None and self.effect.id.startswith("_") else 0.0
+        """Precision of the scaled prior: 1 for a nuisance, whose typical size is its prior's sd.
+
+        An effect that mu absorbs has the prior that it would have as a nuisance: a sensor tells the scale of an angle,
+        and nothing its offset, which would go wherever noise or another law's misfit leads it. It is 0 for others.
+        """
+        if self.effect is None or self.is_shape:
+            return 0.0
+        if is_nuisance(self.effect):
+            return 1.0
+        return thresholds.PLAUSIBLE**-2 if self.effect.absorbed_by_mu else 0.0
 
     @property
     def is_shape(self) -> bool:

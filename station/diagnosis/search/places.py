@@ -18,9 +18,9 @@ DEPENDENT = 1e-3
 """Singular values below this share of the largest belong to columns that repeat others."""
 
 SET_BY_FRICTION = frozenset({"speed", "slide_time", "tilt", "tilt_rate"})
-"""What a slide has by its run's own friction, and after the onset as read: an onset that is read late makes both the
-slide younger and its friction smaller than the onset's. Friction along the slide is compared with it within each run:
-a null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60 --no-refits --seed 20261540`).
+"""A run's own friction sets these of its slide, after the onset as read: one that is read late makes both the slide
+younger and its friction smaller than the onset's. So friction along the slide is compared with them within each run: a
+null had p 1e-9 for the time since the onset (`python -m tests.proof --tier own/null:60 --no-refits --seed 20261540`).
 """
 
 CONSTANT = 1e-9
