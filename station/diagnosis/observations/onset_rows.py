@@ -16,7 +16,7 @@ from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.released import released
-from station.diagnosis.observations.starts import leans, starts
+from station.diagnosis.observations.starts import leans, poses, starts
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
@@ -45,7 +45,7 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
         place_m=place_m,
         yaw_rad=yaw,
-        border_m=recorded.setting.free_m(place_m),
+        border_m=recorded.setting.free_m(poses(place_m, yaw)),
         rested_s=rested.typical(),
         rested_at=rested.at,
         at_rest=True,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from station.physics.contact import Array
+from station.rig.opening import Opening
 from station.rig.outline import inside_by_m
 
 
@@ -26,12 +27,16 @@ class Setting:
     image_height_px: int = 600
 
     def free_m(self, place_m: Array) -> Array:
-        """Distance (n,), m, from the foam of blocks at `place_m` (n, 2) or (n, 3), for any heading.
+        """Distance (n,), m, of blocks' outermost corners from the foam, at poses `place_m` (n, 3): x, y (m), yaw (rad).
 
-        These are places x, y (m) in P, or poses, whose yaw does not matter.
+        At places x, y (m) in P alone, (n, 2), it is the least distance that any heading would have.
         """
+        half_m = np.full(len(place_m), 0.5 * self.block_side_m)
+        if place_m.shape[1] == 3:
+            opening = Opening(radius_m=self.opening_radius_m, outline_m=self.opening_outline_m)
+            return opening.room_m(half_m, (place_m[:, 0], place_m[:, 1], place_m[:, 2]))
         if self.opening_outline_m:
             inside_m = inside_by_m(np.array(self.opening_outline_m), place_m[:, :2])
         else:
             inside_m = self.opening_radius_m - np.hypot(place_m[:, 0], place_m[:, 1])
-        return inside_m - self.block_side_m / math.sqrt(2)
+        return inside_m - math.sqrt(2) * half_m

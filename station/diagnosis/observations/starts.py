@@ -28,5 +28,9 @@ def starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
 
 def leans(track: RunTrack, setting: Setting) -> bool:
     """True if the block lay against the foam, which holds it, and pushes it aside where it slides along."""
-    place_m, _ = starts([track])
-    return bool(setting.free_m(place_m)[0] <= FREE_M)
+    return bool(setting.free_m(poses(*starts([track])))[0] <= FREE_M)
+
+
+def poses(place_m: Array, yaw_rad: Array) -> Array:
+    """Poses (n, 3), x and y (m) and yaw (rad), from places `place_m` (n, 2) and headings `yaw_rad` (n,)."""
+    return np.column_stack([place_m, yaw_rad])

@@ -251,12 +251,35 @@ def test_an_uneven_contact_holds_less_across_only() -> None:
     assert across == pytest.approx(1 / np.sqrt(1 + 12 * 0.2**2))
 
 
+def in_foam(count: int, **fixed: Any) -> Contact:
+    """Blocks of 10 g and 1 cm, square to the foam, of which one side stands 2 mm deep in it."""
+    usual = {"moving": True, "x_m": 0.03, "y_m": 0.0, "yaw_rad": 0.0, "area_m2": 1e-4, "mass_kg": 0.01}
+    return contacts(count, **{**usual, "border_m": -0.002, "way_rad": 0.0, "speed_m_s": 0.1, **fixed})
+
+
 def test_foam_pushes_back_and_never_pulls() -> None:
     """Towards the centre inside it, nothing outside, nothing on a block that leaves fast."""
-    state = contacts(3, moving=True, x_m=0.03, y_m=0.0, mass_kg=0.01, border_m=np.array([0.01, -0.002, -0.002]))
-    state = replace(state, way_rad=np.array([0.0, 0.0, np.pi]), speed_m_s=np.array([0.1, 0.1, 5.0]))
-    push = said("border_contact", "push", state, stiffness_n_m=20.0, damping_n_s_m=0.1)
-    np.testing.assert_allclose(push[:, 0], [0.0, -(20 * 0.002 + 0.1 * 0.1) / 0.01, 0.0], atol=1e-12)
+    state = in_foam(3, border_m=[0.03, -0.002, -0.002], way_rad=[0.0, 0.0, np.pi], speed_m_s=[0.1, 0.1, 5.0])
+    push = said("border_contact", "push", state, stiffness_n_m=20.0, damping_n_s_m=0.1, lip_m=0.0)
+    outward = 0.035 / np.hypot(0.035, 0.005)  # the two corners in the foam lie a little aside of the way
+    np.testing.assert_allclose(push[:, 0], [0.0, -(20 * 0.002 + 0.1 * 0.1 * outward) / 0.01 * outward, 0.0], atol=1e-12)
+    np.testing.assert_allclose(push[:, 1], 0.0, atol=1e-12)
+
+
+def test_a_corner_in_the_foam_turns_the_block() -> None:
+    """Square to the foam nothing turns it; turned a little, the corner that goes in first is pushed back."""
+    state = in_foam(4, border_m=[-0.002, -0.001, -0.001, -0.001], yaw_rad=[0.0, 0.2, -0.2, 0.2])
+    state = replace(state, moving=np.array([True, True, True, False]))
+    spin = said("border_contact", "spin", state, stiffness_n_m=20.0, damping_n_s_m=0.0, lip_m=0.0, turning=1.0)
+    assert spin[0] == pytest.approx(0.0, abs=1e-9)
+    corner = 0.005 * np.array([np.cos(0.2) + np.sin(0.2), np.sin(0.2) - np.cos(0.2)])  # the outermost, to the right
+    place = corner + np.array([0.03, 0.0])
+    force = -0.5 * 20 * 0.001 / 0.01 * place / np.hypot(*place)
+    wanted = (corner[0] * force[1] - corner[1] * force[0]) / (1e-4 / 6)
+    assert spin[1:3] == pytest.approx([wanted, -wanted])
+    assert spin[3] == 0.0
+    half = said("border_contact", "spin", state, stiffness_n_m=20.0, damping_n_s_m=0.0, lip_m=0.0, turning=0.5)
+    assert half == pytest.approx(0.5 * spin)
 
 
 # --- the rig ----------------------------------------------------------------------------------------------------------
