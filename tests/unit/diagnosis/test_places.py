@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 import pytest
 
@@ -18,10 +16,10 @@ RUNS, WINDOWS = 30, 4
 class _Friction(Channel):
     """Four windows of each slide, or, as an onset has it, one row of each run; with the time since the onset."""
 
-    name: ClassVar[str] = "along"
-    title: ClassVar[str] = "the friction along the slide"
-    phase: ClassVar[str] = "slide"
-    unit: ClassVar[str] = "relative friction"
+    name = "along"
+    title = "the friction along the slide"
+    phase = "slide"
+    unit = "relative friction"
     shares_friction = True
 
     def __init__(self, windows: int) -> None:
