@@ -253,8 +253,11 @@ def test_an_uneven_contact_holds_less_across_only() -> None:
 
 def in_foam(count: int, **fixed: Any) -> Contact:
     """Blocks of 10 g and 1 cm, square to the foam, of which one side stands 2 mm deep in it."""
-    usual: dict[str, Any] = {"moving": True, "x_m": 0.03, "y_m": 0.0, "yaw_rad": 0.0, "area_m2": 1e-4, "mass_kg": 0.01}
-    return contacts(count, **{**usual, "border_m": -0.002, "way_rad": 0.0, "speed_m_s": 0.1, **fixed})
+    usual: dict[str, Any] = {
+        "moving": True, "x_m": 0.03, "y_m": 0.0, "yaw_rad": 0.0, "area_m2": 1e-4, "mass_kg": 0.01, "border_m": -0.002,
+        "way_rad": 0.0, "speed_m_s": 0.1,
+    }  # fmt: skip
+    return contacts(count, **(usual | fixed))
 
 
 def test_foam_pushes_back_and_never_pulls() -> None:
