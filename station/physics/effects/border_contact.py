@@ -3,13 +3,13 @@
 Foam meets a square block at its corners. At a corner c of a block that stands p deep in the foam, with r from the mass
 to the corner and n from P's origin outwards through it, the push per mass is
 
-    F = −(k p + c (v·n)) n / (2 m) while v·n > 0,
+    F = −(k p + c (v·n)) n / (2 m), never outwards,
 
 so that k and c are those of one side of the block, which has two corners. The origin is right where the opening is
 round. Foam's edge is uneven, and the damping sets in over a millimetre. One corner that meets the foam before the
 others turns the block: k² ω′ = r × F, k² = A / 6 a square's radius of gyration. Foam that gives way along a whole side
-turns it less: `turning` is the share of that moment. Soft foam gives way: it resists a corner that goes deeper, and
-pushes nothing that rests in it or leaves.
+turns it less: `turning` is the share of that moment. Friction holds a block at rest against it. The spring gives the
+rebound, the damping the loss.
 """
 
 from __future__ import annotations
@@ -62,9 +62,10 @@ class BorderContact(Effect):
         return np.column_stack([*force, np.zeros(len(contact))])
 
     def spin(self, contact: Contact, values: Values) -> Array | float:
-        """Gives the angular acceleration (n,), rad/s², by the law of this module."""
+        """Gives the angular acceleration (n,), rad/s², of sliding blocks by the law of this module."""
         _, moment = _met(contact, values)
-        return values["turning"] * moment / (SQUARE_GYRATION * contact.area_m2)
+        turned = values["turning"] * moment / (SQUARE_GYRATION * contact.area_m2)
+        return np.where(contact.moving, turned, 0.0)
 
 
 def _met(contact: Contact, values: Values) -> tuple[Array, Array]:
@@ -73,11 +74,11 @@ def _met(contact: Contact, values: Values) -> tuple[Array, Array]:
     place = corner + np.array([contact.x_m, contact.y_m])[:, None]
     reach = np.maximum(np.hypot(*place), LEAST_M)
     outward, way = place / reach, np.array(cos_sin(contact.way_rad))[:, None]
-    leaving = contact.speed_m_s * (outward * way).sum(axis=0)
+    leaving = np.where(contact.moving, contact.speed_m_s, 0.0) * (outward * way).sum(axis=0)
     depth = np.maximum(values["lip_m"] - contact.border_m - (reach.max(axis=0) - reach), 0.0)
     met = np.minimum(depth / UNEVEN_M, 1.0)
-    size = values["stiffness_n_m"] * depth + values["damping_n_s_m"] * met * leaving
-    force = np.where(contact.moving & (leaving > 0.0), -0.5 * size / contact.mass_kg, 0.0) * outward
+    size = np.maximum(values["stiffness_n_m"] * depth + values["damping_n_s_m"] * met * leaving, 0.0)
+    force = -0.5 * size / contact.mass_kg * outward
     moment = corner[0] * force[1] - corner[1] * force[0]
     return force.sum(axis=1), moment.sum(axis=0)
 
