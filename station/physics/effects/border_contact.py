@@ -25,7 +25,7 @@ from station.physics.parameter import Parameter
 from station.physics.sole import SQUARE_GYRATION
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
-LIPS_M = tuple(1.5e-3 * number for number in range(9))
+LIPS_M = tuple(2e-3 * number for number in range(1, 7))
 """The lips from which a fit begins, over the whole range: one that is 2 mm off explains nothing of a sudden contact."""
 UNEVEN_M = 1e-3
 """The depth over which a cut edge of foam comes to meet a corner: its pores are as wide. The damping grows over it."""
