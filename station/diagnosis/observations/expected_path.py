@@ -13,6 +13,7 @@ import numpy as np
 from station.diagnosis.observations.moments import Load
 from station.diagnosis.observations.windows import WEIGHTS, Windows
 from station.physics.contact import Array
+from station.physics.effect import unit
 
 
 def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
@@ -24,11 +25,10 @@ def expected_path(windows: Windows, plain: Load) -> tuple[Array, Array]:
     """
     count = len(windows)
     way_rad = plain.contact.way_rad.reshape(count, -1)[:, 1]
-    way = np.column_stack([np.cos(way_rad), np.sin(way_rad)])
+    way = unit(way_rad)
     along = _along(windows, plain, way)[:, None, None] * way[:, None, :]
     since_s = 1e-9 * (windows["node_ns"] - windows["node_ns"][:, 1:2])[..., None]
-    speed = np.hypot(windows["node_velocity"][:, 1, 0], windows["node_velocity"][:, 1, 1])
-    start = speed[:, None, None] * way[:, None, :]
+    start = plain.contact.speed_m_s.reshape(count, -1)[:, 1, None, None] * way[:, None, :]
     place = windows["node_pose"][:, 1:2, :2] + since_s * start + 0.5 * since_s**2 * along
     return place.reshape(-1, 2), (start + since_s * along).reshape(-1, 2)
 

@@ -48,7 +48,7 @@ def nearness(track: RunTrack, plate: PlateMotion, arm_m: Array) -> tuple[Times, 
     The limit is the largest load until the slip. `arm_m` (3,), in m in P, is from the plate's true pivot to the told.
     """
     time_ns = np.arange(track.tilt_ns, max(track.slip_ns, track.tilt_ns + 1), PITCH_NS)
-    place_m = np.broadcast_to(starts([track])[0], (len(time_ns), 2))
+    place_m = np.broadcast_to(starts([track])[:, :2], (len(time_ns), 2))
     at = plate.at(time_ns)
     load = driving(at, place_m, np.zeros_like(place_m))
     load = load + turned_push(at.acceleration_rad_s2, at.rate_rad_s, arm_m)

@@ -16,7 +16,7 @@ from station.diagnosis.observations.moments import Moments
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.observations.plate import PlateMotion
 from station.diagnosis.observations.released import released
-from station.diagnosis.observations.starts import leans, poses, starts
+from station.diagnosis.observations.starts import leans, starts
 from station.diagnosis.observations.tracks import RunTrack
 from station.physics.contact import Array
 from station.physics.covariates import covariates_of
@@ -36,16 +36,16 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
         return []
     tracks = [track for _, track in chosen]
     time_ns = np.array([_moment_ns(track, recorded.plate) for track in tracks], dtype=np.int64)
-    place_m, yaw = starts(tracks)
+    pose = starts(tracks)
     rested, plate = recorded.rested.of([place for place, _ in chosen]), recorded.plate
     moments = Moments(
         time_ns=time_ns,
         run=np.array([place for place, _ in chosen], dtype=np.int64),
         facts=recorded.facts,
         attitude=lambda delay_s: plate.at(time_ns, delay_s=delay_s),
-        place_m=place_m,
-        yaw_rad=yaw,
-        border_m=recorded.setting.free_m(poses(place_m, yaw)),
+        place_m=pose[:, :2],
+        yaw_rad=pose[:, 2],
+        border_m=recorded.setting.free_m(pose),
         rested_s=rested.typical(),
         rested_at=rested.at,
         at_rest=True,
@@ -63,10 +63,12 @@ def onset_channel(recorded: Recorded) -> Sequence[Channel]:
             "sigma": sigma,
             "limit": np.array([track.sample.censored for track in tracks]),
         },
-        # The rate at the very moment is read with the onset: where a run held it is that of a plate at rest.
-        covariates_of(contact)
-        | {"tilt_rate": np.array([abs(track.sample.tilt_rate_rad_s) for track in tracks])}
-        | memory_of(places, contact.down_rad, recorded.tracks),
+        {
+            **covariates_of(contact),
+            # The rate at the very moment is read with the onset: where a run held it is that of a plate at rest.
+            "tilt_rate": np.array([abs(track.sample.tilt_rate_rad_s) for track in tracks]),
+            **memory_of(places, contact.down_rad, recorded.tracks),
+        },
     )
     return [Onsets(rows, moments, released(recorded, places))]
 

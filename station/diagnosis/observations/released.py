@@ -91,14 +91,14 @@ def _contact(
 ) -> Contact:
     """The resting blocks (r m) at the moments at which slips are looked at."""
     time_ns = seen_ns(slips)
-    place_m, yaw = (np.repeat(values, time_ns.shape[1], axis=0) for values in starts(tracks))
+    pose = np.repeat(starts(tracks), time_ns.shape[1], axis=0)
     return Moments(
         time_ns=time_ns.ravel(),
         run=np.repeat(places, time_ns.shape[1]),
         facts=recorded.facts,
         attitude=lambda delay_s: recorded.slipping.at(time_ns.ravel(), delay_s=delay_s),
-        place_m=place_m,
-        yaw_rad=yaw,
+        place_m=pose[:, :2],
+        yaw_rad=pose[:, 2],
     ).reported
 
 

@@ -73,7 +73,7 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     yaw = np.array([_resting_yaw(track) for track in tracks])
     middle |= {"yaw": yaw, "slide_to_block": contact.way_rad[1::nodes] - yaw}
     span = {name: windows[name] for name in ("run", "from_ns", "to_ns")}
-    relative, turning = _sigmas(recorded, contact, rate_sigma)
+    relative, turning = _sigmas(recorded, contact, sigma_rad, rate_sigma)
     return [
         Along(rows_of({**span, "sigma": relative}, middle), motion),
         # A direction that is off by its own error puts that share of the friction across.
@@ -82,8 +82,11 @@ def slide_channels(recorded: Recorded, onsets: Onsets | None) -> Sequence[Channe
     ]
 
 
-def _sigmas(recorded: Recorded, contact: Contact, rate_sigma_rad_s: Array) -> tuple[Array, Array]:
-    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s²; (n,) that of its rate."""
+def _sigmas(recorded: Recorded, contact: Contact, yaw_rad: Array, rate_rad_s: Array) -> tuple[Array, Array]:
+    """Standard deviations (n,) of the friction along, relative, and of the turning, rad/s², from those of yaw and rate.
+
+    Of the yaw in one frame it is `yaw_rad` (n,), of the rate of turning `rate_rad_s` (n,).
+    """
     windows, middle = recorded.free_windows, slice(1, None, len(WEIGHTS))
     tracks = [recorded.tracks[place] for place in windows["run"]]
     pressing = contact.pressing_m_s2[middle]
@@ -97,8 +100,8 @@ def _sigmas(recorded: Recorded, contact: Contact, rate_sigma_rad_s: Array) -> tu
     noise = np.hypot(place, GRAVITY_M_S2 * np.array(leaning_rad))
     # Friction against the turning is as uncertain as the yaw's rate, the more the slower the block slides.
     slowing = TURNING_RADIUS**2 / SQUARE_GYRATION * pressing * mu / np.maximum(contact.speed_m_s[middle], LEAST_M_S)
-    turning = windows["acceleration_factor"] * np.array([track.sigma_rad for track in tracks])
-    return noise / (pressing * mu), np.hypot(turning, slowing * rate_sigma_rad_s)
+    turning = np.hypot(windows["acceleration_factor"] * yaw_rad, slowing * rate_rad_s)
+    return noise / (pressing * mu), turning
 
 
 def _seen(recorded: Recorded, moments: Moments, rate_rad_s: Array) -> View:

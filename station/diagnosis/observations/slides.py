@@ -14,7 +14,7 @@ from station.diagnosis.observations.moments import Latest, Load, Moments
 from station.diagnosis.observations.windows import WEIGHTS
 from station.physics.contact import Array, Contact, View
 from station.physics.dissipation import support_slope
-from station.physics.effect import Effect
+from station.physics.effect import Effect, unit
 from station.physics.model import Model, Term
 from station.physics.sole import SQUARE_GYRATION, TURNING_RADIUS, carried_across, left_against_turning
 
@@ -165,7 +165,7 @@ class Along(_Slides):
         super().__init__(rows, motion)
         self._plain = motion.moments.plain
         self._sliding = motion.sliding
-        self._way = _direction(self._plain.contact.way_rad)
+        self._way = unit(self._plain.contact.way_rad)
         self._middle_way = self._middle(self._way)
         self._normal = self._mean(self._plain.normal) + motion.between[:, 2]
         force = self._force(self._plain, self._way) / self._normal
@@ -216,10 +216,10 @@ class Across(_Slides):
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
         self._plain = motion.moments.plain
-        self._left = _direction(self._plain.contact.way_rad + np.pi / 2)
+        self._left = unit(self._plain.contact.way_rad + np.pi / 2)
         self._sloped = self._plain.contact.tilt_rad >= LEAST_SLOPE_RAD
         self._middle_left = self._middle(self._left)
-        along = self._force(self._plain, _direction(self._plain.contact.way_rad))
+        along = self._force(self._plain, unit(self._plain.contact.way_rad))
         self._unit_force = np.maximum(
             self._mean(self._plain.normal) * float(np.median(along / self._mean(self._plain.normal))), 1e-3
         )
@@ -256,11 +256,11 @@ class Across(_Slides):
         A slide turns off the recorded steepest line by what its whole course adds up to.
         """
         contact, runs = self._plain.contact, np.repeat(self.rows.run, len(WEIGHTS))
-        down = _direction(contact.down_rad)
+        down = unit(contact.down_rad)
         along = _dot(load.tangential, down)
         aside = _dot(load.tangential, np.column_stack([-down[:, 1], down[:, 0]])) - np.repeat(held, len(WEIGHTS))
         turned = np.arctan2(*(np.bincount(runs, values * self._sloped)[runs] for values in (aside, along)))
-        return _direction(np.where(self._sloped, contact.down_rad + turned, contact.way_rad) + np.pi / 2)
+        return unit(np.where(self._sloped, contact.down_rad + turned, contact.way_rad) + np.pi / 2)
 
 
 class Turn(_Slides):
@@ -278,7 +278,7 @@ class Turn(_Slides):
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
         plain, contact = motion.moments.plain, motion.moments.reported
-        force = np.maximum(self._force(plain, _direction(plain.contact.way_rad)), LEAST_M_S2)
+        force = np.maximum(self._force(plain, unit(plain.contact.way_rad)), LEAST_M_S2)
         self._held = np.repeat(force, len(WEIGHTS))
         self._per_friction = 1.0 / (SQUARE_GYRATION * contact.area_m2)
         against = self._per_friction * motion.reach_m**2 * motion.yaw_rate_rad_s
@@ -299,10 +299,6 @@ class Turn(_Slides):
         """The friction (3 n,) to the right of the way, m/s²: by the slope of the model's limit curve."""
         contact = self.motion.moments.reported
         return self._held * support_slope(model, contact, contact.way_rad) / model.friction(contact)
-
-
-def _direction(angle_rad: Array) -> Array:
-    return np.column_stack([np.cos(angle_rad), np.sin(angle_rad)])
 
 
 def _dot(one: Array, other: Array) -> Array:

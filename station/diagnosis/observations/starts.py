@@ -13,24 +13,18 @@ from station.physics.contact import Array
 FREE_M = 1e-4
 
 
-def starts(tracks: Sequence[RunTrack]) -> tuple[Array, Array]:
-    """Places (n, 2), m, and yaws (n,), rad, before the runs, from the samples or else from the tracks."""
-    places, yaws = list[tuple[float, float]](), list[float]()
+def starts(tracks: Sequence[RunTrack]) -> Array:
+    """Poses (n, 3), x and y (m) and yaw (rad), before the runs, from the samples or else from the tracks."""
+    poses = list[tuple[float, float, float]]()
     for track in tracks:
         sample = track.sample
         seen = track.pose[track.frames(track.level_ns, track.slip_ns or track.end_ns)]
         noted = (sample.start_x_m, sample.start_y_m, sample.start_yaw_rad)
         x, y, yaw = np.median(seen, axis=0) if noted == (0.0, 0.0, 0.0) and len(seen) else noted
-        places.append((float(x), float(y)))
-        yaws.append(float(yaw))
-    return np.array(places), np.array(yaws)
+        poses.append((float(x), float(y), float(yaw)))
+    return np.array(poses).reshape(-1, 3)
 
 
 def leans(track: RunTrack, setting: Setting) -> bool:
     """True if the block lay against the foam, which holds it, and pushes it aside where it slides along."""
-    return bool(setting.free_m(poses(*starts([track])))[0] <= FREE_M)
-
-
-def poses(place_m: Array, yaw_rad: Array) -> Array:
-    """Poses (n, 3), x and y (m) and yaw (rad), from places `place_m` (n, 2) and headings `yaw_rad` (n,)."""
-    return np.column_stack([place_m, yaw_rad])
+    return bool(setting.free_m(starts([track]))[0] <= FREE_M)

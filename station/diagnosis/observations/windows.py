@@ -81,7 +81,8 @@ def _of_track(track: RunTrack, setting: Setting) -> Iterator[tuple[Any, ...]]:
     """The windows of a slide, side by side, from MARGIN_NS after the onset to MARGIN_NS before the stop.
 
     A window with a moment of rest would show too little acceleration. Windows in which the block hardly moves are left
-    out.
+    out. They are laid from the stop back: counted from the onset as read, its error would decide which windows a slide
+    has, and an onset that is read late would keep a faster one.
     """
     if not track.slid:
         return

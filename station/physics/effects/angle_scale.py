@@ -1,8 +1,8 @@
 """Scale of the angle: the arm reports (1 + g) times the true tilt, plus b.
 
 The true tilt is (reported − b) / (1 + g), about the same axis. The coefficient takes it up entirely unless another
-sensor saw the angle. A sensor that nobody has set to zero is off by some degrees: an offset of 3° ended at a bound of
-2.9° and was no angle's scale any more (`python -m tests.proof --tier patch_world/single:36 --seed 20261540`, 025).
+sensor saw the angle. That tells the scale, and the offset hardly: it has its prior alone, and bounds so wide that it
+ends at none of them (`python -m tests.proof --tier patch_world/single:36 --seed 20261540`, 025).
 """
 
 from __future__ import annotations

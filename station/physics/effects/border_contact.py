@@ -25,10 +25,13 @@ from station.physics.parameter import Parameter
 from station.physics.sole import SQUARE_GYRATION
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+"""The corners of a square, from its middle, in halves of its side."""
 LIPS_M = tuple(2e-3 * number for number in range(1, 7))
-"""The lips from which a fit begins, over the whole range: one that is 2 mm off explains nothing of a sudden contact."""
+"""The lips, m, from which a fit begins, over the whole range: one that is 2 mm off explains nothing of a sudden contact
+(`python -m tests.proof --tier patch_world/single:36 --no-refits --seed 20261540`, 013 and 034)."""
 UNEVEN_M = 1e-3
-"""The depth over which a cut edge of foam comes to meet a corner: its pores are as wide. The damping grows over it."""
+"""The depth, m, over which the damping sets in: foam's edge is no straighter. At once it would be a step in the lip,
+along which a fit has no slope: the lip of 013 stayed where it began."""
 LEAST_M = 1e-9
 """The least distance from P's origin by which a way outwards is divided."""
 
