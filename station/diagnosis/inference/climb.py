@@ -124,6 +124,16 @@ class Climb:
         self.noise, self.point = kept
         return False
 
+    @property
+    def log_likelihood(self) -> float:
+        """The log density, where the climb stands, of the runs that count, and of the numbers' priors."""
+        return self._total(self.point)
+
+    def promised(self) -> float:
+        """The log likelihood to which the quadratic model here promises that the climb leads."""
+        self._take_slopes()
+        return self.log_likelihood + self._aim(self._whitened_slopes()).gain
+
     def _take_slopes(self) -> bool:
         """Takes slopes (rows, k) of the residuals, which do not depend on the noise, unless the last ones hold here.
 
@@ -142,8 +152,7 @@ class Climb:
 
         A step that promises less than CONVERGED is not taken.
         """
-        whitening, before = self.point.whitening, self._total(self.point)
-        slope = whitening(self._slope)[self.counts[whitening.run]]
+        before, slope = self._total(self.point), self._whitened_slopes()
         first = aim = self._aim(slope)
         self.curvature = first.here
         self._steps = 1.0 / np.sqrt(np.clip(np.diag(first.quadratic.hessian), STEP**-2, LEAST_STEP**-2))
@@ -152,6 +161,11 @@ class Climb:
             last, shrunk = aim.gain, SHRUNK[:1]
             aim = self._aim(slope)
         return first.gain, self._total(self.point) - before
+
+    def _whitened_slopes(self) -> Array:
+        """The slopes (n, k), whitened, of the components that count."""
+        whitening = self.point.whitening
+        return whitening(self._slope)[self.counts[whitening.run]]
 
     def _aim(self, slope: Array) -> Aim:
         """The step to the maximum of the quadratic model, from whitened slopes of the components that count."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from station.diagnosis.inference.climb import CONVERGED, Climb
 from station.diagnosis.inference.fit import Fit
-from station.diagnosis.inference.fit import fit as fit_model
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.parameters import Free, free_numbers, identifiable
 from station.diagnosis.inference.sparse import Index, Table, by_channel, side_by_side
@@ -224,13 +224,17 @@ def _null_sizes(effect: Effect) -> dict[str, float]:
 def _twice_gain(evidence: Evidence, current: Fit, start: Term, slope: Array) -> float:
     """Twice what the log likelihood gains by a term at one of its sizes, mu_s and nuisances alone fitted anew; or 0.
 
-    `slope` (rows, k) has the current model's slopes by these.
+    `slope` (rows, k) has the current model's slopes by these. Most terms at most sizes fit far worse than none: a climb
+    that does not promise to come back to where it left is not begun.
     """
     if all(start.values[name] == null for name, null in _null_sizes(start.effect).items()):
         return 0.0
     tried = current.model.with_term(start)
-    found = fit_model(evidence, tried, (), noise=current.noise, refine=False, steps=ROUGH, slope=slope)
-    return max(2.0 * (found.log_likelihood - current.log_likelihood), 0.0)
+    climb = Climb(evidence, tried, free_numbers(evidence, tried, ()), noise=current.noise, slope=slope)
+    if climb.promised() <= current.log_likelihood:
+        return 0.0
+    climb.climb(ROUGH, CONVERGED)
+    return max(2.0 * (climb.log_likelihood - current.log_likelihood), 0.0)
 
 
 def drawn_scores(scored: Scores, rng: np.random.Generator, *, draws: int) -> Array:

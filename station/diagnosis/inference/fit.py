@@ -83,9 +83,7 @@ def fit(
     *,
     noise: Noise | None = None,
     refine: bool = True,
-    steps: int = MOST_STEPS,
     level: bool = True,
-    slope: Array | None = None,
 ) -> Fit:
     """Fits mu_s and the effects' parameters from `start`.
 
@@ -95,18 +93,16 @@ def fit(
         effects: the effects whose parameters are free.
         noise: the noise to begin with; None: it is estimated from the residuals at the start.
         refine: if True, the noise is estimated anew as long as that makes the recording more likely.
-        steps: the largest number of Newton steps.
         level: if False, mu_s keeps its value.
-        slope: slopes (rows, k) of the residuals by the free numbers, from nearby; None: they are taken at the start.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
     free = free_numbers(evidence, start, named)[0 if level else 1 :]
-    climb = Climb(evidence, start, free, noise=noise, slope=slope)
+    climb = Climb(evidence, start, free, noise=noise)
     for _ in range(NOISE_ROUNDS if refine else 0):
-        climb.climb(steps, WORTH_RENEWING)
+        climb.climb(MOST_STEPS, WORTH_RENEWING)
         if not climb.renew_noise():
             break
-    return _ended(climb, climb.climb(steps, CONVERGED))
+    return _ended(climb, climb.climb(MOST_STEPS, CONVERGED))
 
 
 def _ended(climb: Climb, converged: bool) -> Fit:
