@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from station.physics.contact import Array
+from station.physics.vectors import cross
 
 
 def seen_turned(vector: Array, turn: Array) -> Array:
@@ -16,4 +17,4 @@ def seen_turned(vector: Array, turn: Array) -> Array:
     angle = np.linalg.norm(turn, axis=-1, keepdims=True)
     axis = turn / np.where(angle > 0, angle, 1.0)
     along = np.sum(axis * vector, axis=-1, keepdims=True)
-    return vector * np.cos(angle) - np.cross(axis, vector) * np.sin(angle) + axis * along * (1.0 - np.cos(angle))
+    return vector * np.cos(angle) - cross(axis, vector) * np.sin(angle) + axis * along * (1.0 - np.cos(angle))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from station.physics.contact import Array
+from station.physics.vectors import cross
 
 
 def turned_push(acceleration_rad_s2: Array, rate_rad_s: Array, place_m: Array) -> Array:
@@ -13,4 +12,4 @@ def turned_push(acceleration_rad_s2: Array, rate_rad_s: Array, place_m: Array) -
     α, `acceleration_rad_s2` (3,) or (n, 3), is in rad/s², ω, `rate_rad_s` (3,) or (n, 3), in rad/s, and r, `place_m`
     (3,) or (n, 3), in m. All are in the same frame, and the push has the shape of the largest.
     """
-    return -np.cross(acceleration_rad_s2, place_m) - np.cross(rate_rad_s, np.cross(rate_rad_s, place_m))
+    return -cross(acceleration_rad_s2, place_m) - cross(rate_rad_s, cross(rate_rad_s, place_m))

@@ -15,6 +15,7 @@ import numpy as np
 from station.diagnosis.observations.plate import Attitude
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.turning import turned_push
+from station.physics.vectors import cross
 
 
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
@@ -32,7 +33,7 @@ def fictitious(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:
     """
     rate, place, velocity = plate.rate_rad_s, _flat(place_m), _flat(velocity_m_s)
     turned = turned_push(plate.acceleration_rad_s2, rate, place)
-    return turned - plate.pivot_m_s2 - 2.0 * np.cross(rate, velocity)
+    return turned - plate.pivot_m_s2 - 2.0 * cross(rate, velocity)
 
 
 def _flat(vectors: Array) -> Array:

@@ -105,8 +105,7 @@ def _arm_m(contact: Contact, values: Values) -> tuple[Array, Array]:
 
 def _weighed(values: Values, terms: Sequence[Array]) -> Array:
     """The sum (n,) of the terms (n,), each by its size."""
-    sizes = (values[name] for name in SIZES)
-    return sum((size * term for size, term in zip(sizes, terms, strict=True)), np.zeros_like(terms[0]))
+    return np.array([values[name] for name in SIZES]) @ np.array(terms)
 
 
 def _place(contact: Contact, length_m: float) -> tuple[Array, Array]:

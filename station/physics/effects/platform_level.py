@@ -15,6 +15,7 @@ import numpy as np
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
+from station.physics.vectors import cross
 
 
 class PlatformLevel(Effect):
@@ -38,4 +39,4 @@ class PlatformLevel(Effect):
         axis = contact.tilt_axis
         error = np.array([values["eps_x_rad"], values["eps_y_rad"], 0.0])
         cos, sin = np.cos(contact.tilt_rad)[:, None], np.sin(contact.tilt_rad)[:, None]
-        return cos * error - sin * np.cross(axis, error) + (1.0 - cos) * (axis @ error)[:, None] * axis
+        return cos * error - sin * cross(axis, error) + (1.0 - cos) * (axis @ error)[:, None] * axis

@@ -1,0 +1,15 @@
+"""Cross products are NumPy's, bit by bit, in all shapes that go together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from station.physics.vectors import cross
+
+
+@pytest.mark.parametrize(("first", "second"), [((3,), (3,)), ((7, 3), (3,)), ((3,), (7, 3)), ((2, 7, 3), (2, 7, 3))])
+def test_it_is_numpys_cross_product(first: tuple[int, ...], second: tuple[int, ...]) -> None:
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal(first), rng.standard_normal(second)
+    assert np.array_equal(cross(a, b), np.cross(a, b))
