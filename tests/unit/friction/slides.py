@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from station.friction.onset import Onset, estimate_onset
 from station.simulators import slider
@@ -22,6 +23,8 @@ KEPT_S = 3.0
 """How much of the path before the detection a session fits."""
 _LOW_DEG, _HIGH_DEG = 4 * STEP_DEG, 30 * STEP_DEG
 _GRID_S = 2e-4
+_GONE_S = 2.0
+"""How long a slide is followed: the paper's rule, which waits for seven mm, sees the slowest within a second."""
 
 
 def staircase(rate_deg_s: float, *, ramp: Literal["linear", "smooth"]) -> tuple[FLOATS, FLOATS]:
@@ -70,24 +73,25 @@ def slide(
     """
     t, tilt = staircase(rate_deg_s, ramp=ramp)
     first = int(np.argmax(tilt >= onset_rad))
+    t, tilt = t[: first + round(_GONE_S / _GRID_S)], tilt[: first + round(_GONE_S / _GRID_S)]
     onset_s = float(np.interp(onset_rad, tilt[first - 1 : first + 1], t[first - 1 : first + 1]))
     # The onset itself is a point of the grid: the pull may jump there.
     t = np.insert(t, first, onset_s)
     tilt = np.insert(tilt, first, onset_rad)
     mu = (1 - drop) * along * math.tan(onset_rad)
-    steps = np.diff(t)
-
-    def integral(values: FLOATS) -> FLOATS:
-        means = np.where(np.arange(len(steps)) < first, 0.0, (values[1:] + values[:-1]) / 2)
-        return np.concatenate([[0.0], np.cumsum(means * steps)])
-
-    pull = 9.81 * (along * np.sin(tilt) - mu * np.cos(tilt))
-    rate, path = np.gradient(tilt, t), np.zeros_like(t)
+    rate, pull = np.gradient(tilt, t)[first:], 9.81 * (along * np.sin(tilt) - mu * np.cos(tilt))[first:]
+    gone = np.zeros_like(pull)
     for _ in range(4):
-        ahead = along * path
-        lifted = rate * ahead + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(ahead))])
-        path = integral(integral(pull + along * rate**2 * ahead) + mu * lifted)
+        ahead = along * gone
+        lifted = rate * ahead + integral(rate, ahead)
+        gone = integral(integral(pull + along * rate**2 * ahead, t[first:]) + mu * lifted, t[first:])
+    path = np.concatenate([np.zeros(first), gone])
     return Slide(time_s=t, tilt_rad=tilt, onset_s=onset_s, onset_rad=onset_rad, path_m=path, along=along)
+
+
+def integral(values: FLOATS, over: FLOATS) -> FLOATS:
+    """The integral up to each point, by trapezia."""
+    return np.asarray(cumulative_trapezoid(values, over, initial=0.0), dtype=np.float64)
 
 
 def exact_slide(curve: slider.LimitCurve, *, rate_deg_s: float, azimuth_rad: float = 0.0) -> Slide:
