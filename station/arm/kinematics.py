@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from shared.errors import UserError
 from shared.installed import to_install
-from station.physics.vectors import cross
+from shared.vectors import cross
 from station.rig.arm_model import ArmModel, joint_transforms, link_transforms
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from shared.vectors import cross
 from station.physics.contact import Array
-from station.physics.vectors import cross
 
 
 def seen_turned(vector: Array, turn: Array) -> Array:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from shared.vectors import cross
 from station.physics.contact import Array
-from station.physics.vectors import cross
 
 
 def turned_push(acceleration_rad_s2: Array, rate_rad_s: Array, place_m: Array) -> Array:

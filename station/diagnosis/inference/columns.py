@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -48,12 +49,31 @@ class Variant:
     twice_gain: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Absorbed:
+    """The parts of K columns that a model's k numbers absorb: their `projection` (k, K) on these numbers.
+
+    `own` (k, k) is the numbers' information by the data, and `precision` (k,) that of their priors.
+    """
+
+    own: Array
+    precision: Array
+    projection: Array
+
+    @cached_property
+    def resisted(self) -> Array:
+        """The information (K, K) about the columns by the priors, which resist what the numbers absorb."""
+        return (self.precision[:, None] * self.projection).T @ self.projection
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scores:
     """Information (K, K) and score (K,) of K columns around a fitted model, with the model's own numbers projected out.
 
     `of_runs` (clusters, K) are the shares of independent runs, groups or stretches of the score; `low`, `high` (K,) are
-    the bounds of a column's number relative to its null; `runs` is the number of runs that count.
+    the bounds of a column's number relative to its null; `runs` is the number of runs that count. `rows` (K,) is the
+    number of whitened rows that carry a column: (Σ s²)² / Σ s⁴, which is m where m rows have it alike and others not.
+    `absorbed` are the parts of the columns that the model's own numbers have.
     """
 
     variants: tuple[Variant, ...]
@@ -62,7 +82,26 @@ class Scores:
     of_runs: Array
     low: Array
     high: Array
-    runs: int
+    runs: float
+    rows: Array
+    absorbed: Absorbed
+
+    def in_runs(self, runs: float) -> Scores:
+        """The same columns in another number of `runs`, with their information and what the model absorbs of them.
+
+        Data grow with the runs, priors do not: in few runs a nuisance's prior keeps it from absorbing what it absorbs
+        in many.
+        """
+        more, own, precision = runs / self.runs, self.absorbed.own, np.diag(self.absorbed.precision)
+        had = self.absorbed.projection
+        left = precision @ had  # the model's numbers times what they leave of the columns
+        projection = np.linalg.pinv(own + precision / more, hermitian=True) @ (own @ had + left)
+        change = projection - had
+        crossed = left.T @ change
+        data = self.information - self.absorbed.resisted - crossed - crossed.T + change.T @ own @ change
+        absorbed = replace(self.absorbed, own=more * own, projection=projection)
+        information = more * data + absorbed.resisted
+        return replace(self, information=information, absorbed=absorbed, runs=runs, rows=more * self.rows)
 
 
 def variants_of(evidence: Evidence, effects: Iterable[Effect]) -> list[tuple[Effect, Term]]:
@@ -140,13 +179,15 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = 
     unbound = np.full(beside.shape[1], np.inf)
     precision = np.array([number.precision for number in fit.free])
     columns = _Columns(evidence, fit, seen.table.beside(beside))
-    projection, whole = columns.projected(precision)
-    information, of_runs = columns.free_of(projection)
+    own, projection, whole = columns.projected(precision)
+    information, of_runs, fourth = columns.free_of(projection)
+    rows = np.square(np.diag(information)) / np.maximum(fourth, np.finfo(np.float64).tiny)
     left = np.diag(information) + precision @ projection**2
     known = left > np.maximum(HOPELESS, ABSORBED * whole)
     projection = projection * known
     # A nuisance that absorbs a candidate is held back by its prior: that resistance speaks for the candidate.
-    information = information * np.outer(known, known) + projection.T @ np.diag(precision) @ projection
+    absorbed = Absorbed(own, precision, projection)
+    information = information * np.outer(known, known) + absorbed.resisted
     of_runs *= known
     return Scores(
         variants=seen.variants,
@@ -156,6 +197,8 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = 
         low=np.concatenate([seen.low, -unbound]),
         high=np.concatenate([seen.high, unbound]),
         runs=int(evidence.counted.sum()),
+        rows=rows,
+        absorbed=absorbed,
     )
 
 
@@ -184,27 +227,29 @@ class _Columns:
             white = whiten(self._table.of(rows))[counted]
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
-    def projected(self, precision: Array) -> tuple[Array, Array]:
-        """The projection (k, K) of the candidates on the model's own numbers, and the candidates' information (K,)."""
-        among, across = np.diag(precision), np.zeros((self._own, self._table.shape[1] - self._own))
+    def projected(self, precision: Array) -> tuple[Array, Array, Array]:
+        """The own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,)."""
+        among = np.zeros((self._own, self._own))
+        across = np.zeros((self._own, self._table.shape[1] - self._own))
         whole = np.zeros(across.shape[1])
         for rows, own, candidates in self._parts():
             nuisance, weighted = self._weight[rows] * own, self._weight[rows] * candidates
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
-        return np.linalg.pinv(among, hermitian=True) @ across, whole
+        return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
 
-    def free_of(self, projection: Array) -> tuple[Array, Array]:
-        """Gives the candidates' information (K, K) beside the model's numbers, and their score by cluster (runs, K)."""
+    def free_of(self, projection: Array) -> tuple[Array, Array, Array]:
+        """The candidates' information (K, K) beside the model's numbers, score by cluster (runs, K), and Σ s⁴ (K,)."""
         information = np.zeros((projection.shape[1], projection.shape[1]))
-        of_runs = np.zeros((self._runs, projection.shape[1]))
+        of_runs, fourth = np.zeros((self._runs, projection.shape[1])), np.zeros(projection.shape[1])
         for rows, own, candidates in self._parts():
             left = candidates - own @ projection
             weighted = self._weight[rows] * left
             information += weighted.T @ weighted
+            fourth += (weighted**2 * weighted**2).sum(axis=0)
             np.add.at(of_runs, self._cluster[rows], -self._slope[rows][:, None] * left)
-        return information, of_runs
+        return information, of_runs, fourth
 
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:

@@ -47,7 +47,7 @@ class Whitening:
         )
         if shaking is not None:
             variance[: len(shaking)] += shaking**2
-        loads = _loads(evidence, noise, self.channel)
+        shared, own = _loads(evidence, noise, self.channel)
         place, size, reach = _wandering(evidence, noise)
         self.block: Index = evidence.block[self.run]
         self._order = np.argsort(self.block, kind="stable")
@@ -55,9 +55,10 @@ class Whitening:
         sizes = np.diff(self._edges)
         self._factors = np.zeros(int((sizes**2).sum()))
         self._places = np.concatenate([[0], np.cumsum(sizes**2)])
-        along = np.column_stack([place, size, reach, self.channel])
-        log_size = np.zeros(len(self.run))
-        _factorise(self._order, self._edges, self._places, variance, loads, along, self._factors, log_size)
+        rows = np.column_stack([variance, shared, own, place, size, reach, self.channel])[self._order]
+        log_size, self._begins = np.zeros(len(self.run)), np.zeros(len(self.run), dtype=np.int64)
+        _factorise(rows, self._edges, self._places, self._factors, self._begins, log_size)
+        log_size[self._order] = log_size.copy()
         self.log_scale: Array = np.bincount(self.run, log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
@@ -65,7 +66,7 @@ class Whitening:
         # A vector is one column; a matrix may have none, where there is nothing to fit.
         columns = np.ascontiguousarray(values[:, None] if values.ndim == 1 else values, dtype=np.float64)
         white = np.empty_like(columns)
-        _solve(self._order, self._edges, self._places, self._factors, columns, white)
+        _solve(self._order, self._edges, self._places, self._factors, self._begins, columns, white)
         return white.reshape(values.shape)
 
     def parts(self, most: int = PART_ROWS) -> Iterator[tuple[Index, Callable[[Array], Array]]]:
@@ -77,48 +78,56 @@ class Whitening:
     def _part(self, first: int, last: int, values: Array) -> Array:
         """Whitens the values (m, columns) of the rows of the blocks from `first` to before `last`, in their order."""
         edges = self._edges[first : last + 1] - self._edges[first]
+        begins = self._begins[self._edges[first] : self._edges[last]]
         white = np.empty_like(values)
-        _solve(np.arange(len(values)), edges, self._places[first : last + 1], self._factors, values, white)
+        _solve(np.arange(len(values)), edges, self._places[first : last + 1], self._factors, begins, values, white)
         return white
 
 
 @compiled
-def _factorise(
-    order: Any, edges: Any, places: Any, variance: Any, loads: Any, along: Any, factors: Any, log_size: Any
-) -> None:
+def _factorise(rows: Any, edges: Any, places: Any, factors: Any, begins: Any, log_size: Any) -> None:
     """Writes the Cholesky factors of all blocks' covariances to `factors`, and their diagonals' logs to `log_size`.
 
-    `along` (rows, 4) are the place along the path, the wander's standard deviation and reach, and the channel.
+    `rows` (rows, 7) are, block by block, the variance, the loads of the shared friction and of the channel's random
+    effect, the place along the path, the wander's standard deviation and reach, and the channel. In its block a row has
+    no covariance with those before `begins` (rows,), which are written, too, and so none of their factors (an envelope:
+    George & Liu 1981, Computer Solution of Large Sparse Positive Definite Systems, ch. 4).
     """
     for run in range(len(edges) - 1):
-        rows = order[edges[run] : edges[run + 1]]
-        size = len(rows)
+        block = rows[edges[run] : edges[run + 1]]
+        size = len(block)
         factor = factors[places[run] : places[run + 1]].reshape(size, size)
+        begin = begins[edges[run] : edges[run + 1]]
         for i in range(size):
-            for j in range(i + 1):
-                total = variance[rows[i]] if i == j else 0.0
-                for k in range(loads.shape[1]):
-                    total += loads[rows[i], k] * loads[rows[j], k]
-                a, b = along[rows[i]], along[rows[j]]
-                if a[1] > 0.0 and a[3] == b[3]:
-                    total += a[1] ** 2 * np.exp(-abs(a[0] - b[0]) / a[2])
-                for k in range(j):
+            begin[i] = i
+            for j in range(i):
+                if block[i, 6] == block[j, 6] or (block[i, 1] != 0.0 and block[j, 1] != 0.0):
+                    begin[i] = j
+                    break
+            for j in range(begin[i], i + 1):
+                a, b = block[i], block[j]
+                total = a[1] * b[1] + (a[0] if i == j else 0.0)
+                if a[6] == b[6]:
+                    total += a[2] * b[2]
+                    if a[4] > 0.0:
+                        total += a[4] ** 2 * np.exp(-abs(a[3] - b[3]) / a[5])
+                for k in range(max(begin[i], begin[j]), j):
                     total -= factor[i, k] * factor[j, k]
                 factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
-            log_size[rows[i]] = np.log(factor[i, i])
+            log_size[edges[run] + i] = np.log(factor[i, i])
 
 
 @compiled
-def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white: Any) -> None:
-    """Forward substitution, run by run, for all columns at once."""
+def _solve(order: Any, edges: Any, places: Any, factors: Any, begins: Any, values: Any, white: Any) -> None:
+    """Forward substitution, run by run, for all columns at once; see `_factorise`."""
     for run in range(len(edges) - 1):
-        rows = order[edges[run] : edges[run + 1]]
+        rows, begin = order[edges[run] : edges[run + 1]], begins[edges[run] : edges[run + 1]]
         size = len(rows)
         factor = factors[places[run] : places[run + 1]].reshape(size, size)
         for i in range(size):
             for c in range(values.shape[1]):
                 white[rows[i], c] = values[rows[i], c]
-            for k in range(i):
+            for k in range(begin[i], i):
                 if factor[i, k] != 0.0:
                     for c in range(values.shape[1]):
                         white[rows[i], c] -= factor[i, k] * white[rows[k], c]
@@ -126,18 +135,18 @@ def _solve(order: Any, edges: Any, places: Any, factors: Any, values: Any, white
                 white[rows[i], c] /= factor[i, i]
 
 
-def _loads(evidence: Evidence, noise: Noise, channel: Index) -> Array:
-    """Loadings (rows, 1 + channels) of the shared friction of a block and of each channel's random effect of it."""
-    loads = np.zeros((len(channel), 1 + len(evidence.channels)))
+def _loads(evidence: Evidence, noise: Noise, channel: Index) -> tuple[Array, Array]:
+    """Loadings (rows,) of the shared friction of a block, and of its channel's random effect of it."""
+    shared, own = np.zeros(len(channel)), np.zeros(len(channel))
     for place, one in enumerate(evidence.channels):
         of_channel = channel == place
         if one.shares_friction:
-            loads[of_channel, 0] = noise.friction
+            shared[of_channel] = noise.friction
         if evidence.group is not None:
-            loads[of_channel, 1 + place] = noise.group[one.name]
+            own[of_channel] = noise.group[one.name]
         elif not _is_of_rows(evidence, one):
-            loads[of_channel, 1 + place] = noise.own[one.name]
-    return loads
+            own[of_channel] = noise.own[one.name]
+    return shared, own
 
 
 def _is_of_rows(evidence: Evidence, channel: Channel) -> bool:

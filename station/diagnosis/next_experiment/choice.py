@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from station.diagnosis.inference.columns import Scores
 from station.diagnosis.next_experiment.changes import Changes, designs, run_s, together
 from station.diagnosis.next_experiment.outlook import (
     Drawn,
@@ -129,19 +130,25 @@ def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | Non
 
     None if none does; `promise.told` is the share of the standard error that remains.
     """
-    known = _signal(question, bench, ()) * len(bench.recorded.runs)
+    known = _information(_signal(question, bench, ()), len(bench.recorded.runs))
     choices = list[Choice]()
     for changes in designs():
-        sharp = _signal(question, bench, changes) * bench.usable
-        enough = [runs for runs in LENGTHS if known <= ratio**2 * sharp * runs]
+        signal = _signal(question, bench, changes)
+        enough = [runs for runs in LENGTHS if known <= ratio**2 * _information(signal, runs * bench.usable)]
         if enough:
-            left = Outlook(told=math.sqrt(known / (sharp * enough[0])), log_odds=0.0)
+            sharper = known / _information(signal, enough[0] * bench.usable)
+            left = Outlook(told=math.sqrt(sharper), log_odds=0.0)
             choices.append(_choice(question, bench, changes, (enough[0], left)))
     return min(choices, key=_worth, default=None)
 
 
-def _signal(question: Question, bench: Bench, changes: Changes) -> float:
+def _signal(question: Question, bench: Bench, changes: Changes) -> Scores:
     return sharp(question, _done(question, bench, changes, TRIAL_RUNS)[0])
+
+
+def _information(signal: Scores, runs: float) -> float:
+    """The information of so many runs about the signal's number."""
+    return float(signal.in_runs(runs).information[0, 0])
 
 
 def _best(choices: Sequence[Choice]) -> Choice:

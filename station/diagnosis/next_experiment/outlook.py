@@ -23,6 +23,7 @@ from station.diagnosis.inference.sparse import Table, by_channel
 from station.diagnosis.likelihood.noise import Noise
 from station.diagnosis.likelihood.slopes import residuals
 from station.diagnosis.likelihood.systematic import allowing_for, is_nuisance, without_nuisances
+from station.diagnosis.next_experiment.own_noise import with_own_noise
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.search.misfit import temperature
 from station.diagnosis.search.smooth import smooth_terms
@@ -92,11 +93,10 @@ class Session:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Trial:
-    """A session in which one of the rivals is true; `rows` is the number of rows that it changes."""
+    """A session in which one of the rivals is true."""
 
     session: Session
     truth: Rival
-    rows: int
 
     @property
     def signal(self) -> int:
@@ -108,14 +108,8 @@ def tried(question: Question, sessions: Sequence[Evidence]) -> list[Trial]:
     """The trials of each rival with its session (rivals,); a session that several have in common is scored once."""
     scored = {evidence: _scored(question, evidence) for evidence in dict.fromkeys(sessions)}
     return [
-        Trial(session=scored[evidence], truth=rival, rows=max(_changed(evidence, rival), 1))
-        for rival, evidence in zip(question.rivals, sessions, strict=True)
+        Trial(session=scored[evidence], truth=rival) for rival, evidence in zip(question.rivals, sessions, strict=True)
     ]
-
-
-def _changed(evidence: Evidence, rival: Rival) -> int:
-    """The number of rows that a rival changes."""
-    return sum(len(one) for one in evidence.channels if one.changed_by(rival.term.effect))
 
 
 def _scored(question: Question, evidence: Evidence) -> Session:
@@ -135,12 +129,11 @@ def _scored(question: Question, evidence: Evidence) -> Session:
     )
 
 
-def sharp(question: Question, evidence: Evidence) -> float:
-    """The information of the first rival's signal in a run, while all else of the model is free."""
+def sharp(question: Question, evidence: Evidence) -> Scores:
+    """The score of the first rival's signal, while all else of the model is free."""
     absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
     null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)
-    scored = scores(evidence, null, (), _signals(evidence, null, question.rivals[:1]))
-    return float(scored.information[0, 0]) / evidence.runs
+    return scores(evidence, null, (), _signals(evidence, null, question.rivals[:1]))
 
 
 def _null(
@@ -226,11 +219,11 @@ def drawn(trials: Sequence[Trial], *, runs: float, rng: np.random.Generator) -> 
 
 def _drawn(trial: Trial, runs: float, rng: np.random.Generator) -> Drawn:
     session, candidates = trial.session, trial.session.candidates
-    scored = replace(session.scored, information=session.scored.information * (runs / session.runs))
+    scored = session.scored.in_runs(runs)
     found = scored.information[:, trial.signal][:, None] + drawn_scores(scored, rng, draws=DRAWS)
     gains = _gains(scored, candidates, found)
     looked = _smallest(candidates, gains) < session.alarm
-    return Drawn(truth=trial.truth, looked=looked, judged=_judged(trial, gains, runs=runs))
+    return Drawn(truth=trial.truth, looked=looked, judged=_judged(trial, scored, gains))
 
 
 def outlook(sessions: Sequence[Drawn], groups: Groups) -> Outlook:
@@ -285,15 +278,10 @@ def _smallest(candidates: Sequence[Columns], gains: Sequence[Array]) -> Array:
     return smallest_p((twice, len(one.columns)) for one, twice in zip(candidates, gains, strict=True))
 
 
-def _judged(trial: Trial, gains: Sequence[Array], *, runs: float) -> _Judged:
-    """The odds and shares of the candidates as the search would have them, from their gains in each draw.
-
-    A model that lacks an effect has its noise estimated from larger residuals, so twice the gain of an effect that
-    takes G off the sum of squares of n rows is n ln(1 + G / n).
-    """
-    session = trial.session
-    cost, rows = math.log(max(runs, 2.0)), trial.rows * runs / session.runs
-    twice = rows * np.log1p(np.array(gains) / rows)
+def _judged(trial: Trial, scored: Scores, gains: Sequence[Array]) -> _Judged:
+    """The odds and shares of the candidates as the search would have them, from their gains in each draw."""
+    session, cost = trial.session, math.log(max(scored.runs, 2.0))
+    twice = with_own_noise(scored, trial.signal, [one.columns for one in session.candidates], gains)
     heat = np.array([temperature(column) for column in twice.T.tolist()])
     best: dict[str, tuple[bool, Array]] = {}
     for one, gained in zip(session.candidates, twice, strict=True):

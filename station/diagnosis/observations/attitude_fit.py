@@ -24,6 +24,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
+from shared.vectors import cross
 from station.diagnosis.observations.rate_filter import answered, weights
 from station.physics.contact import Array
 
@@ -147,17 +148,18 @@ def _regressed(values: Array, by: Array) -> tuple[float, float]:
 
 def _level(time_s: Array, gravity: Array, rate: Array, parts: Sequence[slice]) -> tuple[Array, tuple[Array, Array]]:
     """The level (n, 2) of each reading with these rates (n, 3), and x' and x'' (n, 2) by them."""
-    slope = -np.cross(rate, gravity)[:, :2]
+    slope = -cross(rate, gravity)[:, :2]
     turned = [cumulative_trapezoid(slope[part], time_s[part], axis=0, initial=0.0) for part in parts]
     return gravity[:, :2] - np.concatenate(turned), (slope, _derivative(slope, time_s, parts))
 
 
 def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
     """The phi that predicts each reading best, and its prediction errors (n, 2)."""
+    steps = _steps(level, parts)
 
     def worse(log_odds: float) -> float:
-        missed = _missed(level, 1.0 / (1.0 + np.exp(-log_odds)), parts)
-        return float(np.log((missed * missed).sum() + 1e-300))
+        missed = _unforeseen(steps, 1.0 / (1.0 + np.exp(-log_odds)))
+        return float(np.log(sum(np.vdot(one, one) for one in missed) + 1e-300))
 
     found = minimize_scalar(worse, bounds=(-MOST_LOG_ODDS, MOST_LOG_ODDS), method="bounded")
     keeps = 1.0 / (1.0 + float(np.exp(-found.x)))
@@ -166,8 +168,17 @@ def _predicted(level: Array, parts: Sequence[slice]) -> tuple[float, Array]:
 
 def _missed(values: Array, keeps: float, parts: Sequence[slice]) -> Array:
     """The prediction errors (n, 2) of the values, each predicted from those before it."""
-    steps = (np.diff(values[part], axis=0, prepend=values[part][:1]) for part in parts)
-    return np.concatenate([lfilter([1.0], [1.0, -keeps], step, axis=0) for step in steps])
+    return np.concatenate(_unforeseen(_steps(values, parts), keeps), axis=1).T
+
+
+def _steps(values: Array, parts: Sequence[slice]) -> list[Array]:
+    """The steps (2, m) of the values (n, 2) from reading to reading in each part."""
+    return [np.diff(values[part].T, prepend=values[part][:1].T) for part in parts]
+
+
+def _unforeseen(steps: Sequence[Array], keeps: float) -> list[Array]:
+    """The prediction errors (2, m) in each part."""
+    return [lfilter([1.0], [1.0, -keeps], step) for step in steps]
 
 
 def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array, Array]:
@@ -199,7 +210,7 @@ def _turning(time_s: Array, level: Array, gravity: Array, parts: Sequence[slice]
     along = _derivative(level, time_s, parts)
     upright = np.copysign(np.maximum(np.abs(gravity[:, 2]), LEAST_UPRIGHT), gravity[:, 2])
     across = -(along * gravity[:, :2]).sum(axis=1) / upright
-    return np.cross(np.column_stack([along, across]), gravity)
+    return cross(np.column_stack([along, across]), gravity)
 
 
 def _derivative(values: Array, time_s: Array, parts: Sequence[slice]) -> Array:

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from shared.vectors import cross
 from station.diagnosis.observations.plate import Attitude
 from station.physics.contact import GRAVITY_M_S2, Array
 from station.physics.turning import turned_push
-from station.physics.vectors import cross
 
 
 def driving(plate: Attitude, place_m: Array, velocity_m_s: Array) -> Array:

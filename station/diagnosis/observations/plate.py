@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from shared.vectors import cross
 from station.diagnosis.observations.attitude_fit import fitted
 from station.diagnosis.observations.cubics import Cubics, Places
 from station.physics.contact import Array
@@ -250,12 +251,12 @@ def _rate(known: AttitudeTrack, time_s: Array) -> Array:
     if len(known) < 3 or np.any(known.rate_rad_s != 0):
         return np.nan_to_num(known.rate_rad_s)
     gravity = known.gravity
-    return -np.cross(gravity, np.gradient(gravity, time_s, axis=0))
+    return -cross(gravity, np.gradient(gravity, time_s, axis=0))
 
 
 def _turning(gravity: Array, rates: Array, places: Places) -> Array:
     """The change (m, 3), 1/s, of gravity (n, 3) by the rates (3, n) at some of the readings."""
-    return -np.cross(rates[:, places].T, gravity[places])
+    return -cross(rates[:, places].T, gravity[places])
 
 
 def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
@@ -265,4 +266,4 @@ def _interpolated(seconds: Array, time_s: Array, columns: Array) -> Array:
 
 def _seen(bend: Array, gravity: Array) -> Array:
     """The angular acceleration (n, 3) that gravity's second derivative shows: g' = -w x g, so w = g' x g."""
-    return np.cross(bend, gravity)
+    return cross(bend, gravity)

@@ -12,10 +12,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from shared.vectors import cross
 from station.physics.contact import Array, Contact
 from station.physics.effect import Effect, Family, Layer, Values
 from station.physics.parameter import Parameter
-from station.physics.vectors import cross
 
 
 class PlatformLevel(Effect):

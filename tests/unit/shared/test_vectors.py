@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from station.physics.vectors import cross
+from shared.vectors import cross
 
 
 @pytest.mark.parametrize(("first", "second"), [((3,), (3,)), ((7, 3), (3,)), ((3,), (7, 3)), ((2, 7, 3), (2, 7, 3))])

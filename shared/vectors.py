@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from station.physics.contact import Array
+Array = NDArray[np.float64]
 
 
 def cross(a: Array, b: Array) -> Array:
