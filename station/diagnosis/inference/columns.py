@@ -23,7 +23,7 @@ from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
 
-MOST_VARIANTS = 12
+MOST_VARIANTS = 18
 ROUGH = 3
 """The Newton steps by which mu_s and the nuisances follow a term at one of its sizes."""
 
