@@ -229,7 +229,8 @@ class NextExperiment:
     `runs` is 0 and `plan` empty if no plan alone does. `why` has no full stop at its end. `power` is the probability
     that the session's own diagnosis tells the rivals apart, `log_odds` the expected log odds of the true one; `sd` is
     the standard error that is expected of the main number if it stands alone. What does not apply is nan. `changed` are
-    the tables of the plan that differ from the recording's.
+    the tables of the plan that differ from the recording's. `tells_apart` are the groups of ids that the plan tells
+    from each other: within a group it promises nothing.
     """
 
     separates: tuple[tuple[str, ...], ...]
@@ -241,6 +242,7 @@ class NextExperiment:
     minutes: float = math.nan
     sd: float = math.nan
     changed: tuple[str, ...] = ()
+    tells_apart: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -122,14 +122,17 @@ def as_done(plan: NextExperiment, before: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def outcome(finding: Finding, first: NextExperiment, found: Diagnosis) -> float:
-    """1 if the session told what was promised, else 0; for a number, the ratio of its standard error to the promise."""
-    groups = [set(group) for group in first.separates]
+    """1 if the session told what was promised, else 0; for a number, the ratio of its standard error to the promise.
+
+    It is promised that the class has the truth's group, or a part of it, and nothing of the others.
+    """
     claimed = {name for effect in found.effects if effect.id in found.names for name in effect.class_ids}
     if math.isfinite(first.sd):
         own = next((effect for effect in found.effects if effect.id == finding.truth), None)
         return math.nan if own is None else min(value.sd for value in own.parameters.values()) / first.sd
-    rivals = set[str]().union(*groups) - {finding.truth, "none"}
-    return float(finding.truth in claimed and not claimed & rivals)
+    own = next((set(group) for group in first.tells_apart if finding.truth in group), {finding.truth})
+    others = {name for group in first.tells_apart for name in group} - own - {"none"}
+    return float(bool(claimed & own) and not claimed & others)
 
 
 def test_promise_and_outcome(tmp_path: Path) -> None:

@@ -230,9 +230,12 @@ def test_limit_curve_is_convex(effect: Effect, moving: bool, data: st.DataObject
 
 
 def power(effect: Effect, values: Values, state: Any) -> Any:
-    """What the part of a push that depends on the speed does to the motion (n,), W/kg."""
-    resting = replace(state, moving=np.zeros(len(state), dtype=bool), speed_m_s=np.zeros(len(state)))
-    push = answer(effect, "push", values, state) - answer(effect, "push", values, resting)
+    """What the part of a push that depends on the speed does to the motion (n,), W/kg.
+
+    The rest may do work on a slide: a plate that an arm moves does.
+    """
+    slowest = replace(state, speed_m_s=np.zeros(len(state)))
+    push = answer(effect, "push", values, state) - answer(effect, "push", values, slowest)
     return np.sum(push[:, :2] * unit(state.way_rad), axis=1) * state.speed_m_s
 
 

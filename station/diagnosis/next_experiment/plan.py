@@ -187,6 +187,7 @@ def _told(ids: tuple[str, ...], choice: Choice, bench: Bench, told: str) -> Next
         log_odds=promise.log_odds,
         minutes=choice.minutes,
         changed=_tables(choice.changes),
+        tells_apart=tuple(tuple(group) for group in choice.groups),
     )
 
 

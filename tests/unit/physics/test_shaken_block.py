@@ -86,7 +86,7 @@ def test_a_traced_onset_scatters_as_the_law_says(sd_m_s2: float, hz: float) -> N
     """Whatever the moment of the slip: the slide is pushed to and fro, and what is traced back is its mean course."""
     vibration = catalogue()["arm_vibration"]
     values = {**vibration.neutral(), "sd_m_s2": sd_m_s2, "cos1": 0.0, "sin1": 0.0, "tone_hz": hz}
-    tilted = contacts(1, down_rad=0.0)
+    tilted = contacts(1, moving=False, down_rad=0.0)
     scatter, push = vibration.shaking(tilted, values), vibration.push(tilted, values)
     assert push is not None
     loads = traced_m_s2(sd_m_s2, hz, rate_deg_s=10.0)
@@ -148,3 +148,29 @@ def test_a_block_whose_limit_is_far_does_not_creep() -> None:
         said = vibration.creep(state, values)
         assert said is not None
         assert np.abs(said).max() < 1e-12
+
+
+@pytest.mark.parametrize("hz", [3.0, 6.0, 12.0])
+def test_slides_begin_on_a_rising_push(hz: float) -> None:
+    """The mean push of the first half cycle, which gives a slide its velocity, is that of the steps."""
+    vibration, sd_m_s2 = catalogue()["arm_vibration"], 0.19
+    since_s = np.arange(STEP_S, 0.5 / hz, STEP_S)
+    values = {**vibration.neutral(), "sd_m_s2": sd_m_s2, "cos1": 0.0, "sin1": 0.0, "tone_hz": hz}
+    said = vibration.push(contacts(len(since_s), moving=True, slid_s=since_s, down_rad=0.0), values)
+    assert said is not None
+    stepped = pushed_m_s2(sd_m_s2, hz, rate_deg_s=4.0, since_s=since_s)
+    assert said[:, 0].mean() == pytest.approx(stepped.mean(), rel=0.3)
+
+
+def pushed_m_s2(sd_m_s2: float, hz: float, *, rate_deg_s: float, since_s: Array) -> Array:
+    """The mean push (n,), m/s², of three tones on blocks `since_s` (n,) after they have slipped to get away."""
+    rng = np.random.default_rng(20261126)
+    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
+    tone = sd_m_s2 / math.sqrt(0.5 * sum(share * share for share in SHARES))
+    first, phase = rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+    speed, way, released = np.zeros(BLOCKS), np.zeros(BLOCKS), np.zeros(BLOCKS)
+    for now in np.arange(-2.0 * sum(SHARES) * tone / growth, 1.5, STEP_S):
+        speed = np.maximum(speed + STEP_S * (growth * now + _tones(now + first, tone, hz, phase)), 0.0)
+        way = np.where(speed > 0.0, way + STEP_S * speed, np.where(way > AWAY_M, way, 0.0))
+        released = np.where((speed > 0.0) | (way > AWAY_M), released, now)
+    return np.array([float(_tones(released + since + first, tone, hz, phase).mean()) for since in since_s])
