@@ -82,7 +82,6 @@ def fit(
     effects: Sequence[Effect],
     *,
     noise: Noise | None = None,
-    refine: bool = True,
     level: bool = True,
 ) -> Fit:
     """Fits mu_s and the effects' parameters from `start`.
@@ -92,13 +91,12 @@ def fit(
         start: the model to begin with; its effects that are not in `effects` keep their values.
         effects: the effects whose parameters are free.
         noise: the noise to begin with; None: it is estimated from the residuals at the start.
-        refine: if True, the noise is estimated anew as long as that makes the recording more likely.
         level: if False, mu_s keeps its value.
     """
     named = [effect for effect in effects if not is_nuisance(effect)]
     free = free_numbers(evidence, start, named)[0 if level else 1 :]
     climb = Climb(evidence, start, free, noise=noise)
-    for _ in range(NOISE_ROUNDS if refine else 0):
+    for _ in range(NOISE_ROUNDS):
         climb.climb(MOST_STEPS, WORTH_RENEWING)
         if not climb.renew_noise():
             break
