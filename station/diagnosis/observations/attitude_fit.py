@@ -178,7 +178,7 @@ def _steps(values: Array, parts: Sequence[slice]) -> list[Array]:
 
 def _unforeseen(steps: Sequence[Array], keeps: float) -> list[Array]:
     """The prediction errors (2, m) in each part."""
-    return [lfilter([1.0], [1.0, -keeps], step) for step in steps]
+    return [np.asarray(lfilter([1.0], [1.0, -keeps], step), dtype=np.float64) for step in steps]
 
 
 def _smoothed(level: Array, keeps: float, parts: Sequence[slice]) -> tuple[Array, Array]:

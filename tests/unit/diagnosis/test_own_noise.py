@@ -44,7 +44,7 @@ def test_a_gain_is_what_a_fit_with_its_own_noise_has() -> None:
     signs, apart = np.sign(rng.standard_normal((2, runs)))
     columns = size * np.column_stack([signs, 0.8 * signs + 0.6 * apart, apart])
     found = scored(np.zeros((runs, 3)), columns, runs=runs)
-    expected = [[found.information[one, 0] ** 2 / found.information[one, one]] for one in range(3)]
+    expected = [np.array([found.information[one, 0] ** 2 / found.information[one, one]]) for one in range(3)]
     twice = with_own_noise(found, 0, [(0,), (1,), (2,)], expected)[:, 0]
     drawn = columns[:, 0] + rng.standard_normal((200, runs))
 
@@ -64,4 +64,4 @@ def test_what_a_prior_loses_is_not_taken_for_noise() -> None:
     found = scored(own, 0.5 * shift, runs=200)
     assert share_of_priors(found, 0, [0]) > 0.8
     gain = float(found.information[0, 0])
-    assert 0.8 * gain < float(with_own_noise(found, 0, [(0,)], [[gain]])[0, 0]) <= gain
+    assert 0.8 * gain < float(with_own_noise(found, 0, [(0,)], [np.array([gain])])[0, 0]) <= gain
