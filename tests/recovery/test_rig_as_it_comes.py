@@ -13,7 +13,7 @@ from tests.recovery.rig_as_it_comes import rig_with, said_of
 pytestmark = pytest.mark.timeout(900)
 
 SEEDS = (40109, 40110)
-"""Of sessions that nothing was tuned on; each takes 50 s of processor time, and the benchmark of this name has twenty."""
+"""Of sessions that nothing was tuned on. Each takes 50 s of processor time; the benchmark of this name has twenty."""
 
 
 @pytest.mark.parametrize("seed", SEEDS)
