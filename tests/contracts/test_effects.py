@@ -232,9 +232,10 @@ def test_limit_curve_is_convex(effect: Effect, moving: bool, data: st.DataObject
 def power(effect: Effect, values: Values, state: Any) -> Any:
     """What the part of a push that depends on the speed does to the motion (n,), W/kg.
 
-    The rest may do work on a slide: a plate that an arm moves does.
+    An arm that shakes the plate does work on a slide and none on a block at rest, whatever the speed.
     """
-    slowest = replace(state, speed_m_s=np.zeros(len(state)))
+    moving = state.moving if "shaking" in effect.acts_through() else np.zeros(len(state), dtype=bool)
+    slowest = replace(state, moving=moving, speed_m_s=np.zeros(len(state)))
     push = answer(effect, "push", values, state) - answer(effect, "push", values, slowest)
     return np.sum(push[:, :2] * unit(state.way_rad), axis=1) * state.speed_m_s
 

@@ -58,8 +58,7 @@ class Whitening:
         rows = np.column_stack([variance, shared, own, place, size, reach, self.channel])[self._order]
         log_size, self._begins = np.zeros(len(self.run)), np.zeros(len(self.run), dtype=np.int64)
         _factorise(rows, self._edges, self._places, self._factors, self._begins, log_size)
-        log_size[self._order] = log_size.copy()
-        self.log_scale: Array = np.bincount(self.run, log_size, evidence.runs).astype(np.float64)
+        self.log_scale: Array = np.bincount(self.run[self._order], log_size, evidence.runs).astype(np.float64)
 
     def __call__(self, values: Array) -> Array:
         """Whitened values; a vector (rows,) or a matrix (rows, columns)."""

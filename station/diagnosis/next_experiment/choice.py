@@ -19,7 +19,7 @@ from station.diagnosis.next_experiment.outlook import (
     Trial,
     drawn,
     outlook,
-    sharp,
+    signal,
     tried,
 )
 from station.diagnosis.next_experiment.redone import Draw, Recorded, redone
@@ -133,17 +133,17 @@ def narrowing(question: Question, bench: Bench, *, ratio: float) -> Choice | Non
     known = _information(_signal(question, bench, ()), len(bench.recorded.runs))
     choices = list[Choice]()
     for changes in designs():
-        signal = _signal(question, bench, changes)
-        enough = [runs for runs in LENGTHS if known <= ratio**2 * _information(signal, runs * bench.usable)]
+        done = _signal(question, bench, changes)
+        enough = [runs for runs in LENGTHS if known <= ratio**2 * _information(done, runs * bench.usable)]
         if enough:
-            sharper = known / _information(signal, enough[0] * bench.usable)
+            sharper = known / _information(done, enough[0] * bench.usable)
             left = Outlook(told=math.sqrt(sharper), log_odds=0.0)
             choices.append(_choice(question, bench, changes, (enough[0], left)))
     return min(choices, key=_worth, default=None)
 
 
 def _signal(question: Question, bench: Bench, changes: Changes) -> Scores:
-    return sharp(question, _done(question, bench, changes, TRIAL_RUNS)[0])
+    return signal(question, _done(question, bench, changes, TRIAL_RUNS)[0])
 
 
 def _information(signal: Scores, runs: float) -> float:

@@ -129,7 +129,7 @@ def _scored(question: Question, evidence: Evidence) -> Session:
     )
 
 
-def sharp(question: Question, evidence: Evidence) -> Scores:
+def signal(question: Question, evidence: Evidence) -> Scores:
     """The score of the first rival's signal, while all else of the model is free."""
     absorbed = [one for one in question.effects if one.absorbed_by_mu and one not in _acting(question.beside)]
     null, _ = _null(question, evidence, looked(evidence, question.beside, absorbed), absorbed)

@@ -24,7 +24,7 @@ KEPT_S = 3.0
 _LOW_DEG, _HIGH_DEG = 4 * STEP_DEG, 30 * STEP_DEG
 _GRID_S = 2e-4
 _GONE_S = 2.0
-"""How long a slide is followed: the paper's rule, which waits for seven mm, sees the slowest within a second."""
+"""A slide is followed for so long, s: the paper's rule, which waits for seven mm, sees the slowest within a second."""
 
 
 def staircase(rate_deg_s: float, *, ramp: Literal["linear", "smooth"]) -> tuple[FLOATS, FLOATS]:

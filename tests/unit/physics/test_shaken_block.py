@@ -58,6 +58,14 @@ def _tones(time_s: Array, tone_m_s2: float, hz: float, phase: Array) -> Array:
     return sum((tone_m_s2 * a * np.sin(2 * math.pi * hz * f * time_s + p * phase) for a, f, p in parts), np.zeros(1))
 
 
+def _shaken(sd_m_s2: float, rate_deg_s: float, *, seed: int) -> tuple[float, float, Array, Array]:
+    """The growth of the load, m/s³, the first tone's size, m/s², and the blocks' first times, s, and phases, rad."""
+    rng = np.random.default_rng(seed)
+    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
+    tone = sd_m_s2 / math.sqrt(0.5 * sum(share * share for share in SHARES))
+    return growth, tone, rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+
+
 def test_weak_shaking_scatters_and_does_not_hasten() -> None:
     """The load passes the limit within a part of a cycle: each moment of it is as likely, and the mean push is none."""
     found = away(tone_m_s2=0.05, hz=3.0, rate_deg_s=14.0)
@@ -99,10 +107,7 @@ def traced_m_s2(sd_m_s2: float, hz: float, *, rate_deg_s: float, read_s: float =
 
     A slide from rest on an even ramp has the way growth (t - t0)³ / 6, whose cube root is a line that begins at t0.
     """
-    rng = np.random.default_rng(20261125)
-    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
-    tone = sd_m_s2 / math.sqrt(0.5 * sum(share * share for share in SHARES))
-    first, phase = rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+    growth, tone, first, phase = _shaken(sd_m_s2, rate_deg_s, seed=20261125)
     times = np.arange(-2.0 * sum(SHARES) * tone / growth, 1.5, STEP_S)
     speed, place, rested = np.zeros(BLOCKS), np.zeros((len(times), BLOCKS)), np.zeros(BLOCKS)
     for k, now in enumerate(times):
@@ -164,10 +169,7 @@ def test_slides_begin_on_a_rising_push(hz: float) -> None:
 
 def pushed_m_s2(sd_m_s2: float, hz: float, *, rate_deg_s: float, since_s: Array) -> Array:
     """The mean push (n,), m/s², of three tones on blocks `since_s` (n,) after they have slipped to get away."""
-    rng = np.random.default_rng(20261126)
-    growth = 9.81 * math.radians(rate_deg_s) / math.cos(math.atan(MU))
-    tone = sd_m_s2 / math.sqrt(0.5 * sum(share * share for share in SHARES))
-    first, phase = rng.uniform(0.0, 20.0, BLOCKS), rng.uniform(0.0, 2 * math.pi, BLOCKS)
+    growth, tone, first, phase = _shaken(sd_m_s2, rate_deg_s, seed=20261126)
     speed, way, released = np.zeros(BLOCKS), np.zeros(BLOCKS), np.zeros(BLOCKS)
     for now in np.arange(-2.0 * sum(SHARES) * tone / growth, 1.5, STEP_S):
         speed = np.maximum(speed + STEP_S * (growth * now + _tones(now + first, tone, hz, phase)), 0.0)
