@@ -24,6 +24,10 @@ run: setup
 # are busy without it. `make test-portable` runs the same tests in one thread and in two.
 test test-alone test-system: export OPENBLAS_NUM_THREADS := 1
 
+# The tests start some hundred processes. Each would compile all of it anew (1.3 s for `station diagnose`) where the
+# environment asks Python to keep no bytecode, as images of containers do.
+test test-alone test-system: export PYTHONDONTWRITEBYTECODE :=
+
 test: setup style
 	@$(MAKE) --no-print-directory -j 3 types-told test-system-told test-alone
 
