@@ -191,6 +191,8 @@ class Quality:
     coverage90: float
     onset_median_deg: float = math.nan
     path_median_mm: float = math.nan
+    turn_rmse_deg: float = math.nan
+    turn_median_deg: float = math.nan
     se: Mapping[str, float] = field(default_factory=dict[str, float])
 
 

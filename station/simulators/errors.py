@@ -19,23 +19,26 @@ from station.simulators.recorded_runs import Poses, poses_of, recorded_runs
 class Errors:
     """Differences of a simulation from the recording, run by run (n,); nan where there is nothing to compare.
 
-    `onset_deg` is simulated minus recorded; `path_mm` is the root mean square distance over the frames from the
-    recorded onset to the run's end.
+    `onset_deg` is simulated minus recorded; `path_mm` and `turn_deg` are the root mean square distance and difference
+    of the yaws over the frames from the recorded onset to the run's end.
     """
 
     run: Array
     onset_deg: Array
     path_mm: Array
+    turn_deg: Array
 
     def summary(self) -> dict[str, Any]:
         """Plain and robust figures over the runs that have them, and `se` with the standard error of each."""
-        onset, path = self.onset_deg, self.path_mm
+        onset, path, turn = self.onset_deg, self.path_mm, self.turn_deg
         found = {
             "onset_rmse_deg": figures.rms(onset),
             "path_rmse_mm": figures.rms(path),
             "onset_bias_deg": figures.mean(onset),
             "onset_median_deg": figures.median(np.abs(onset)),
             "path_median_mm": figures.median(path),
+            "turn_rmse_deg": figures.rms(turn),
+            "turn_median_deg": figures.median(turn),
             "onset_trimmed_deg": figures.trimmed_rms(onset),
             "path_trimmed_mm": figures.trimmed_rms(path),
         }
@@ -53,7 +56,7 @@ class Errors:
         return cls(
             **{
                 name: np.concatenate([getattr(part, name) for part in parts])[order]
-                for name in ("run", "onset_deg", "path_mm")
+                for name in ("run", "onset_deg", "path_mm", "turn_deg")
             }
         )
 
@@ -67,7 +70,7 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
     again = {run.run: run for run in recorded_runs(simulated)}
     seen, told = poses_of(recorded), poses_of(simulated)
     was, now = ({sample.run: sample for sample in each.samples} for each in (recorded, simulated))
-    onset, path = np.full(len(runs), np.nan), np.full(len(runs), np.nan)
+    onset, path, turn = np.full((3, len(runs)), np.nan)
     for place, run in enumerate(runs):
         first, second, same = was.get(run.run), now.get(run.run), again.get(run.run)
         begin_ns = run.begin_ns
@@ -80,28 +83,35 @@ def errors(recorded: Signals, simulated: Signals) -> Errors:
         if same is not None:
             later_ns = same.tilt_ns - run.tilt_ns
             theirs = told.between(begin_ns + later_ns - STEP_NS, run.end_ns + later_ns + STEP_NS)
-            path[place] = _apart_mm(seen.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
-    return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path)
+            path[place], turn[place] = _apart(seen.between(begin_ns, run.end_ns), theirs, later_ns=later_ns)
+    return Errors(run=np.array([run.run for run in runs]), onset_deg=onset, path_mm=path, turn_deg=turn)
 
 
 STEP_NS = 200_000_000
 """The longest time between simulated places in which the block is looked for: a camera of 5 Hz shows no slide."""
 
 
-def _apart_mm(seen: Poses, told: Poses, *, later_ns: int) -> float:
-    """Root mean square distance of two paths at the frames of the first that the second has; nan without any."""
+def _apart(seen: Poses, told: Poses, *, later_ns: int) -> tuple[float, float]:
+    """Root mean square distance (mm) and turn (deg) between two paths at the first's frames that the second has.
+
+    Both are nan without such frames.
+    """
     times = seen.time_ns + later_ns
     if len(told.time_ns) < 2:
-        return math.nan
+        return math.nan, math.nan
     right = np.clip(np.searchsorted(told.time_ns, times), 1, len(told.time_ns) - 1)
     inside = (times >= told.time_ns[0]) & (times <= told.time_ns[-1])
     inside &= told.time_ns[right] - told.time_ns[right - 1] <= STEP_NS
     if not inside.any():
-        return math.nan
+        return math.nan, math.nan
     base = told.time_ns[0]
     known, wanted = (told.time_ns - base).astype(float), (times[inside] - base).astype(float)
-    away = seen.pose[inside, :2] - np.column_stack([np.interp(wanted, known, told.pose[:, axis]) for axis in (0, 1)])
-    return 1e3 * math.sqrt(float(np.mean(np.sum(away * away, axis=1))))
+    pose = told.pose.copy()
+    pose[:, 2] = np.unwrap(pose[:, 2])
+    away = seen.pose[inside] - np.column_stack([np.interp(wanted, known, axis) for axis in pose.T])
+    away[:, 2] = np.angle(np.exp(1j * away[:, 2]))
+    square = np.mean(away * away, axis=0)
+    return 1e3 * math.hypot(*np.sqrt(square[:2])), math.degrees(math.sqrt(square[2]))
 
 
 def _or_none(value: float) -> float | None:

@@ -21,7 +21,7 @@ from station.app.simulating import rig_of
 from station.diagnosis.inference.determined import determined
 from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.evidence import Evidence
-from station.diagnosis.predict.resimulated import path_errors
+from station.diagnosis.predict.resimulated import slide_errors
 from station.diagnosis.result import Value
 from station.diagnosis.search.search import Search, in_stages, search
 from station.physics.catalogue import catalogue
@@ -85,7 +85,8 @@ def test_the_law_of_one_half_leads_the_other_halfs_paths(tmp_path: Path) -> None
         half = np.random.default_rng([20261123, split]).permutation(np.arange(evidence.runs) % 2).astype(np.bool_)
         for unseen in (half, ~half):
             found = found_in(evidence, unseen)
-            paths = [path_errors(evidence, one.model, unseen, run_effects=none) for one in (found.null, found.model)]
+            models = (found.null.model, found.model.model)
+            paths = [slide_errors(evidence, one, unseen, run_effects=none).path_m for one in models]
             figures = [(trimmed(each), median(each)) for each in paths]
             lowered.append((1.0 - figures[1][0] / figures[0][0], 1.0 - figures[1][1] / figures[0][1]))
             slope = slope_of(evidence.without(unseen), found)

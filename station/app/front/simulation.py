@@ -115,13 +115,13 @@ class Simulated(Recording):
 
     @cached_property
     def differences(self) -> Table:
-        """A row for each run: its onset (degrees, simulated − recorded), and how far apart the paths are (mm).
+        """A row for each run: its onset (degrees, simulated − recorded), and how far apart paths and yaws are.
 
-        `path_mm` is the root mean square distance over the frames from the recorded onset to the run's end. Both are
-        nan where there is nothing to compare.
+        `path_mm` and `turn_deg` are the root mean square distance and difference of the yaws over the frames from the
+        recorded onset to the run's end. All are nan where there is nothing to compare.
         """
         found = errors(self.recorded.signals, self.signals)
-        own = {"run": found.run, "onset_deg": found.onset_deg, "path_mm": found.path_mm}
+        own = {"run": found.run, "onset_deg": found.onset_deg, "path_mm": found.path_mm, "turn_deg": found.turn_deg}
         return self._table("differences", own)
 
     def write(self, path: FilePath) -> int:

@@ -15,7 +15,7 @@ from station.diagnosis.inference.fit import Fit
 from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.onsets import Onsets
 from station.diagnosis.predict.folds import refitted
-from station.diagnosis.predict.resimulated import path_errors
+from station.diagnosis.predict.resimulated import slide_errors
 from station.diagnosis.predict.unseen import unseen_log_run
 from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
@@ -30,7 +30,7 @@ UPPER = 0.95
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Predictions of every run (r,) by fits without it: log density (nat), onset error (rad), path error (m).
+    """Predictions of every run (r,) by fits without it: log density (nat), onset error (rad), slide errors (m, rad).
 
     `within` is 1 if the onset lies in its 90 % interval; `rank` is the share of the predicted distribution below the
     recorded onset, which is uniform where the spread is right. A figure that a run lacks is nan.
@@ -40,6 +40,7 @@ class HeldOut:
     onset_rad: Array
     within: Array
     path_m: Array
+    turn_rad: Array
     rank: Array
 
     @property
@@ -52,20 +53,25 @@ class HeldOut:
         """The slides' errors (r,), mm."""
         return 1e3 * self.path_m
 
+    @property
+    def turn_error_deg(self) -> Array:
+        """The errors (r,) of the blocks' yaw in their slides, in degrees."""
+        return np.degrees(self.turn_rad)
+
 
 def held_out(evidence: Evidence, whole: Fit, effects: Sequence[Effect], fold: Array) -> HeldOut:
-    """Refits given effects without each fold (r,), from the whole fit as a start, and predicts it; paths are nan."""
+    """Refits given effects without each fold (r,), from the whole fit as a start, and predicts it; slides are nan."""
     return predicted(evidence, refitted(evidence, whole, effects, fold))
 
 
 def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
-    """The predictions of runs by fits that have not seen them; their paths are nan (see `with_paths`).
+    """The predictions of runs by fits that have not seen them; their slides are nan (see `with_paths`).
 
     The log prior of the nuisances counts here as it does in the fit, each run's share of it: a plain model that reads
     all onsets late by seven times what is plausible predicts well, and is not right.
     """
     runs = evidence.runs
-    log_run, onset, within, path, rank = (np.full(runs, np.nan) for _ in range(5))
+    log_run, onset, within, path, turn, rank = (np.full(runs, np.nan) for _ in range(6))
     for left_out, part in parts:
         log_run[left_out] = unseen_log_run(evidence, part)[left_out] + part.log_prior / runs
         channel = evidence.onsets
@@ -75,15 +81,16 @@ def predicted(evidence: Evidence, parts: Parts) -> HeldOut:
     for channel in evidence.channels:
         present[channel.rows.run] = True
     log_run[~present] = np.nan
-    return HeldOut(log_run, onset, within, path, rank)
+    return HeldOut(log_run, onset, within, path, turn, rank)
 
 
 def with_paths(evidence: Evidence, held: HeldOut, parts: Parts) -> HeldOut:
     """The predictions with the slides simulated again by fits that have not seen them."""
-    path = np.full(evidence.runs, np.nan)
+    path, turn = np.full((2, evidence.runs), np.nan)
     for left_out, part in parts:
-        path[left_out] = path_errors(evidence, part.model, left_out, run_effects=_run_effects(evidence, part))[left_out]
-    return replace(held, path_m=path)
+        found = slide_errors(evidence, part.model, left_out, run_effects=_run_effects(evidence, part))
+        path[left_out], turn[left_out] = found.path_m[left_out], found.turn_rad[left_out]
+    return replace(held, path_m=path, turn_rad=turn)
 
 
 def _onsets(channel: Onsets, part: Fit, left_out: Bools, *, onset: Array, within: Array, rank: Array) -> None:

@@ -127,7 +127,7 @@ def _one_of(fold: Fold, alike: Collection[str]) -> str | None:
 def quality(held: HeldOut) -> Quality:
     """The summary of predictions, each figure with its standard error."""
     score, within = _mean(held.log_run), _mean(held.within)
-    onset, path = np.abs(held.onset_error_deg), held.path_error_mm
+    onset, path, turn = np.abs(held.onset_error_deg), held.path_error_mm, held.turn_error_deg
     found = {
         "log_score": score,
         "onset_rmse_deg": _rms(onset),
@@ -135,6 +135,8 @@ def quality(held: HeldOut) -> Quality:
         "coverage90": within,
         "onset_median_deg": _median(onset),
         "path_median_mm": _median(path),
+        "turn_rmse_deg": _rms(turn),
+        "turn_median_deg": _median(turn),
     }
     values = {name: figure.value for name, figure in found.items()}
     return Quality(**values, se={name: figure.sd for name, figure in found.items()})

@@ -1,4 +1,4 @@
-"""Simulates held-out slides in the planar simulator, and measures how far they end from the recorded ones.
+"""Simulates held-out slides in the planar simulator, and measures how far they are from the recorded ones.
 
 Each slide begins at the middle of its first window, where its place and speed are known best, and follows the recorded
 attitude alone until its evidence ends, on a plate that has come from where its tilt last turned round. It is compared
@@ -12,9 +12,8 @@ curvature: slides of tossed cubes that began there went astray by their starts, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,8 +34,17 @@ BEGIN = FRAMES // 2
 """The frame of a ride at which its simulation begins: the middle of its first window."""
 
 
-def path_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: Array) -> Array:
-    """Root mean square distances (r,), m, of the chosen runs' simulated slides from the recorded ones; else nan.
+@dataclass(frozen=True, eq=False)
+class SlideErrors:
+    """How far each run's simulated slide is from the recorded one (r,): root mean squares over its frames, or nan."""
+
+    path_m: Array
+    turn_rad: Array
+    """Between the blocks' yaws."""
+
+
+def slide_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: Array) -> SlideErrors:
+    """The errors (r,) of the chosen runs' slides; nan for the others.
 
     Args:
         evidence: must have `rides`; without them every error is nan.
@@ -44,17 +52,17 @@ def path_errors(evidence: Evidence, model: Model, runs: Bools, *, run_effects: A
         runs: (r,) True for the runs that are wanted.
         run_effects: (r,) expected log of each run's own friction over the model's; nan where nothing is expected.
     """
-    errors = np.full(evidence.runs, np.nan)
+    found = SlideErrors(*np.full((2, evidence.runs), np.nan))
     rides = evidence.rides
     chosen = () if rides is None else rides.of_runs(runs & np.isfinite(run_effects))
     if not chosen:
-        return errors
+        return found
     seen = [_unbent(ride, model) for ride in chosen]
     own = np.exp(run_effects[[ride.run for ride in chosen]])
     for ride, pose, again in zip(chosen, seen, _simulated(evidence, chosen, seen, model, own=own), strict=True):
-        apart = (again[: len(pose) - BEGIN, :2] - pose[BEGIN:, :2])[FRAMES - BEGIN :]
-        errors[ride.run] = math.sqrt(float(np.mean(np.sum(apart * apart, axis=1))))
-    return errors
+        square = np.square((again[: len(pose) - BEGIN] - pose[BEGIN:])[FRAMES - BEGIN :]).mean(axis=0)
+        found.path_m[ride.run], found.turn_rad[ride.run] = np.sqrt([square[0] + square[1], square[2]])
+    return found
 
 
 def _unbent(ride: Ride, model: Model) -> Array:

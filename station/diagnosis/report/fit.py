@@ -54,12 +54,12 @@ def _of_onsets(known: int) -> Caption:
 
 def _table(diagnosis: Diagnosis) -> str:
     fit = diagnosis.fit
-    errors = ("onset error (°): rms, median", "path error (mm): rms, median")
+    errors = [f"{one}: rms, median" for one in ("onset error (°)", "path error (mm)", "yaw error (°)")]
     head = (f"unseen {diagnosis.counted}", f"log score a {singular(diagnosis)}", *errors, "within 90 %")
     plain = "the given simulation" if diagnosis.given else "plain model"
     rows = [_quality(f"before: {plain}", fit.before), _quality("after: with what was found", fit.after)]
-    rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", ""])
-    rows.append([f"floor: equal {diagnosis.counted}", "", html.number(fit.floor_onset_deg), "", ""])
+    rows.append(["ceiling: sessions drawn from the fit", html.number(fit.ceiling_log_score), "", "", "", ""])
+    rows.append([f"floor: equal {diagnosis.counted}", "", html.number(fit.floor_onset_deg), "", "", ""])
     rows += _rerun(fit.simulator_rerun)
     gain = (
         f"Log score gained: {html.number(fit.log_score_gain, sign=True)} ± {html.number(fit.gain_se)} "
@@ -85,17 +85,21 @@ def _expected(fit: FitQuality) -> str:
 
 
 def _quality(name: str, quality: Quality) -> list[str]:
-    told = {figure: f"{html.number(getattr(quality, figure))}{_se(quality, figure)}" for figure in _FIGURES}
-    return [
-        name,
-        told["log_score"],
-        f"{told['onset_rmse_deg']}, {told['onset_median_deg']}",
-        f"{told['path_rmse_mm']}, {told['path_median_mm']}",
-        told["coverage90"],
-    ]
+    return [name, *_in_cells({one: f"{html.number(getattr(quality, one))}{_se(quality, one)}" for one in _FIGURES})]
 
 
-_FIGURES = ("log_score", "onset_rmse_deg", "onset_median_deg", "path_rmse_mm", "path_median_mm", "coverage90")
+_ERRORS = (
+    ("onset_rmse_deg", "onset_median_deg"),
+    ("path_rmse_mm", "path_median_mm"),
+    ("turn_rmse_deg", "turn_median_deg"),
+)
+_FIGURES = ("log_score", *(name for both in _ERRORS for name in both), "coverage90")
+
+
+def _in_cells(told: Mapping[str, str]) -> list[str]:
+    """The figures as cells of a row: root mean square and median of each error stand in one."""
+    errors = [", ".join(told[name] for name in both) for both in _ERRORS]
+    return [told["log_score"], *errors, told["coverage90"]]
 
 
 def _se(quality: Quality, figure: str) -> str:
@@ -117,9 +121,7 @@ def _rerun(rerun: Mapping[str, Any]) -> list[list[str]]:
 
 
 def _cells(said: Mapping[str, Any]) -> list[str]:
-    told = {name: f"{_plain(said.get(name))}{_error(said, name)}" for name in _FIGURES}
-    errors = [", ".join(told[name] for name in each) for each in (_FIGURES[1:3], _FIGURES[3:5])]
-    return [told["log_score"], *errors, told["coverage90"]]
+    return _in_cells({name: f"{_plain(said.get(name))}{_error(said, name)}" for name in _FIGURES})
 
 
 def _error(said: Mapping[str, Any], name: str) -> str:

@@ -86,6 +86,7 @@ def _simulated(diagnosis: Diagnosis) -> list[RenderableType]:
     for told, then, since, words in (
         (_ONSETS, before, after, ""),
         (_PATHS, before, after, ""),
+        (_TURNS, before, after, ""),
         (_PATHS, own_before, own_after, f" at {own_level(rerun)} of friction"),
     ):
         if cells := _cells(told, then):
@@ -104,6 +105,7 @@ class _Error:
 
 _ONSETS = _Error("onset error, median and rms", "°", ("onset_median_deg", "onset_rmse_deg"))
 _PATHS = _Error("path error, median and rms", " mm", ("path_median_mm", "path_rmse_mm"))
+_TURNS = _Error("yaw error, median and rms", "°", ("turn_median_deg", "turn_rmse_deg"))
 
 
 def _cells(error: _Error, told: Mapping[str, Any]) -> str:
@@ -150,6 +152,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
         _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
+        _change(fit, "turn_median_deg", "of their yaw", "°", unchanged=False),
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
     told = [part for part in parts if part]
@@ -157,9 +160,11 @@ def _fit(diagnosis: Diagnosis) -> Text:
     return Text(f"Prediction of unseen {diagnosis.counted}{since}: {'; '.join(told) or 'there is nothing to compare'}")
 
 
-def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:
+def _change(fit: FitQuality, name: str, words: str, unit: str, *, unchanged: bool = True) -> str:
+    """A figure before and after; empty where there is none, or if it stays the same and that is not to be told."""
     before, after = (_figure(one, name) for one in (fit.before, fit.after))
-    return f"{words} {before} to {after}{unit}" if before and after else ""
+    told = before and after and (unchanged or before != after)
+    return f"{words} {before} to {after}{unit}" if told else ""
 
 
 def _figure(quality: Quality, name: str) -> str:

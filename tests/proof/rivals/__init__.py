@@ -140,7 +140,7 @@ def held_out_corrected(table: Table, channels: Collection[str], predict: Predict
         correction = {name: out_of_fold(name, number) for name in kept}
         log_run[fold == number] = corrected_log_run(table, correction, fold != number)[fold == number]
         onset[fold == number] = _onset_errors(table, correction.get("onset"))[fold == number]
-    return HeldOut(log_run, onset, nothing, nothing, nothing)
+    return HeldOut(log_run, onset, nothing, nothing, nothing, nothing)
 
 
 def _onset_errors(table: Table, correction: Array | None) -> Array:

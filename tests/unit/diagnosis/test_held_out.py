@@ -23,7 +23,7 @@ from station.diagnosis.observations.setting import Setting
 from station.diagnosis.predict.folds import FOLDS, assigned, refitted
 from station.diagnosis.predict.held_out import predicted, with_paths
 from station.diagnosis.predict.quality import quality, share_of_gap
-from station.diagnosis.predict.resimulated import path_errors
+from station.diagnosis.predict.resimulated import slide_errors
 from station.physics.catalogue import catalogue
 from station.physics.model import Model, Term
 from station.simulators.simulator import simulator
@@ -40,8 +40,9 @@ def test_a_right_model_leads_blocks_where_they_were_seen() -> None:
     evidence, plain = plain_fit()
     everyone = np.ones(evidence.runs, dtype=np.bool_)
     own = np.nan_to_num(evidence.channels[0].residual(plain.model))
-    right = path_errors(evidence, plain.model, everyone, run_effects=own)
-    slippery = path_errors(evidence, replace(plain.model, mu_s=0.95 * plain.model.mu_s), everyone, run_effects=own)
+    right = slide_errors(evidence, plain.model, everyone, run_effects=own).path_m
+    lower = replace(plain.model, mu_s=0.95 * plain.model.mu_s)
+    slippery = slide_errors(evidence, lower, everyone, run_effects=own).path_m
     assert np.isfinite(right).sum() > 0.8 * evidence.runs
     assert np.nanmedian(right) < 0.2e-3
     assert np.nanmedian(slippery) > 3.0 * np.nanmedian(right)
@@ -56,7 +57,19 @@ def test_a_plate_with_play_leads_blocks_where_they_were_seen() -> None:
     evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
     everyone = np.ones(evidence.runs, dtype=np.bool_)
     own = np.nan_to_num(evidence.channels[0].residual(play))
-    assert np.nanmedian(path_errors(evidence, play, everyone, run_effects=own)) < 0.2e-3  # it was 1.4 mm
+    assert np.nanmedian(slide_errors(evidence, play, everyone, run_effects=own).path_m) < 0.2e-3  # it was 1.4 mm
+
+
+def test_a_block_that_turns_is_led_by_what_turns_it() -> None:
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    uneven = Model(mu_s=0.35, terms=(Term(catalogue()["uneven_contact"], {"x_m": 1e-3, "y_m": -5e-4, "lead": 0.0}),))
+    session = joined([simulator("planar").repeat(recorded, uneven, rig=rig) for _ in range(4)])
+    evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
+    everyone, own = np.ones(evidence.runs, dtype=np.bool_), np.nan_to_num(evidence.channels[0].residual(uneven))
+    known, even = (slide_errors(evidence, one, everyone, run_effects=own) for one in (uneven, Model(mu_s=0.35)))
+    assert np.nanmedian(known.turn_rad) < 0.1 * np.nanmedian(even.turn_rad)
+    assert np.nanmedian(known.path_m) < np.nanmedian(even.path_m)
 
 
 def test_every_run_is_predicted_by_a_fit_that_has_not_seen_it() -> None:

@@ -49,7 +49,7 @@ def test_the_differences_are_simulated_less_recorded() -> None:
     simulated = station.simulate(recorded, {"friction": {"mu_s": 0.36}})
     apart = np.degrees(simulated.samples["onset_angle_rad"] - recorded.samples["onset_angle_rad"])
     assert simulated.differences["onset_deg"] == pytest.approx(apart)
-    assert simulated.differences.columns == ("run", "onset_deg", "path_mm")
+    assert simulated.differences.columns == ("run", "onset_deg", "path_mm", "turn_deg")
     assert "Onsets of 3 runs: mean difference" in repr(simulated)
     assert simulated.recorded is recorded
 
