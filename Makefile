@@ -17,8 +17,8 @@ run: setup
 # The tests with processes, sockets and clocks of their own mostly wait, so they run beside the others, three files at a
 # time. The others, which compute, and the check of the types have a lower priority (`nice`): they take what the former
 # leave of two cores, and do not disturb them. What ends first is told when it has ended, so that the outputs do not mix.
-# The longest files begin first. The others, too, run three files at a time: a worker that waits for a command that its
-# test has started leaves its core to another.
+# The others, too, run three files at a time: a worker that waits for a command that its test has started leaves its core
+# to another.
 #
 # The matrices are small: a second thread of linear algebra would mostly wait for the first, at full load, and two cores
 # are busy without it. `make test-portable` runs the same tests in one thread and in two.
@@ -33,12 +33,10 @@ test: setup style
 
 test-alone: setup
 	@unset MAKEFLAGS MAKELEVEL; nice -n 10 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
-	  tests/recovery/test_prove.py tests/recovery/test_rig_as_it_comes.py tests --ignore=tests/system
+	  tests --ignore=tests/system
 
 test-system: setup
-	@unset MAKEFLAGS MAKELEVEL; REPOSE_PORTS_ASIDE=4 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder \
-	  tests/system/test_deploy.py tests/system/test_killed_processes.py tests/system/test_live_faults.py \
-	  tests/system/test_rig.py tests/system/test_angle_comparison.py tests/system
+	@unset MAKEFLAGS MAKELEVEL; REPOSE_PORTS_ASIDE=4 $(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder tests/system
 
 %-told: setup
 	@told=$$(mktemp) && { $(MAKE) --no-print-directory $* >"$$told" 2>&1; ended=$$?; cat "$$told"; rm "$$told"; exit $$ended; }

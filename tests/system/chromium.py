@@ -137,7 +137,9 @@ def browser(folder: Path, *more: str) -> Generator[Page]:
     words = [binary(), "--headless", "--remote-debugging-pipe", f"--user-data-dir={folder}", "--no-first-run"]
     # A container has no namespaces for its sandbox; the pages are our own.
     words += ["--no-sandbox", "--disable-dev-shm-usage", "--disable-background-networking", *more, "about:blank"]
-    begin = f"import os, sys; os.dup2({high[0]}, 3); os.dup2({high[1]}, 4); os.execv(sys.argv[1], sys.argv[1:])"
+    # Where it draws without a card it would take a core from the rig that it shows, for as long as it runs.
+    begin = f"import os, sys; os.nice(10); os.dup2({high[0]}, 3); os.dup2({high[1]}, 4); "
+    begin += "os.execv(sys.argv[1], sys.argv[1:])"
     python = [sys.executable, "-c", begin, *words]
     process = subprocess.Popen(python, pass_fds=high, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     for each in (theirs, answers, *high):
