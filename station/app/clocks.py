@@ -15,6 +15,9 @@ from shared.clock import Clock
 from shared.messages import ClockOffset, ClockPing, ClockPong, Message
 
 PING_NS = 50_000_000
+ANSWER_S = 0.5
+"""A longer round trip tells nothing: half of it is the most that an offset may be off, and frames that are a second old
+count as fresh. An agent that has not answered yet is not asked again: it would answer nothing else."""
 REPORT_NS = 1_000_000_000
 WINDOW = 200
 LEAST_TRIPS = 6
@@ -38,12 +41,13 @@ def best_of(trips: Collection[RoundTrip]) -> tuple[RoundTrip, int]:
 
 
 class ClockKeeper:
-    """Pings the agents twenty times a second and publishes a ClockOffset for each once a second."""
+    """Pings each agent up to twenty times a second, and publishes a ClockOffset for each once a second."""
 
     def __init__(self, bus: Bus, *, clock: Clock, agents: tuple[str, ...]) -> None:
         self._bus, self._clock = bus, clock
         self._trips = {agent: deque[RoundTrip](maxlen=WINDOW) for agent in agents}
         self._ping_ns = 0
+        self._asked = set[str]()
         self._report_ns: dict[str, int] = {}
 
     def tick(self, now_ns: int) -> None:
@@ -51,23 +55,26 @@ class ClockKeeper:
         if now_ns >= self._ping_ns:
             self._ping_ns = now_ns + PING_NS
             for agent in self._trips:
-                self._ping(agent)
+                if agent not in self._asked:
+                    self._ping(agent)
         for agent, trips in self._trips.items():
             if len(trips) >= LEAST_TRIPS and now_ns >= self._report_ns.get(agent, 0):
                 self._report_ns[agent] = now_ns + REPORT_NS
                 self._report(agent, trips, now_ns)
 
     def _ping(self, agent: str) -> None:
+        self._asked.add(agent)
         sent_ns = self._clock.now_ns()
 
         def on_reply(reply: Message | None) -> None:
             back_ns = self._clock.now_ns()
+            self._asked.discard(agent)
             if isinstance(reply, ClockPong):
                 middle = (sent_ns + back_ns) // 2
                 self._take(agent, RoundTrip(middle - reply.agent_ns, back_ns - sent_ns))
 
         # Answered on the receiving thread: waiting in the queue would count as travel.
-        self._bus.request(f"{agent}/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=0.5, direct=True)
+        self._bus.request(f"{agent}/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=ANSWER_S, direct=True)
 
     def _take(self, agent: str, trip: RoundTrip) -> None:
         """Keeps a round trip; those before it are forgotten if that clock cannot be the one that they measured."""

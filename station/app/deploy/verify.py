@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
@@ -17,6 +18,10 @@ from station.app.clocks import RoundTrip, best_of
 
 ENOUGH = 5
 """The fewest corners by which a camera's rate is told."""
+
+PING_S, ANSWER_S = 0.05, 10.0
+"""Pings follow the answers to the ones before, no faster than this; and how long a busy agent may take to answer. Until
+one is answered no corners can be told from an earlier agent's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,11 +91,12 @@ def watch(rig: RigConfig, endpoint: str, *, seconds: float, patience_s: float) -
         bus.subscribe("camera/corners", heard.corners)
         bus.subscribe("camera/status", heard.took_status)
         until = give_up = time.monotonic() + patience_s
-        next_ping = 0.0
+        next_ping, answered = 0.0, threading.Event()
+        answered.set()
         while time.monotonic() < (until if len(heard.times) >= ENOUGH else give_up):
-            if time.monotonic() >= next_ping:
-                next_ping = time.monotonic() + 0.05
-                _ping(bus, clock, heard.trips)
+            if answered.is_set() and time.monotonic() >= next_ping:
+                next_ping = time.monotonic() + PING_S
+                _ping(bus, clock, heard.trips, answered)
             before = len(heard.times)
             bus.poll(0.02)
             if not before and heard.times:
@@ -99,15 +105,17 @@ def watch(rig: RigConfig, endpoint: str, *, seconds: float, patience_s: float) -
     return _arrival(heard)
 
 
-def _ping(bus: Bus, clock: Clock, trips: deque[RoundTrip]) -> None:
+def _ping(bus: Bus, clock: Clock, trips: deque[RoundTrip], answered: threading.Event) -> None:
+    answered.clear()
     sent_ns = clock.now_ns()
 
     def on_reply(reply: Message | None) -> None:
         back_ns = clock.now_ns()
         if isinstance(reply, ClockPong):
             trips.append(RoundTrip((sent_ns + back_ns) // 2 - reply.agent_ns, back_ns - sent_ns))
+        answered.set()
 
-    bus.request("camera/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=0.5, direct=True)
+    bus.request("camera/clock", ClockPing(station_ns=sent_ns), on_reply, timeout_s=ANSWER_S, direct=True)
 
 
 def _arrival(heard: _Listener) -> Arrival:

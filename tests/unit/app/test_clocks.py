@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shared.bus import ReplyHandler
 from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockOffset, ClockPong, MarkerCorners, Message
@@ -66,6 +67,22 @@ def test_a_skewed_clock_is_found_within_its_stated_sigma(seed: int):
     errors = [abs(offset.offset_ns - SKEW_NS) / offset.sigma_ns for offset in offsets]
     assert max(errors) <= 12**0.5 / 2 + 1e-3  # half the round trip is the most that it can be off
     assert offsets[-1].sigma_ns < 200_000
+
+
+def test_an_agent_that_has_not_answered_is_not_asked_again():
+    clock, asked, late = SimulatedClock(), list[Message](), list[ReplyHandler]()
+
+    class Slow(MemoryBus):
+        def request(self, service: str, message: Message, on_reply: ReplyHandler, **_: object) -> None:  # noqa: ARG002
+            asked.append(message)
+            late.append(on_reply)
+
+    keeper = ClockKeeper(Slow(clock), clock=clock, agents=("camera",))
+    keep(keeper, clock, seconds=1)
+    assert len(asked) == 1
+    late[0](None)  # the bus has given up waiting
+    keep(keeper, clock, seconds=1)
+    assert len(asked) == 2
 
 
 def test_an_agent_that_starts_again_with_another_clock_is_followed_at_once():
