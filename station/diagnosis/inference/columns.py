@@ -18,7 +18,7 @@ from station.diagnosis.likelihood.slopes import differences, near, residuals, sl
 from station.diagnosis.likelihood.student import expected_information, pulls
 from station.diagnosis.likelihood.whitening import Whitening, stack
 from station.diagnosis.observations.evidence import Evidence
-from station.physics.contact import Array
+from station.physics.contact import Array, Bools
 from station.physics.effect import Effect
 from station.physics.model import Model, Term
 from station.physics.parameter import Parameter
@@ -179,7 +179,7 @@ def scores_of(evidence: Evidence, fit: Fit, seen: Looked, extra: Table | None = 
     unbound = np.full(beside.shape[1], np.inf)
     precision = np.array([number.precision for number in fit.free])
     columns = _Columns(evidence, fit, seen.table.beside(beside))
-    own, projection, whole = columns.projected(precision)
+    own, projection, whole = columns.projected(fit, precision)
     information, of_runs, fourth = columns.free_of(projection)
     rows = np.square(np.diag(information)) / np.maximum(fourth, np.finfo(np.float64).tiny)
     left = np.diag(information) + precision @ projection**2
@@ -227,16 +227,23 @@ class _Columns:
             white = whiten(self._table.of(rows))[counted]
             yield rows[counted], white[:, : self._own], white[:, self._own :]
 
-    def projected(self, precision: Array) -> tuple[Array, Array, Array]:
-        """The own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,)."""
+    def projected(self, fit: Fit, precision: Array) -> tuple[Array, Array, Array]:
+        """The own numbers' information (k, k), the candidates' projection (k, K) on them, and information (K,).
+
+        A number that the data push against its bound is held there, and absorbs nothing: an adhesion that is not
+        negative leaves what an offset of the angle has in common with it.
+        """
         among = np.zeros((self._own, self._own))
         across = np.zeros((self._own, self._table.shape[1] - self._own))
-        whole = np.zeros(across.shape[1])
+        whole, score = np.zeros(across.shape[1]), -precision * fit.vector
         for rows, own, candidates in self._parts():
             nuisance, weighted = self._weight[rows] * own, self._weight[rows] * candidates
             among = among + nuisance.T @ nuisance
             across += nuisance.T @ weighted
             whole += np.square(weighted).sum(axis=0)
+            score -= self._slope[rows] @ own
+        free = ~pushed_out(fit, score)
+        among, across = among * np.outer(free, free), across * free[:, None]
         return among, np.linalg.pinv(among + np.diag(precision), hermitian=True) @ across, whole
 
     def free_of(self, projection: Array) -> tuple[Array, Array, Array]:
@@ -250,6 +257,12 @@ class _Columns:
             fourth += (weighted**2 * weighted**2).sum(axis=0)
             np.add.at(of_runs, self._cluster[rows], -self._slope[rows][:, None] * left)
         return information, of_runs, fourth
+
+
+def pushed_out(fit: Fit, score: Array) -> Bools:
+    """The numbers (k,) at a bound beyond which their `score` (k,) says that the likelihood rises."""
+    low, high = (np.array([getattr(number, end) for number in fit.free]) for end in ("low", "high"))
+    return (fit.vector <= low) & (score < 0.0) | (fit.vector >= high) & (score > 0.0)
 
 
 def at_sizes(evidence: Evidence, fit: Fit, scored: Scores) -> Scores:

@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from station.diagnosis import thresholds
-from station.diagnosis.inference.columns import looked, scores_of
+from station.diagnosis.inference.columns import looked, scores, scores_of
 from station.diagnosis.inference.fit import Fit, fit
 from station.diagnosis.inference.noise_of import shaking_of
 from station.diagnosis.inference.sparse import Index, Table, by_channel
@@ -22,7 +22,7 @@ from station.diagnosis.observations.evidence import Evidence
 from station.diagnosis.observations.setting import Setting
 from station.physics.catalogue import catalogue
 from station.physics.contact import Array
-from station.physics.model import Model
+from station.physics.model import Model, Term
 from tests.unit.diagnosis import recorded
 
 
@@ -117,3 +117,14 @@ def test_cubics_are_scipy_s() -> None:
     np.testing.assert_allclose(ours(seconds), theirs(seconds), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(ours.slope(seconds), theirs.derivative()(seconds), rtol=1e-11, atol=1e-9)
     np.testing.assert_allclose(ours.bends(), theirs.derivative(2)(time_s[:-1]), rtol=1e-11, atol=1e-9)
+
+
+def test_a_number_that_is_pushed_against_its_bound_absorbs_nothing(fitted: tuple[Evidence, Fit]) -> None:
+    """Blocks that seem to have more friction while they slide leave no drop, and a drop below zero explains nothing."""
+    evidence, plain = fitted
+    drop, offered = catalogue()["kinetic_drop"], [catalogue()[name] for name in ("viscous", "wear")]
+    held = fit(evidence, plain.model.with_term(Term(drop, drop.neutral())), (drop,), noise=plain.noise)
+    assert held.at_bound("kinetic_drop", "drop")
+    without, beside = (scores(evidence, one, offered) for one in (plain, held))
+    np.testing.assert_allclose(beside.information, without.information, rtol=1e-3)
+    np.testing.assert_allclose(beside.score, without.score, atol=0.05 * np.sqrt(np.diag(without.information)).max())
