@@ -216,6 +216,12 @@ class FitQuality:
     nested: bool = False
     simulator_rerun: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
+    def changes(self, figure: str) -> bool:
+        """True if a figure of `Quality` differs by more than its standard errors together."""
+        before, after = (getattr(one, figure) for one in (self.before, self.after))
+        errors = (one.se.get(figure, math.nan) for one in (self.before, self.after))
+        return abs(before - after) > math.hypot(*errors)
+
     @classmethod
     def unknown(cls) -> FitQuality:
         """The quality where nothing could be tested: every figure is nan."""

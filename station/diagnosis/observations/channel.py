@@ -82,6 +82,10 @@ class Channel(ABC):
     def residual(self, model: Model) -> Array:
         """Recorded minus predicted (n,), in `unit`."""
 
+    def off(self, model: Model) -> Array:
+        """The residual (n,) less what its run's other channels share of it: its common level is the channel's own."""
+        return self.residual(model)
+
     def near(self, model: Model | None) -> None:  # noqa: B027  # most channels have nothing to keep
         """Takes all models from now on for nearly this one, until None is given.
 

@@ -163,6 +163,7 @@ class Along(_Slides):
 
     def __init__(self, rows: Rows, motion: Motion) -> None:
         super().__init__(rows, motion)
+        self.level_tells = motion.run_effects is not None
         self._plain = motion.moments.plain
         self._sliding = motion.sliding
         self._way = unit(self._plain.contact.way_rad)
@@ -190,6 +191,10 @@ class Along(_Slides):
         held = held * np.exp(run_effects)
         predicted = (held - self._changed(model, load, self._way, self._middle_way)) / self._normal
         return self._log_recorded - np.log(np.maximum(predicted, 0.05 * self._typical)) + onset
+
+    def off(self, model: Model) -> Array:
+        """The friction (n,) along the slide less that of the run's onset: a drop leaves it below throughout."""
+        return self.residual(model) - self._run_effects(model)[1]
 
 
 class Across(_Slides):

@@ -45,7 +45,7 @@ def _better(diagnosis: Diagnosis) -> str:
         _change("the median onset error", fit.before.onset_median_deg, fit.after.onset_median_deg, "°"),
         _change("the median path error", fit.before.path_median_mm, fit.after.path_median_mm, " mm"),
     ]
-    if number(fit.before.turn_median_deg) != number(fit.after.turn_median_deg):
+    if fit.changes("turn_median_deg"):
         changes.append(_change("the median yaw error", fit.before.turn_median_deg, fit.after.turn_median_deg, "°"))
     if changes[0] and math.isfinite(fit.floor_onset_deg):
         changes[0] += f" (root mean square between equal {diagnosis.counted}: {number(fit.floor_onset_deg)}°)"

@@ -152,7 +152,7 @@ def _fit(diagnosis: Diagnosis) -> Text:
         _number(as_expected("{}"), fit.gap_closed, fit.gap_closed_se),
         _change(fit, "onset_median_deg", "median onset error", "°"),
         _change(fit, "path_median_mm", "median error of simulated slides", " mm"),
-        _change(fit, "turn_median_deg", "of their yaw", "°", unchanged=False),
+        _change(fit, "turn_median_deg", "of their yaw", "°") if fit.changes("turn_median_deg") else "",
         _change(fit, "coverage90", "90 % intervals hold", " of the onsets"),
     ]
     told = [part for part in parts if part]
@@ -160,11 +160,9 @@ def _fit(diagnosis: Diagnosis) -> Text:
     return Text(f"Prediction of unseen {diagnosis.counted}{since}: {'; '.join(told) or 'there is nothing to compare'}")
 
 
-def _change(fit: FitQuality, name: str, words: str, unit: str, *, unchanged: bool = True) -> str:
-    """A figure before and after; empty where there is none, or if it stays the same and that is not to be told."""
+def _change(fit: FitQuality, name: str, words: str, unit: str) -> str:
     before, after = (_figure(one, name) for one in (fit.before, fit.after))
-    told = before and after and (unchanged or before != after)
-    return f"{words} {before} to {after}{unit}" if told else ""
+    return f"{words} {before} to {after}{unit}" if before and after else ""
 
 
 def _figure(quality: Quality, name: str) -> str:

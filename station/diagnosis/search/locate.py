@@ -100,7 +100,9 @@ def summary_of(before: Fit, place: Place) -> str:
     residual, smooth, _ = smooth_part(before, place)
     channel, what = place.channel, place.channel.title
     if place.covariate == "all":
-        return f"{channel.phase}: {what} is off by {_amount(_middle(residual), channel.unit)} throughout"
+        middle = _middle(residual)  # friction's residuals are logarithms
+        amount = _amount(math.expm1(middle) if channel.shares_friction else middle, channel.unit)
+        return f"{channel.phase}: {what} is off by {amount} throughout"
     title = TITLES.get(place.covariate, place.covariate)
     change = 2 * float(np.sqrt(np.mean(smooth**2)))
     return f"{channel.phase}: {what} changes by about {_amount(change, channel.unit)} with the {title}"
@@ -109,10 +111,9 @@ def summary_of(before: Fit, place: Place) -> str:
 def smooth_part(before: Fit, place: Place) -> tuple[Array, Array, float]:
     """A place's residuals (n,), their smooth part over the covariate (n,), and the ratio of their rms (at most 1)."""
     channel, rows = place.channel, place.channel.rows
-    residual = channel.residual(before.model)
-    known = ~rows.limit
-    residual = np.where(known, residual, 0.0)
-    residual = residual - np.median(residual[known]) if place.covariate != "all" else residual
+    everywhere, known = place.covariate == "all", ~rows.limit
+    residual = np.where(known, (channel.off if everywhere else channel.residual)(before.model), 0.0)
+    residual = residual if everywhere else residual - np.median(residual[known])
     weight = 1.0 / np.maximum(rows.sigma, np.median(rows.sigma) * 0.1)
     if channel.shares_friction:
         weight = np.ones(len(rows))

@@ -1,14 +1,30 @@
-"""The columns of the places: friction along a slide is compared within its run by what that friction itself sets."""
+"""The columns of the places, and what of a drop of friction is seen where.
+
+Friction along a slide is compared within its run by what that friction itself sets.
+"""
 
 from __future__ import annotations
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from station.diagnosis.inference.fit import fit
+from station.diagnosis.observations.build import evidence_of
 from station.diagnosis.observations.channel import Channel, rows_of
-from station.diagnosis.search.places import _bases  # pyright: ignore[reportPrivateUsage]
+from station.diagnosis.observations.setting import Setting
+from station.diagnosis.search.locate import smooth_part, summary_of
+from station.diagnosis.search.places import (
+    _bases,  # pyright: ignore[reportPrivateUsage]
+    places_of,
+)
+from station.physics.catalogue import catalogue
 from station.physics.contact import Array
-from station.physics.model import Model
+from station.physics.model import Model, Term
+from station.simulators.simulator import simulator
+from tests.unit.diagnosis.recorded import OPENING_RADIUS_M, golden, joined
 
 RUNS, WINDOWS = 30, 4
 
@@ -57,3 +73,17 @@ def test_friction_across_has_no_onset_to_be_compared_with() -> None:
     across = _Friction(WINDOWS)
     across.shares_friction = False
     assert np.abs(_bases(across)["slide_time"].reshape(RUNS, WINDOWS, -1).mean(axis=1)).max() > 0.1
+
+
+def test_a_drop_of_friction_is_seen_along_the_slide_throughout() -> None:
+    recorded, rig = golden()
+    rig = replace(rig, plate=replace(rig.plate, opening_m=2 * OPENING_RADIUS_M))
+    drop = Model(mu_s=0.35, terms=(Term(catalogue()["kinetic_drop"], {"drop": 0.2}),))
+    session = joined([simulator("planar").repeat(recorded, drop, rig=rig) for _ in range(6)])
+    evidence = evidence_of(session, Setting(opening_radius_m=OPENING_RADIUS_M))
+    plain = fit(evidence, Model(mu_s=0.35), ())
+    (place,) = (one for one in places_of(evidence, 0)[0] if (one.channel.name, one.covariate) == ("along", "all"))
+    residual, _, size = smooth_part(plain, place)
+    assert math.expm1(float(np.median(residual))) == pytest.approx(-0.2, abs=0.01)
+    assert size > 0.9
+    assert "is off by -20 % throughout" in summary_of(plain, place)
