@@ -100,16 +100,14 @@ def _directions_table(results: Sequence[PairResult]) -> ReportTable:
     )
 
 
-_SUMMARY = ("n", "mean θ rad", "± se", "sd rad", "mean θ °", "sd °", "mean µ", "sd µ", "scatter")
+_SUMMARY = ("n", "mean θ °", "± se °", "sd °", "mean µ", "sd µ", "scatter")
 
 
 def _summary_row(summary: Summary) -> tuple[str, ...]:
-    values = (summary.theta_rad, summary.standard_error_rad, summary.theta_sd_rad)
-    degrees = (math.degrees(summary.theta_rad), math.degrees(summary.theta_sd_rad))
+    angles = (summary.theta_rad, summary.standard_error_rad, summary.theta_sd_rad)
     return (
         str(summary.samples),
-        *(number(value, ".4f") for value in values),
-        *(number(value, ".2f") for value in degrees),
+        *(number(math.degrees(value), ".2f") for value in angles),
         *(number(value, ".4f") for value in (summary.mu, summary.mu_sd)),
         number(summary.scatter, ".1%"),
     )
