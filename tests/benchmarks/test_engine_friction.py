@@ -1,0 +1,60 @@
+"""Whether an engine's contact has Coulomb's friction: the proof's worlds of an engine are plain only as far as it has.
+
+A block of the patch world lies on a plate whose tilt rises through the angle of friction, without arm, camera or noise.
+While it slides, the friction that its acceleration shows is compared with the coefficient that the engine was given.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.proof.engine_bench import Engine
+from tests.proof.engine_family import EngineFamily
+from tests.proof.families.bullet import Bullet
+from tests.proof.families.mujoco import Mujoco
+from tests.proof.patch_world.world import Contact
+
+pytestmark = pytest.mark.benchmark
+
+G = 9.81
+CONTACT = Contact()
+LEVEL_S, BEGIN_RAD, LASTS_S = 0.5, math.atan(CONTACT.mu) - math.radians(1.5), 1.6
+FROM_M_S = 0.01
+"""Friction is read from this speed on: the first millimetres tell the onset, which is not compared here."""
+CASES = [(0.3, 0.5, 2.0), (0.0, 0.5, 2.0), (1.1, 2.0, 3.0), (0.7, 4.0, 2.0)]
+"""Yaw (rad), direction of the slope (rad) and rate of the tilt (deg/s)."""
+
+
+def friction(engine: Engine, *, yaw: float, slope: float, rate_deg_s: float) -> np.ndarray:
+    """The friction (4,) of the four quarters of a slide, less the coefficient's and relative to it."""
+    down = np.array([math.cos(slope), math.sin(slope)])
+
+    def step(tilt: float) -> float:
+        engine.step(np.array([*(G * math.sin(tilt) * down), -G * math.cos(tilt)]), np.zeros(2), 0.0)
+        return float(np.dot(engine.read()[3:5], down))
+
+    engine.put(0.0, 0.0, yaw, mu=CONTACT.mu)
+    for part in np.linspace(0.0, 1.0, round(LEVEL_S / engine.step_s)):
+        step(part * BEGIN_RAD)
+    tilts = BEGIN_RAD + math.radians(rate_deg_s) * engine.step_s * (np.arange(round(LASTS_S / engine.step_s)) + 0.5)
+    speed = np.array([step(tilt) for tilt in tilts])
+    sliding = np.arange(len(speed)) >= int(np.argmax(speed > FROM_M_S))
+    gained, steep = np.gradient(speed[sliding], engine.step_s), tilts[sliding]
+    shown = (G * np.sin(steep) - gained) / (G * np.cos(steep)) / CONTACT.mu - 1.0
+    return np.array([part.mean() for part in np.array_split(shown, 4)])
+
+
+@pytest.mark.parametrize("family", [Mujoco, Bullet])
+def test_sliding_friction_against_the_coefficient(family: type[EngineFamily]) -> None:
+    made = family()
+    if reason := made.why_not():
+        pytest.skip(reason)
+    found = np.array(
+        [friction(made.engine(CONTACT), yaw=yaw, slope=slope, rate_deg_s=rate) for yaw, slope, rate in CASES]
+    )
+    means = ", ".join(f"{mean:+.2%}" for mean in found.mean(axis=1))
+    print(f"\n{made.title}: {means} of the coefficient; sd within a slide {found.std(axis=1).mean():.2%}")
+    assert np.abs(found.mean()) < 0.1
