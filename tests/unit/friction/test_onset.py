@@ -100,6 +100,8 @@ TILT = {"tilt_ns": [k * 8_000_000 for k in range(100)], "tilt_rad": [0.002 * k f
         (line(60), {"tilt_ns": TILT["tilt_ns"], "tilt_rad": [math.nan] * 100}),
         (line(60), {"tilt_ns": [5] * 100, "tilt_rad": TILT["tilt_rad"]}),
         (line(60), {"tilt_ns": TILT["tilt_ns"][::-1], "tilt_rad": TILT["tilt_rad"]}),
+        (line(60), {"tilt_ns": [*TILT["tilt_ns"][:-1], 2**63 - 1], "tilt_rad": TILT["tilt_rad"]}),
+        (line(60), {"tilt_ns": [-(2**63), *TILT["tilt_ns"][1:]], "tilt_rad": TILT["tilt_rad"]}),
     ],
 )
 def test_too_little_and_what_is_no_number_gives_none(
