@@ -17,6 +17,7 @@ A displacement threshold reads late (physics: 0.4° at 1°/s, 1.2° at 5°/s for
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -107,14 +108,16 @@ def estimate_onset(
         clock_sigma_s: standard deviation of the times of the frames against those of the readings.
 
     Returns:
-        The onset, or None when there are too few frames or no slide in them, or the readings span over `LONGEST_S`.
+        The onset, or None when there are too few frames or no slide in them, the readings span over `LONGEST_S`, or a
+            number is none.
     """
     frames, path = np.asarray(path_ns, dtype=np.int64), np.asarray(path_m, dtype=np.float64)
     times = np.asarray(tilt_ns, dtype=np.int64)
     tilt = np.asarray(tilt_rad, dtype=np.float64)
     ahead = np.isfinite(tilt) & (np.diff(np.maximum.accumulate(times), prepend=times[:1] - 1) > 0)
     times, tilt = times[ahead], tilt[ahead]
-    if len(frames) < 8 or len(times) < 4 or not np.isfinite(path).all():
+    numbers = np.isfinite(path).all() and math.isfinite(sigma_m * sigma_m)
+    if len(frames) < 8 or len(times) < 4 or not numbers:
         return None
     origin = int(times[0])
     if int(times[-1]) - origin > LONGEST_S * 1e9:
