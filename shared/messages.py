@@ -440,7 +440,7 @@ class CameraGeometry(Message):
         """See `Message.impossible`."""
         homography, height_m = self.plate_from_pixel, self.camera_height_m
         wrong = counted("plate_from_pixel", homography, 0, 9) or finite("its numbers", self._numbers())
-        if not wrong and self.mark_height_m and not self.mark_height_m < height_m:
+        if not wrong and self.mark_height_m and not 0.0 < self.mark_height_m < height_m:
             wrong = f"a camera_height_m of {height_m} over a mark_height_m of {self.mark_height_m}"
         return wrong or (invertible("plate_from_pixel", homography) if homography else "")
 

@@ -48,6 +48,7 @@ IMPOSSIBLE: tuple[Message, ...] = (
     CameraGeometry(plate_from_pixel=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
     CameraGeometry(mm_per_px=float("nan")),
     CameraGeometry(mark_height_m=0.03, camera_height_m=0.03),
+    CameraGeometry(mark_height_m=-0.03),
     CameraCalibration(K=(1.0,) * 8),
     CameraCalibration(D=(0.1,) * 8, K=(1.0,) * 9),
     CameraCalibration(D=(0.1,) * 5),

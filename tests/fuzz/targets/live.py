@@ -144,9 +144,9 @@ def require_sendable(sent: Iterable[Message]) -> None:
             raise Unclear(f"it sends what nobody can take: {message} ({error})") from error
 
 
+_SESSIONS = partial(_script, _for_machine, TURNS, TURN_NS, START_NS)
+_MOTIONS = partial(_script, _for_arm, TICKS, TICK_NS, ARM_START_NS)
 TARGETS = (
-    Target(
-        "live: sampling", ".json", partial(_script, _for_machine, TURNS, TURN_NS, START_NS), _run_machine, share=3.0
-    ),
-    Target("live: arm", ".json", partial(_script, _for_arm, TICKS, TICK_NS, ARM_START_NS), _run_arm, share=3.0),
+    Target("live: sampling", ".json", _SESSIONS, _run_machine, share=3.0),
+    Target("live: arm", ".json", _MOTIONS, _run_arm, share=3.0),
 )

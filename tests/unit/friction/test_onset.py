@@ -110,6 +110,11 @@ def test_too_little_and_what_is_no_number_gives_none(
     assert estimate_onset(**path, **tilt, sigma_m=1e-5) is None  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.parametrize("sigma_m", [1e200, math.inf, math.nan])
+def test_a_noise_that_is_no_number_gives_none(sigma_m: float) -> None:
+    assert estimate_onset(**line(60), **TILT, sigma_m=sigma_m) is None  # pyright: ignore[reportArgumentType]
+
+
 def test_a_few_readings_that_are_no_number_or_come_twice_change_nothing() -> None:
     truth = slide(math.radians(20.0), rate_deg_s=5.0)
     frames = np.arange(truth.onset_s - 1.0, truth.detection_s(), 1 / 90)
