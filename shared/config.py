@@ -14,6 +14,7 @@ from shared.arguments import nearest
 from shared.errors import UserError
 
 T = TypeVar("T")
+_NAME = re.compile(r"\w+")
 _LARGE = 2**63
 """TOML's own limit for an integer, which Python's reader does not enforce."""
 
@@ -71,6 +72,19 @@ def own_folders(table: Table, key: str, names: Iterable[str]) -> tuple[Path, ...
     if named and not file.is_file():
         raise table.error(key, f"no folders outside a rig file on disk, from which alone {key} are loaded", str(named))
     return tuple(file.parent / Path(name).expanduser() for name in named)
+
+
+def require_own_file(table: Table, key: str) -> None:
+    """Refuses a key that names a file instead of one of Repose's own by its name, unless the table's file is on disk.
+
+    Raises:
+        UserError: for the rig inside a recording, whose writer would choose which files are opened here.
+    """
+    name = table.values.get(key)
+    if isinstance(name, str) and not _NAME.fullmatch(name) and not Path(table.file).is_file():
+        raise table.error(
+            key, "a name that comes with Repose, as only a rig file on disk may name a file,", f"'{name}'"
+        )
 
 
 def parse(cls: type[T], table: Table) -> T:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from shared.messages import Floats, Message
+from shared.possible import counted, finite
 
 
 def numbered(number: int, default: Any, kind: str = "") -> Any:
@@ -103,6 +104,13 @@ class CameraCalibration(FoxgloveMessage):
     K: Floats = numbered(6, ())
     R: Floats = numbered(7, ())
     P: Floats = numbered(8, ())
+
+    def impossible(self) -> str:
+        """See `Message.impossible`; D is OpenCV's k1, k2, p1, p2 and, if given, k3, in units of K's focal lengths."""
+        wrong = counted("K", self.K, 0, 9) or counted("D", self.D, 0, 4, 5) or finite("K and D", (*self.K, *self.D))
+        if not wrong and any(self.D) and not (self.K and self.K[0] and self.K[4]):
+            wrong = f"{self.K} as K, without a focal length for its distortion D"
+        return wrong
 
 
 @dataclass(frozen=True, slots=True)

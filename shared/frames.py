@@ -149,16 +149,16 @@ def seen(
 ) -> foxglove.FrameTransforms:
     """The message of topic `tf`, from the last known state of arm, camera and block, as far as it is known."""
     transforms: list[foxglove.FrameTransform] = []
+    geometry = geometry and geometry.if_calibrated()
     if attitude is not None:
         transforms.append(platform_transform(attitude, pivot_above_plate_m=pivot_above_plate_m))
-    if geometry is not None:
+    if geometry is not None and geometry.camera_height_m > 0:
         view, now = _view_of(*_PLACED(geometry)), foxglove.Timestamp.from_ns(now_ns)
         transforms.append(foxglove.FrameTransform(now, PLATFORM, CAMERA, view.translation, view.rotation))
-        if corners is not None and corners.found:
-            x, y, yaw = block_pose_of(corners.corners_px, geometry)
-            stamp_ns = corners.capture_ns
-            block = block_transform(x_m=x, y_m=y, yaw_rad=yaw, height_m=block_height_m, stamp_ns=stamp_ns)
-            transforms.append(block)
+    if geometry is not None and corners is not None and corners.found:
+        x, y, yaw = block_pose_of(corners.corners_px, geometry)
+        stamp_ns = corners.capture_ns
+        transforms.append(block_transform(x_m=x, y_m=y, yaw_rad=yaw, height_m=block_height_m, stamp_ns=stamp_ns))
     return tf(*transforms)
 
 

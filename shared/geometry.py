@@ -170,7 +170,7 @@ def block_pose_of(corners_px: Sequence[float], geometry: CameraGeometry) -> tupl
         (u2, v2, half_x, -half_y),
         (u3, v3, -half_x, -half_y),
     ):
-        w = g * u + h * v + i
+        w = g * u + h * v + i or math.nan  # on the plate's horizon, which a tilted camera may see, is no place
         x, y = (a * u + b * v + c) / w, (d * u + e * v + f) / w
         cosine += model_x * x + model_y * y
         sine += model_x * y - model_y * x

@@ -9,11 +9,11 @@ Every field has a default, because protobuf gives one to whatever a sender left 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import ClassVar
 
 from shared.frozen import quicken
+from shared.possible import counted, finite, invertible, turned
 
 Floats = tuple[float, ...]
 Ints = tuple[int, ...]
@@ -37,18 +37,6 @@ class Message:
         A payload that parses can still hold four of eight coordinates, or an attitude that is none.
         """
         return ""
-
-
-def _counted(name: str, values: Floats | Ints, *counts: int) -> str:
-    """A fault, unless there are as many values as one of `counts`; empty then."""
-    expected = " or ".join(str(count) for count in counts)
-    return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
-
-
-def _turned(*quaternion: float) -> str:
-    """A fault, unless the quaternion is finite and not zero; empty then."""
-    length = math.hypot(*quaternion)
-    return "" if math.isfinite(length) and length > 0 else f"{quaternion} as a quaternion"
 
 
 REPEATED = "the frame is the one before it again"
@@ -83,10 +71,10 @@ class MarkerCorners(Message):
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        if self.found and not all(map(math.isfinite, self.corners_px)):
-            return f"{self.corners_px} as corners_px of a mark that was found"
+        if self.found and (wrong := finite("corners_px of a mark that was found", self.corners_px)):
+            return wrong
         counts = (8,) if self.found else (0, 8)
-        return _counted("corners_px", self.corners_px, *counts) or _counted("corner_dt_ns", self.corner_dt_ns, 0, 4)
+        return counted("corners_px", self.corners_px, *counts) or counted("corner_dt_ns", self.corner_dt_ns, 0, 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +97,7 @@ class BlockPose(Message):
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        return _turned(self.qw, self.qx, self.qy, self.qz) if self.found else ""
+        return turned(self.qw, self.qx, self.qy, self.qz) if self.found else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +119,7 @@ class PlatformState(Message):
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        return _turned(self.qw, self.qx, self.qy, self.qz)
+        return turned(self.qw, self.qx, self.qy, self.qz)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,9 +136,9 @@ class JointState(Message):
         """See `Message.impossible`."""
         joints = len(self.name) or len(self.position_rad)
         return (
-            _counted("position_rad", self.position_rad, joints)
-            or _counted("velocity_rad_s", self.velocity_rad_s, 0, joints)
-            or _counted("effort_nm", self.effort_nm, 0, joints)
+            counted("position_rad", self.position_rad, joints)
+            or counted("velocity_rad_s", self.velocity_rad_s, 0, joints)
+            or counted("effort_nm", self.effort_nm, 0, joints)
         )
 
 
@@ -170,8 +158,7 @@ class TiltCommand(Message):
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        wanted = (self.azimuth_rad, self.angle_rad, self.rate_rad_s)
-        return "" if all(map(math.isfinite, wanted)) else f"{wanted} as azimuth_rad, angle_rad and rate_rad_s"
+        return finite("azimuth_rad, angle_rad and rate_rad_s", (self.azimuth_rad, self.angle_rad, self.rate_rad_s))
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,8 +230,8 @@ class Sample(Message):
             "corner_variance_px2": self.corner_variance_px2,
             "post_corners_px": self.post_corners_px,
         }
-        wrong = [_counted(name, values, 0, 8) for name, values in lists.items()]
-        return next(filter(None, [_counted("euler_rad", self.euler_rad, 0, 3), *wrong]), "")
+        wrong = [counted(name, values, 0, 8) for name, values in lists.items()]
+        return next(filter(None, [counted("euler_rad", self.euler_rad, 0, 3), *wrong]), "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -391,7 +378,7 @@ class JointTarget(Message):
 
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        return _counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
+        return counted("velocity_rad_s", self.velocity_rad_s, len(self.position_rad))
 
 
 @dataclass(frozen=True, slots=True)
@@ -418,6 +405,11 @@ class TwinScene(Message):
     block_qz: float = 0.0
     mu: float = 0.0
 
+    def impossible(self) -> str:
+        """See `Message.impossible`."""
+        block = (self.block_qw, self.block_qx, self.block_qy, self.block_qz)
+        return turned(self.qw, self.qx, self.qy, self.qz) or turned(*block)
+
 
 @dataclass(frozen=True, slots=True)
 class CameraGeometry(Message):
@@ -440,9 +432,22 @@ class CameraGeometry(Message):
     corner_sigma_px: float = 0.0
     source: str = ""
 
+    def if_calibrated(self) -> CameraGeometry | None:
+        """Itself if it says where pixels are on the plate; None for one without a homography, as at its defaults."""
+        return self if self.plate_from_pixel else None
+
     def impossible(self) -> str:
         """See `Message.impossible`."""
-        return _counted("plate_from_pixel", self.plate_from_pixel, 0, 9)
+        homography, height_m = self.plate_from_pixel, self.camera_height_m
+        wrong = counted("plate_from_pixel", homography, 0, 9) or finite("its numbers", self._numbers())
+        if not wrong and self.mark_height_m and not 0.0 < self.mark_height_m < height_m:
+            wrong = f"a camera_height_m of {height_m} over a mark_height_m of {self.mark_height_m}"
+        return wrong or (invertible("plate_from_pixel", homography) if homography else "")
+
+    def _numbers(self) -> Floats:
+        place = (self.camera_x_m, self.camera_y_m, self.camera_height_m)
+        mark = (self.marker_side_m, self.marker_aspect, self.mark_height_m)
+        return (*place, *mark, self.mm_per_px, self.corner_sigma_px)
 
 
 @dataclass(frozen=True, slots=True)

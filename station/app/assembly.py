@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shared.config import Table, load_table, parse
+from shared.config import Table, load_table, parse, require_own_file
 from shared.errors import UserError
 from shared.geometry import plate_from_pixel
 from shared.messages import CameraGeometry
@@ -17,7 +17,7 @@ from shared.rig import RigConfig, load_rig
 from station.arm.planning import require_session
 from station.arm.tilt_path import TiltStage
 from station.arm.tilter import Tilter
-from station.rig.arm_settings import ArmSettings
+from station.rig.arm_settings import arm_settings
 from station.rig.opening import Opening
 from station.rig.tilt import azimuth_of_direction
 from station.sampling.machine import Reach, SamplingMachine
@@ -59,11 +59,6 @@ def plan_from(path: str | None, *, samples: int | None, seed: int | None) -> Pla
     given = {"samples": samples, "seed": seed}
     values = {**table.values, **{key: value for key, value in given.items() if value is not None}}
     return parse(Plan, Table(values, table.file, table.text))
-
-
-def arm_settings(rig: RigConfig) -> ArmSettings:
-    """The `[arm]` table of a rig."""
-    return parse(ArmSettings, rig.arm)
 
 
 def specimen(rig: RigConfig) -> Specimen:
@@ -136,6 +131,7 @@ def _reaches(tilter: Tilter, plan: Plan) -> bool:
 
 def twin_world(rig: RigConfig, *, seed: int, start_ns: int, stage: TiltStage | None = None) -> TwinWorld:
     """The simulated world of a rig: arm at home (a known `stage` saves solving that), block at the plate's centre."""
+    require_own_file(rig.twin, "pair")
     settings = parse(TwinSettings, rig.twin)
     length, width, height = rig.block.size_m
     if not length == width == height:

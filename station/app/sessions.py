@@ -13,6 +13,7 @@ from shared.messages import CameraGeometry, Sample
 from shared.system.processes import usable_processors
 from station.friction.pairs import Session
 from station.pool import spread
+from station.recording.arrays import first_geometry
 from station.recording.reader import open_recording
 from station.recording.tables import read_samples
 
@@ -84,10 +85,7 @@ def require_different(sessions: Sequence[Session]) -> None:
 
 def geometry_of(path: Path) -> CameraGeometry | None:
     """The first calibration of a recording; a session has one."""
-    for item in open_recording(path).messages({"camera/geometry"}):
-        if isinstance(item.message, CameraGeometry) and len(item.message.plate_from_pixel) == 9:
-            return item.message
-    return None
+    return first_geometry(open_recording(path))
 
 
 def _check(sample: Sample, source: str) -> None:

@@ -17,6 +17,7 @@ A displacement threshold reads late (physics: 0.4° at 1°/s, 1.2° at 5°/s for
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -44,6 +45,9 @@ _FREE_KINETIC_GAIN = 12.0
 _LEAST_DROP = 0.05
 """A smaller drop to kinetic friction is not believed: measured ones are 10 % and more, and a micrometre of creep before
 the slide looks like 1 %."""
+LONGEST_S = 60.0
+"""Readings that span more are of no one slide: what is fitted are the 3 s before its detection, on the rig and in an
+imported track. Each second of them takes 0.9 MB in the fit, so that a wrong stamp of a file could ask for terabytes."""
 WAY_SHARE = 0.002
 """The share of its way by which a slide may differ from the law, and the camera's scale from the true one, alike in all
 frames of a slide. With it the angles of simulated samples scatter as is stated, without it four times as much
@@ -104,16 +108,20 @@ def estimate_onset(
         clock_sigma_s: standard deviation of the times of the frames against those of the readings.
 
     Returns:
-        The onset, or None when there are too few frames or no slide in them.
+        The onset, or None when there are too few frames or no slide in them, the readings span over `LONGEST_S`, or a
+            number is none.
     """
     frames, path = np.asarray(path_ns, dtype=np.int64), np.asarray(path_m, dtype=np.float64)
     times = np.asarray(tilt_ns, dtype=np.int64)
     tilt = np.asarray(tilt_rad, dtype=np.float64)
     ahead = np.isfinite(tilt) & (np.diff(np.maximum.accumulate(times), prepend=times[:1] - 1) > 0)
     times, tilt = times[ahead], tilt[ahead]
-    if len(frames) < 8 or len(times) < 4 or not np.isfinite(path).all():
+    numbers = np.isfinite(path).all() and math.isfinite(sigma_m * sigma_m)
+    if len(frames) < 8 or len(times) < 4 or not numbers:
         return None
     origin = int(times[0])
+    if int(times[-1]) - origin > LONGEST_S * 1e9:
+        return None
     t = np.asarray((frames - origin) * 1e-9, dtype=np.float64)
     readings_s = np.asarray((times - origin) * 1e-9, dtype=np.float64)
     loads = Loads(readings_s, tilt, frames_s=t, ahead_m=ahead_m, way_m=along * path)

@@ -8,7 +8,7 @@ run (`run_signals`) it is that of one run.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -77,9 +77,18 @@ def load_signals(reader: RecordingReader, *, from_ns: int | None = None, to_ns: 
     signals = collected.signals()
     if signals.geometry is not None:
         return signals
-    first = next(reader.messages({"camera/geometry"}), None)
-    geometry = None if first is None else first.message
-    return replace(signals, geometry=geometry if isinstance(geometry, CameraGeometry) else None)
+    return replace(signals, geometry=first_geometry(reader))
+
+
+def first_geometry(reader: RecordingReader) -> CameraGeometry | None:
+    """The first calibration of a recording; a session has one."""
+    return next(_calibrations(item.message for item in reader.messages({"camera/geometry"})), None)
+
+
+def _calibrations(messages: Iterable[Message]) -> Iterator[CameraGeometry]:
+    for message in messages:
+        if isinstance(message, CameraGeometry) and (found := message.if_calibrated()):
+            yield found
 
 
 def run_signals(reader: RecordingReader, *, around_ns: int = _AROUND_NS) -> Iterator[tuple[int, Signals]]:
@@ -125,7 +134,7 @@ class _Collected:
         read = {**self._columns, **angles}.items()
         for topic, found in read:
             self._reader.leave_out(topic, found.malformed)
-        geometries = sorted(self._messages["camera/geometry"], key=_log_ns)
+        geometries = [*_calibrations(each for *_, each in sorted(self._messages["camera/geometry"], key=_log_ns))]
         samples = sorted(sorted(self._messages["session/sample"], key=_log_ns), key=_publish_ns)
         own = self._columns
         return Signals(
@@ -138,7 +147,7 @@ class _Collected:
             events=columns.event_track(own["session/event"]),
             environment=columns.environment_track(own["environment"]),
             angles={source: columns.angle_track(found) for source, found in sorted(self._angles.items())},
-            geometry=next((each for *_, each in geometries[-1:] if isinstance(each, CameraGeometry)), None),
+            geometry=geometries[-1] if geometries else None,
             samples=tuple(sample for *_, sample in samples if isinstance(sample, Sample) and not sample.disturbed),
         )
 

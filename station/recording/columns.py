@@ -23,6 +23,7 @@ from shared.messages import (
     RunEvent,
     TiltCommand,
 )
+from shared.possible import LONGEST, SHORTEST
 from station.recording.unpacking import Integers, Payloads, fields_of
 from station.signals.tracks import (
     AngleTrack,
@@ -112,13 +113,15 @@ class Columns:
 
 
 def _odd(values: Named, count: int) -> NDArray[np.bool_]:
-    """True (n,) for what may be impossible (`Message.impossible`): a number that is not finite, a turn of zeros."""
+    """True (n,) for what may be impossible (`Message.impossible`): a number that is not finite, a turn that is none."""
     odd = np.zeros(count, dtype=bool)
     for column in values.values():
         if isinstance(column, np.ndarray) and column.dtype.kind == "f":
             odd |= ~np.isfinite(column.reshape(count, -1)).all(axis=1)
     if "qw" in values:
-        odd |= ~np.any([values[name] != 0 for name in ("qw", "qx", "qy", "qz")], axis=0)
+        with np.errstate(over="ignore"):
+            square = sum(values[name] ** 2 for name in ("qw", "qx", "qy", "qz"))
+        odd |= np.logical_not((square >= SHORTEST**2) & (square <= LONGEST**2))
     return odd
 
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from shared.config import Table
+from shared.config import Table, parse, require_own_file
+from shared.rig import RigConfig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,3 +97,13 @@ class ArmSettings:
     def may_arm(self) -> bool:
         """True if the rig lets the arm move; the twin may always."""
         return self.driver == "simulated" if self.armed is None else self.armed
+
+
+def arm_settings(rig: RigConfig) -> ArmSettings:
+    """The `[arm]` table of a rig.
+
+    Raises:
+        UserError: if it is wrong, or the rig inside a recording names a file as the arm's model.
+    """
+    require_own_file(rig.arm, "model")
+    return parse(ArmSettings, rig.arm)

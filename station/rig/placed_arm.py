@@ -7,12 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from shared.config import parse
 from shared.frames import WORLD
 from shared.geometry import Quaternion, quaternion_from_matrix
 from shared.rig import RigConfig
 from station.rig.arm_model import ArmModel, Array, Vector, load_arm_model, transform
-from station.rig.arm_settings import ArmSettings
+from station.rig.arm_settings import arm_settings
 
 BASE = "base"
 """The frame of the arm's foot; each link's frame has the name of the joint that moves it."""
@@ -63,7 +62,7 @@ def placed_arm(rig: RigConfig) -> PlacedArm:
     Raises:
         UserError: if its `[arm]` table is wrong or names an unknown model.
     """
-    settings = parse(ArmSettings, rig.arm)
+    settings = arm_settings(rig)
     model = load_arm_model(settings.model)
     yaw_rad = settings.base_yaw_rad(model.home_yaw_rad)
     return PlacedArm(model=model, world_from_base=transform(settings.base_xyz_m, (0.0, 0.0, yaw_rad)))

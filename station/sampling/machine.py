@@ -121,7 +121,7 @@ class SamplingMachine:
         self._tracks.take_offset(message)
 
     def _on_geometry(self, message: CameraGeometry) -> None:
-        self._tracks.geometry = message
+        self._tracks.geometry = message.if_calibrated()
 
     def _on_lens(self, message: CameraCalibration) -> None:
         self._tracks.lens = message
@@ -137,10 +137,11 @@ class SamplingMachine:
             state.say("info", "pausing: no further run begins" if state.paused else "going on")
 
     def _on_attitude(self, message: PlatformState) -> None:
-        self._tracks.take_attitude(message)
-        if abs(self._state.now_ns - self._tracks.attitude_ns) <= self._plan.silence_s * 1e9:
-            self._state.attitude_ns = self._state.now_ns
-        if self._state.phase == "SLIP" and self._tracks.attitude_ns >= self._state.run.detect_ns:
+        state, tracks = self._state, self._tracks
+        if not tracks.take_attitude(message, now_ns=state.now_ns, within_s=self._plan.silence_s):
+            return
+        state.attitude_ns = state.now_ns
+        if state.phase == "SLIP" and tracks.attitude_ns >= state.run.detect_ns:
             self._phases.read_slide()
 
     def _on_corners(self, message: MarkerCorners) -> None:

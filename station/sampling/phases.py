@@ -40,7 +40,7 @@ class Phases:
         self._previous_direction = -1
         self._sync = 0
         self.state = State(plan)
-        self.tracks = Tracks(geometry=geometry)
+        self.tracks = Tracks(geometry=geometry and geometry.if_calibrated())
         self.rest = RestDetector(plan.slip)
         self.environment: Environment | None = None
 

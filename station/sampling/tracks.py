@@ -50,13 +50,20 @@ class Tracks:
         offset_ns = self._offsets_ns.get(agent)
         return None if offset_ns is None else stamp_ns + offset_ns
 
-    def take_attitude(self, message: PlatformState) -> None:
-        """Takes the plate's attitude, stamped by the arm's clock."""
+    def take_attitude(self, message: PlatformState, *, now_ns: int, within_s: float) -> bool:
+        """Takes the plate's attitude, stamped by the arm's clock; False if that is not within so many s of now.
+
+        One of another time says nothing of the plate as it is, and the onset's fit would span all of the time between.
+        """
+        stamp_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
+        if abs(now_ns - stamp_ns) > within_s * 1e9:
+            return False
         q = (message.qw, message.qx, message.qy, message.qz)
-        self.attitude_ns = message.stamp_ns + self._offsets_ns.get("arm", 0)
+        self.attitude_ns = stamp_ns
         self.tilt_rad = tilt_of(*q)
         self._attitudes.append((self.attitude_ns, self.tilt_rad))
         self._quaternions.append((self.attitude_ns, q))
+        return True
 
     def repeats(self, message: MarkerCorners) -> bool:
         """True if a frame is the one before again: stamped no later, or with the very same corners.

@@ -109,7 +109,7 @@ class CameraPart:
             self._place()
 
     def _on_geometry(self, geometry: CameraGeometry) -> None:
-        self._geometry = geometry
+        self._geometry = geometry.if_calibrated()
         self._place()
 
     def _place(self) -> None:

@@ -125,7 +125,7 @@ class BlockPart:
         }
 
     def _on_geometry(self, geometry: CameraGeometry) -> None:
-        self._geometry = geometry
+        self._geometry = geometry.if_calibrated()
 
     def _on_event(self, event: RunEvent) -> None:
         if event.phase in ("LEVEL", "REFERENCE"):

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from shared.config import parse
 from shared.geometry import Array
 from shared.rig import RigConfig
 from station.rig import looks
 from station.rig.arm_model import ArmModel, forward_kinematics
-from station.rig.arm_settings import ArmSettings
+from station.rig.arm_settings import arm_settings
 from station.rig.placed_arm import placed_arm
 
 
@@ -88,7 +87,7 @@ def setup_of(rig: RigConfig, *, threshold: Threshold | None = None, armed: bool 
     )
     if not armed:
         return shapes
-    settings = parse(ArmSettings, rig.arm)
+    settings = arm_settings(rig)
     placed = placed_arm(rig)
     model, world_from_base = placed.model, placed.world_from_base
     own_pivot = settings.pivot_above_plate_m

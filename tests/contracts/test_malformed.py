@@ -14,9 +14,11 @@ import pytest
 from shared import topics, wire
 from shared.bus import Received
 from shared.errors import UserError
+from shared.foxglove import CameraCalibration
 from shared.messages import (
     ArmReply,
     BlockPose,
+    CameraGeometry,
     JointState,
     JointTarget,
     MarkerCorners,
@@ -24,6 +26,7 @@ from shared.messages import (
     PlatformState,
     Sample,
     TiltCommand,
+    TwinScene,
 )
 from shared.zenoh_bus import RawSession, ZenohBus
 from tests.contracts.test_bus import endpoint
@@ -36,6 +39,21 @@ IMPOSSIBLE: tuple[Message, ...] = (
     MarkerCorners(corners_px=(float("nan"),) * 8, found=True),
     PlatformState(qw=0.0),
     PlatformState(qw=float("inf")),
+    PlatformState(qw=1e-320),
+    PlatformState(qw=1e200),
+    PlatformState(qw=0.4),
+    TwinScene(block_qw=0.0),
+    CameraGeometry(plate_from_pixel=(1.0,) * 8),
+    CameraGeometry(plate_from_pixel=(1.0,) * 9),
+    CameraGeometry(plate_from_pixel=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
+    CameraGeometry(mm_per_px=float("nan")),
+    CameraGeometry(mark_height_m=0.03, camera_height_m=0.03),
+    CameraGeometry(mark_height_m=-0.03),
+    CameraCalibration(K=(1.0,) * 8),
+    CameraCalibration(D=(0.1,) * 8, K=(1.0,) * 9),
+    CameraCalibration(D=(0.1,) * 5),
+    CameraCalibration(D=(0.1,) * 5, K=(0.0,) * 9),
+    CameraCalibration(K=(float("nan"),) * 9),
     BlockPose(qw=0.0, found=True),
     JointState(name=("a", "b"), position_rad=(1.0,)),
     JointTarget(position_rad=(1.0,), velocity_rad_s=()),

@@ -59,7 +59,7 @@ class Follower:
                 if isinstance(message, SessionStatus):
                     self._status = message
                 elif isinstance(message, CameraGeometry):
-                    self._geometry = message
+                    self._geometry = message.if_calibrated()
                 elif isinstance(message, Sample):
                     self._samples.append(message)
                 self._watched.take(received)

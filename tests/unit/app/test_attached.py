@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,14 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from shared.errors import UserError
+from shared.rig import load_rig
 from station.__main__ import main
+from station.app import assembly
 from station.app.attached import attached_rig, attached_table, effects_left_out
 from station.recording.reader import open_recording
+from station.rig.arm_model import MODELS
+from station.rig.placed_arm import placed_arm
+from station.simulators.mujoco.pairs import PAIRS
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "session.mcap"
 TRAP = "from pathlib import Path\nPath('sprung').touch()\n"
@@ -82,6 +88,67 @@ def test_ones_own_rig_file_loads_its_effects(trapped: Path) -> None:
     own.write_text(rig.text + EFFECTS.format(here=trapped.parent))
     assert main(["diagnose", str(trapped), "--rig", str(own)]) == 2
     assert (trapped.parent / "sprung").exists()
+
+
+def naming(path: Path, table: str, key: str, file: str) -> Path:
+    """The golden session whose rig file names `file`, a TOML's path, under a key of `table`."""
+    rig = attached_table(open_recording(GOLDEN), "rig.toml")
+    assert rig is not None
+    lines = [line for line in rig.text.splitlines() if not line.startswith(f"{key} =")]
+    lines.insert(lines.index(f"[{table}]") + 1, f'{key} = "{file}"')
+    return forged(path, rig="\n".join(lines).encode())
+
+
+@pytest.mark.parametrize("file", ["{here}/bait.toml", "bait.toml", "../../../bait", "{here}/bait"])
+@pytest.mark.parametrize("command", ["check", "verify", "replay", "doctor", "diagnose", "samples"])
+def test_opening_a_recording_opens_no_model_that_it_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, file: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    opened = watched(monkeypatch)
+    (tmp_path / "bait.toml").write_text("x = 1\n")
+    path = naming(tmp_path / "stranger.mcap", "arm", "model", file.format(here=tmp_path))
+    more = ("--no-viewer", "--save", "view.rrd") if command == "replay" else ()
+    status = main([command, str(path), *more])
+    assert not [name for name in opened if "bait" in name]
+    told = capsys.readouterr()
+    assert command != "check" or (status == 2 and "only a rig file on disk may name a file" in told.err)
+
+
+def watched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The paths that are looked at or read as text from now on."""
+    opened, is_file, read_text = list[str](), Path.is_file, Path.read_text
+
+    def looks(path: Path, **how: bool) -> bool:
+        opened.append(str(path))
+        return is_file(path, **how)
+
+    def reads(path: Path, *how: str, **named: str) -> str:
+        opened.append(str(path))
+        return read_text(path, *how, **named)
+
+    monkeypatch.setattr(Path, "is_file", looks)
+    monkeypatch.setattr(Path, "read_text", reads)
+    return opened
+
+
+def test_the_twin_of_a_recordings_rig_opens_no_pair_that_it_names(tmp_path: Path) -> None:
+    rig = attached_rig(open_recording(naming(tmp_path / "a.mcap", "twin", "pair", str(tmp_path / "bait.toml"))))
+    assert rig is not None
+    with pytest.raises(UserError, match=r"for 'twin\.pair', got '.*bait\.toml'"):
+        assembly.twin_world(rig, seed=1, start_ns=0)
+
+
+def test_ones_own_rig_file_names_its_arm_and_pair(tmp_path: Path) -> None:
+    shutil.copy(MODELS / "jaco2_spherical.toml", tmp_path / "mine.toml")
+    shutil.copy(PAIRS / "steel_on_steel.toml", tmp_path / "pair.toml")
+    own = tmp_path / "rig.toml"
+    own.write_text(
+        f'id = "own"\n[arm]\nmodel = "{tmp_path / "mine.toml"}"\n[twin]\npair = "{tmp_path / "pair.toml"}"\n'
+    )
+    rig = load_rig(own)
+    assert placed_arm(rig).model.joints
+    assembly.twin_world(rig, seed=1, start_ns=0)
 
 
 @pytest.mark.parametrize(

@@ -100,12 +100,19 @@ TILT = {"tilt_ns": [k * 8_000_000 for k in range(100)], "tilt_rad": [0.002 * k f
         (line(60), {"tilt_ns": TILT["tilt_ns"], "tilt_rad": [math.nan] * 100}),
         (line(60), {"tilt_ns": [5] * 100, "tilt_rad": TILT["tilt_rad"]}),
         (line(60), {"tilt_ns": TILT["tilt_ns"][::-1], "tilt_rad": TILT["tilt_rad"]}),
+        (line(60), {"tilt_ns": [*TILT["tilt_ns"][:-1], 2**63 - 1], "tilt_rad": TILT["tilt_rad"]}),
+        (line(60), {"tilt_ns": [-(2**63), *TILT["tilt_ns"][1:]], "tilt_rad": TILT["tilt_rad"]}),
     ],
 )
 def test_too_little_and_what_is_no_number_gives_none(
     path: dict[str, list[float]], tilt: dict[str, list[float]]
 ) -> None:
     assert estimate_onset(**path, **tilt, sigma_m=1e-5) is None  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize("sigma_m", [1e200, math.inf, math.nan])
+def test_a_noise_that_is_no_number_gives_none(sigma_m: float) -> None:
+    assert estimate_onset(**line(60), **TILT, sigma_m=sigma_m) is None  # pyright: ignore[reportArgumentType]
 
 
 def test_a_few_readings_that_are_no_number_or_come_twice_change_nothing() -> None:

@@ -37,7 +37,8 @@ def signals_by_message(reader: RecordingReader) -> Signals:
     topics = [*TOPICS, *(name for name in reader.topics if name.startswith(ANGLE_PREFIX))]
     for item in reader.messages(topics):
         rows[item.topic].append((item.publish_ns, item.message))
-    geometry = [message for _, message in rows["camera/geometry"] if isinstance(message, CameraGeometry)]
+    whole = [message for _, message in rows["camera/geometry"] if isinstance(message, CameraGeometry)]
+    geometry = [message for message in whole if message.plate_from_pixel]
     for each in rows.values():
         each.sort(key=lambda row: row[0])
     plate = rows["camera/plate"]

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from shared.geometry import block_pose_of, corners_on_plate, downhill_of, matrix_from_quaternion, tilt_of
-from shared.messages import AngleReading, BlockPose, ClockOffset, MarkerCorners, MotionReport, PlatformState
-from station.recording.arrays import load_signals, run_signals
+from shared.messages import (
+    AngleReading,
+    BlockPose,
+    CameraGeometry,
+    ClockOffset,
+    MarkerCorners,
+    MotionReport,
+    PlatformState,
+)
+from station.recording.arrays import first_geometry, load_signals, run_signals
 from station.recording.reader import open_recording
 from station.recording.repair import copy_without
 from station.recording.writer import Recording
@@ -136,6 +145,17 @@ def test_the_truth_changes_no_array(path: Path, signals: Signals, tmp_path: Path
     for found, wanted in zip(arrays(stripped), arrays(signals), strict=True):
         assert found.tobytes() == wanted.tobytes()
     assert stripped.samples == signals.samples
+
+
+def test_a_geometry_at_its_defaults_is_no_calibration(tmp_path: Path) -> None:
+    path, known = tmp_path / "a.mcap", replace(session.GEOMETRY, source="known")
+    with Recording(path, provenance=session.provenance()) as recording:
+        for second, geometry in enumerate((CameraGeometry(), known, CameraGeometry())):
+            recording.write_message("camera/geometry", geometry, receive_ns=session.START_NS + second * 10**9)
+    reader = open_recording(path)
+    assert load_signals(reader).geometry == known
+    assert load_signals(reader, from_ns=session.START_NS + 2 * 10**9).geometry == known
+    assert first_geometry(reader) == known
 
 
 def test_late_lost_and_other_messages(tmp_path: Path) -> None:

@@ -207,6 +207,21 @@ def test_what_no_mark_can_be_is_left_out_and_counted(tmp_path: Path) -> None:
     assert reader.malformed == {"camera/corners": 4}
 
 
+def test_what_no_attitude_can_be_is_left_out_and_counted(tmp_path: Path) -> None:
+    """A number so small that its square is zero ended whoever divided by its length."""
+    values = (1.0, 1e-320, 0.4, 1e200, math.nan, 0.0, -1.0)
+    payloads = [("arm/platform", START_NS + place, START_NS, _turned(qw)) for place, qw in enumerate(values)]
+    path = write(tmp_path / "a.mcap", payloads)
+    assert len(assert_same(path).attitude) == 2
+    reader = open_recording(path)
+    load_signals(reader)
+    assert reader.malformed == {"arm/platform": 5}
+
+
+def _turned(qw: float) -> bytes:
+    return wire.encode(PlatformState(START_NS, qw=qw))
+
+
 def _outcome(path: Path, *, whole: bool) -> list[tuple[str, bytes]] | str:
     try:
         reader = open_recording(path)

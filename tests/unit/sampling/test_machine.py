@@ -11,6 +11,7 @@ from shared.messages import (
     REPEATED,
     ArmLease,
     ArmReply,
+    CameraGeometry,
     ClockOffset,
     Heartbeat,
     MarkerCorners,
@@ -18,8 +19,9 @@ from shared.messages import (
     PlatformState,
     SessionPause,
 )
-from station.sampling.machine import OWN_ORDER
+from station.sampling.machine import OWN_ORDER, SamplingMachine
 from station.sampling.plan import DirectionPlan, DwellPlan, Plan, ReferencePlan, SlipPlan, TiltPlan
+from station.sampling.run import Specimen
 from tests.unit.sampling.scripted_rig import ScriptedRig
 
 GOOD_RUN = ["LEVEL", "DWELL", "REFERENCE", "TILT", "SLIP", "SETTLE", "RETURN", "DONE"]
@@ -545,6 +547,27 @@ def test_a_marker_that_is_gone_is_no_outage():
     rig.run(60.0, until=good_first)
     rig.on_corners = lambda message, _: blind(message, found=False, corners_px=(), reason="glare")
     assert "2 runs failed in a row" in (finished(rig).fault or "")
+
+
+def test_a_geometry_at_its_defaults_is_none_and_leaves_the_slips_unresolved():
+    rig = ScriptedRig(Plan(samples=1))
+    rig.run(2.0)
+    rig.give(CameraGeometry())
+    finished(rig)
+    assert rig.fault == ""
+    assert rig.samples[0].flags == ("onset_unresolved",)
+    bare = SamplingMachine(Plan(), size_px=(9, 9), reach=lambda _: 1.0, specimen=Specimen(), geometry=CameraGeometry())
+    bare.handle(Heartbeat(1), now_ns=1)
+    assert bare.phase == "START"
+
+
+@pytest.mark.parametrize("away_ns", [3_600_000_000_000, -3_600_000_000_000, 86_400_000_000_000, 2**63 - 1])
+def test_an_attitude_of_another_time_changes_no_sample(away_ns: int):
+    rig, plain = ScriptedRig(Plan(samples=1)), finished(ScriptedRig(Plan(samples=1)))
+    while rig.fault is None:
+        rig.run(0.05)
+        rig.give(PlatformState(rig.now_ns + away_ns, math.cos(0.7), math.sin(0.7)))
+    assert rig.samples == plain.samples
 
 
 def test_a_motion_that_the_arm_made_by_itself_ends_the_run():

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from shared import foxglove, frames
-from shared.geometry import apply_homography, mark_corners, matrix_from_quaternion, pixels_of_mark, plate_from_pixel
-from shared.messages import BlockPose, CameraGeometry, PlatformState
+from shared.geometry import (
+    apply_homography,
+    block_pose_of,
+    mark_corners,
+    matrix_from_quaternion,
+    pixels_of_mark,
+    plate_from_pixel,
+)
+from shared.messages import BlockPose, CameraGeometry, MarkerCorners, PlatformState
 
 HEIGHT_M = 0.3
 
@@ -81,6 +89,20 @@ def test_block_stands_on_the_plate() -> None:
     assert place_of(transform) == pytest.approx((0.01, 0.02, 0.015))
     assert rotation_of(transform)[0, 0] == pytest.approx(math.cos(0.5))
     assert transform.timestamp.ns == 4
+
+
+def test_a_geometry_at_its_defaults_places_neither_camera_nor_block() -> None:
+    corners, bare = MarkerCorners(corners_px=(1.0,) * 8, found=True), CameraGeometry()
+    placed = {"now_ns": 5, "attitude": None, "corners": corners, "pivot_above_plate_m": 0.01, "block_height_m": 0.03}
+    assert frames.seen(**placed, geometry=bare).transforms == ()  # pyright: ignore[reportArgumentType]
+    low = replace(straight_down(), camera_height_m=0.0, mark_height_m=0.0)
+    children = [each.child_frame_id for each in frames.seen(**placed, geometry=low).transforms]  # pyright: ignore[reportArgumentType]
+    assert children == [frames.BLOCK]
+
+
+def test_a_corner_on_the_plates_horizon_has_no_place() -> None:
+    geometry = replace(straight_down(), plate_from_pixel=(1e-4, 0.0, 0.0, 0.0, 1e-4, 0.0, 0.01, 0.0, -1.0))
+    assert all(map(math.isnan, block_pose_of((100.0, 5.0) * 4, geometry)))
 
 
 def test_another_trackers_pose_is_taken_as_it_is() -> None:

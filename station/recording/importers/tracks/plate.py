@@ -8,11 +8,9 @@ import numpy as np
 
 from shared.errors import UserError
 from shared.geometry import Array
+from shared.possible import SHORTEST
 from station.recording.importers.tracks.table import Tracks
 from station.recording.importers.tracks.units import PLATE
-
-SHORTEST = 0.5
-"""A quaternion that is shorter is no attitude: a tracker that lost its target writes zeros."""
 
 
 def attitude(table: Tracks) -> Array:

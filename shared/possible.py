@@ -1,0 +1,41 @@
+"""The faults that make a message impossible, in words that follow "got"; empty where there is none."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+
+SHORTEST, LONGEST = 0.5, 2.0
+"""The lengths of a quaternion, without unit, that may be a rotation's: 1 but for rounding, which even in half precision
+is below 0.001. Trackers that lost their target write zeros, and what is read from other bytes is far from both."""
+
+
+def counted(name: str, values: Sequence[float], *counts: int) -> str:
+    """A fault, unless there are as many values as one of `counts`."""
+    expected = " or ".join(str(count) for count in counts)
+    return "" if len(values) in counts else f"{len(values)} numbers as {name}, which has {expected}"
+
+
+def finite(name: str, values: Sequence[float]) -> str:
+    """A fault, unless every value is a number and none is infinite."""
+    return "" if all(map(math.isfinite, values)) else f"{tuple(values)} as {name}"
+
+
+def turned(*quaternion: float) -> str:
+    """A fault, unless the quaternion is about as long as that of a rotation."""
+    return "" if SHORTEST <= math.hypot(*quaternion) <= LONGEST else f"{quaternion} as a quaternion"
+
+
+_ROUNDING = 16 * sys.float_info.epsilon
+"""A determinant of nine numbers is known to so much of the product of its rows' lengths, without unit: each of its six
+products and five sums rounds by at most half of an epsilon (Higham 2002, section 3.1). Below that it may be zero."""
+
+
+def invertible(name: str, matrix: Sequence[float]) -> str:
+    """A fault, unless nine numbers, row by row, map a plane to a plane: with a finite determinant that is not zero."""
+    rows = math.hypot(*matrix[:3]), math.hypot(*matrix[3:6]), math.hypot(*matrix[6:])
+    a, b, c, d, e, f, g, h, i = matrix
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    sure = math.isfinite(determinant) and abs(determinant) > _ROUNDING * math.prod(rows)
+    return "" if sure else f"{tuple(matrix)} as {name}, which cannot be inverted"
