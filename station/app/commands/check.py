@@ -1,6 +1,7 @@
 """Replays a recording through the state machine: from the same messages it must take the same decisions.
 
-Plan, seed and rig are those inside the recording. A difference means that the logic has changed since, or that the
+Plan, seed and rig are those inside the recording. A rig whose arm is a file of one's own is given with --rig: what a
+recording names is not opened. A difference means that the logic has changed since, or that the
 recording does not hold what the station saw.
 """
 
@@ -12,6 +13,7 @@ from pathlib import Path
 
 from shared.config import parse
 from shared.errors import UserError
+from shared.rig import RigConfig, load_rig
 from shared.visible import visible
 from station.app import assembly
 from station.app.attached import attached_rig, attached_table
@@ -29,13 +31,15 @@ ONE = "the sampling logic takes other decisions than were recorded"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("file", type=Path, help="a recording (.mcap) of a session")
+    parser.add_argument("--rig", type=Path, metavar="FILE", help="this rig file, instead of the one in the recording")
 
 
 def run(options: argparse.Namespace) -> int:
     """0 when every decision is the same, 1 when one differs."""
     reader = open_recording(options.file)
     stream = ((item.topic, item.message, item.log_ns) for item in reader.messages({*INPUTS, *DECISIONS}))
-    verdict = replay(machine_of(reader), stream)
+    own = None if options.rig is None else load_rig(options.rig)
+    verdict = replay(machine_of(reader, rig=own), stream)
     if verdict.difference is not None:
         print(visible(f"{verdict.decisions} decisions are the same, then: {verdict.difference}"))
         return 1
@@ -43,13 +47,13 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def machine_of(reader: RecordingReader, *, seed: int | None = None) -> SamplingMachine:
-    """A fresh machine with the plan (under another `seed`, if one is given) and the rig inside a recording.
+def machine_of(reader: RecordingReader, *, seed: int | None = None, rig: RigConfig | None = None) -> SamplingMachine:
+    """A fresh machine with the plan (under another `seed`, if one is given) and the `rig` given, or inside a recording.
 
     Raises:
         UserError: if the recording is not of a session.
     """
-    plan, rig = attached_table(reader, "plan.toml"), attached_rig(reader)
+    plan, rig = attached_table(reader, "plan.toml"), rig or attached_rig(reader)
     if plan is None or rig is None:
         missing = "rig.toml" if rig is None else "plan.toml"
         raise UserError(

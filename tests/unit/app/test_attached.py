@@ -151,6 +151,17 @@ def test_ones_own_rig_file_names_its_arm_and_pair(tmp_path: Path) -> None:
     assembly.twin_world(rig, seed=1, start_ns=0)
 
 
+def test_a_session_of_ones_own_arm_is_checked_with_ones_own_rig_file(tmp_path: Path) -> None:
+    recorded = naming(tmp_path / "mine.mcap", "arm", "model", "mine.toml")
+    shutil.copy(MODELS / "jaco2_spherical.toml", tmp_path / "mine.toml")
+    rig = attached_table(open_recording(recorded), "rig.toml")
+    assert rig is not None
+    own = tmp_path / "rig.toml"
+    own.write_text(rig.text.replace("mine.toml", str(tmp_path / "mine.toml")))
+    assert main(["check", str(recorded)]) == 2
+    assert main(["check", str(recorded), "--rig", str(own)]) == 0
+
+
 @pytest.mark.parametrize(
     "words", [("import", "trap", "x.txt", "--check"), ("diagnose", "{file}", "--simulate", "trap")]
 )
