@@ -12,7 +12,7 @@ from shared.bus import ReplyHandler
 from shared.clock import SIMULATION_EPOCH_NS, SimulatedClock
 from shared.memory_bus import MemoryBus
 from shared.messages import ClockOffset, ClockPong, MarkerCorners, Message
-from station.app.clocks import PING_NS, STEP_NS, ClockKeeper, RoundTrip, best_of
+from station.app.clocks import ANSWER_S, PING_NS, STEP_NS, ClockKeeper, RoundTrip, best_of
 from station.recording.provenance import Provenance
 from station.recording.reader import open_recording
 from station.recording.recorder import record_within
@@ -78,11 +78,13 @@ def test_an_agent_that_has_not_answered_is_not_asked_again():
             late.append(on_reply)
 
     keeper = ClockKeeper(Slow(clock), clock=clock, agents=("camera",))
-    keep(keeper, clock, seconds=1)
+    keep(keeper, clock, seconds=ANSWER_S)
     assert len(asked) == 1
     late[0](None)  # the bus has given up waiting
-    keep(keeper, clock, seconds=1)
+    keep(keeper, clock, seconds=ANSWER_S)
     assert len(asked) == 2
+    keep(keeper, clock, seconds=3 * ANSWER_S)  # and here it does not say so
+    assert len(asked) == 3
 
 
 def test_an_agent_that_starts_again_with_another_clock_is_followed_at_once():
