@@ -57,6 +57,12 @@ def used(diagnosis: Diagnosis) -> str:
     return f"{diagnosis.used_runs} {of.format(diagnosis.total_runs)}"
 
 
+def left_out(diagnosis: Diagnosis) -> str:
+    """Tells how many runs were left out, and why; empty if none was."""
+    told = ", ".join(f"{count} {why}" for why, count in diagnosis.left_out.items())
+    return f"{sum(diagnosis.left_out.values())} of {diagnosis.total_runs} runs left out: {told}" if told else ""
+
+
 def singular(diagnosis: Diagnosis) -> str:
     """The singular of what was counted."""
     return diagnosis.counted.removesuffix("s")
