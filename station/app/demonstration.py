@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from shared.rig import RigConfig, rig_of_table
 from station.app import assembly, recordings
 from station.app.lockstep import Lockstep
 from station.app.retold_recording import write_retold
+from station.app.same_session import same
 from station.diagnosis.report.sentences import untestable_because
 from station.diagnosis.result import Diagnosis, EffectFound, Value, read_name
 from station.physics.catalogue import Catalogue, confused
@@ -49,6 +51,14 @@ class Sealed:
 
     key: Path
     sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Concealed:
+    """The recording, and whether anything in it is other than it would be without the concealed effect."""
+
+    recording: Path
+    shows: bool
 
 
 def drawn(known: Catalogue, rng: np.random.Generator) -> Model:
@@ -79,15 +89,17 @@ def conceal(
     samples: int,
     seed: int,
     on_sample: Callable[[int], None] = lambda _: None,
-) -> Path:
-    """Makes the session in `folder`, and gives the recording in which it was repeated with the model."""
+) -> Concealed:
+    """Makes the session in `folder`, and repeats it there with the model, and unwritten without its effect."""
     rig = firm_rig()
     plain = _session(rig, folder / "plain.mcap", samples=samples, seed=seed, on_sample=on_sample)
     reader, out = open_recording(plain), folder / "session.mcap"
-    simulated = simulator("planar").repeat(load_signals(reader), model, rig=rig, rng=rng)
+    signals, planar = load_signals(reader), simulator("planar")
+    without = planar.repeat(signals, PLAIN, rig=rig, rng=deepcopy(rng))
+    simulated = planar.repeat(signals, model, rig=rig, rng=rng)
     write_retold(reader, simulated, out, rig=rig, said={}, model_toml="")
     plain.unlink()
-    return out
+    return Concealed(recording=out, shows=not same(simulated, without))
 
 
 def firm_rig() -> RigConfig:
@@ -114,8 +126,11 @@ class Revealed:
     lines: tuple[str, ...]
 
 
-def reveal(concealed: Model, found: Diagnosis, known: Catalogue) -> Revealed:
-    """Tells what was concealed, what was found, and how much better unseen runs are predicted."""
+def reveal(concealed: Model, found: Diagnosis, known: Catalogue, *, shows: bool = True) -> Revealed:
+    """Tells what was concealed, what was found, and how much better unseen runs are predicted.
+
+    `shows` is False if the session is the same without the concealed effect.
+    """
     (term,) = concealed.terms
     said = [one for one in found.effects if one.id in found.names]
     places = [place for place, one in enumerate(said) if term.effect.id in one.class_ids]
@@ -126,7 +141,7 @@ def reveal(concealed: Model, found: Diagnosis, known: Catalogue) -> Revealed:
         *_improvement(found),
         _right(further=len(said) > 1, first=places[0] == 0)
         if places
-        else _wrong(said, near, _unseen(found, term.effect.id)),
+        else _wrong(said, near, _unseen(found, term.effect.id, shows)),
     ]
     return Revealed(right=places[:1] == [0], lines=tuple(lines))
 
@@ -144,8 +159,10 @@ def _wrong(said: list[EffectFound], near: bool, unseen: str) -> str:
     return f"Wrong{', by a name that is easily confused with it' if near else ''}{f'; {could_not}' if unseen else ''}."
 
 
-def _unseen(found: Diagnosis, concealed: str) -> str:
+def _unseen(found: Diagnosis, concealed: str, shows: bool) -> str:
     """The reason why the recording could not show the concealed effect; empty if it could."""
+    if not shows:
+        return "the session is the same without it"
     return untestable_because(found) if found.verdict == "untestable" else found.untestable.get(concealed, "")
 
 

@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     sealed = seal(model, folder, rng)
     console.print(f"Sealed: {sealed.key}, sha256 {sealed.sha256}")
     with stages(console, "simulating the session") as show:
-        session = conceal(
+        concealed = conceal(
             model,
             folder,
             rng,
@@ -71,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
             seed=seed,
             on_sample=lambda count: show(f"simulating the session: {count} of {options.samples} runs"),
         )
+        session = concealed.recording
         examined = diagnose_file(session, status=show)
     report = folder / "report.html"
     with made_by(command_line("station", "diagnose", session, report=report)):
@@ -79,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     report.write_text(page, encoding="utf-8")
     console.print(summary(examined.diagnosis))
     console.print()
-    revealed = reveal(model, examined.diagnosis, known)
+    revealed = reveal(model, examined.diagnosis, known, shows=concealed.shows)
     for line in revealed.lines:
         console.print(line, markup=False)
     _next_steps(console, model, report, session)

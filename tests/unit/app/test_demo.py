@@ -14,7 +14,7 @@ import pytest
 from shared.errors import UserError
 from station.__main__ import main
 from station.app import demonstration
-from station.app.demonstration import PLAIN, drawn, firm_rig, reveal
+from station.app.demonstration import PLAIN, conceal, drawn, firm_rig, reveal
 from station.app.planting import plant
 from station.diagnosis.result import Diagnosis, EffectFound, FitQuality, Value
 from station.physics.catalogue import catalogue
@@ -142,6 +142,20 @@ def test_right_or_wrong_it_is_said(effects: tuple[EffectFound, ...], last: str, 
 def test_an_effect_that_could_not_show_was_not_missed(answer: Diagnosis, last: str) -> None:
     revealed = reveal(plant(["stribeck=0.3"], PLAIN, KNOWN), answer, KNOWN)
     assert (revealed.lines[-1], revealed.right) == (last, False)
+
+
+def test_an_effect_that_changes_nothing_was_not_missed() -> None:
+    """A cube topples at 45°, and slides long before."""
+    revealed = reveal(plant(["tipping=1"], PLAIN, KNOWN), found(), KNOWN, shows=False)
+    assert revealed.lines[-1].endswith("this recording could not show the effect: the session is the same without it.")
+
+
+@pytest.mark.parametrize(("effect_id", "shows"), [("tipping=1", False), ("wear=0.3", True)])
+def test_it_is_known_whether_the_effect_changes_the_session(effect_id: str, shows: bool, tmp_path: Path) -> None:
+    model = plant([effect_id], PLAIN, KNOWN)
+    concealed = conceal(model, tmp_path, np.random.default_rng(1), samples=2, seed=1)
+    assert concealed.shows == shows
+    assert concealed.recording.exists()
 
 
 def test_what_is_found_is_told_in_words_and_in_millimetres() -> None:
